@@ -22,8 +22,8 @@ from processor_time import processor_time  # noqa: E402
 
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.condensed import Condensed  # noqa: E402
-from hbsolve.contact.law import FORCE, JACOBIAN  # noqa: E402
 from hbsolve.errors import NoSteadyState  # noqa: E402
+from hbsolve.joint_law.registry import FORCE, JACOBIAN  # noqa: E402
 from hbsolve.newton import newton  # noqa: E402
 from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, residual  # noqa: E402
 from hbsolve.state import SteadyState  # noqa: E402

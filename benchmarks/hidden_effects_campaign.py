@@ -25,11 +25,11 @@ from diagnosis.fit.problem import Refit
 from diagnosis.threshold.thresholds import Thresholds
 from study.case.setup import Setup, read_case
 from study.diagnose.thresholds import shipped_thresholds
-from study.shipped import BEAM
-from transient.bench.hidden_effect import PlantedTruth, make_campaign
+from study.shipped_cases import BEAM
+from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
 
-#: Rooms whose code a result depends on.
-ROOMS = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
+#: Packages whose code a result depends on.
+PACKAGES = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
 #: Gains of the screening that are kept.
 MOST_SCORES = 10
 
@@ -58,8 +58,8 @@ def code() -> str:
     """Digest of the product's code, to tell results of two versions apart."""
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
-    for room in ROOMS:
-        for file in sorted((root / room).rglob("*.py")):
+    for package in PACKAGES:
+        for file in sorted((root / package).rglob("*.py")):
             digest.update(file.read_bytes())
     return digest.hexdigest()[:12]
 
@@ -83,7 +83,7 @@ def examine(
     groups
         What the layout cannot tell apart: left out together.
     make, judge
-        As `transient.bench.hidden_effect.make_campaign` and `diagnosis.diagnose.diagnose`.
+        As `transient.virtual_bench.hidden_effect.make_campaign` and `diagnosis.diagnose.diagnose`.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_record import AMBIGUOUS, FAILED, MISSING, NONE, UNKNOWN, Record
-from transient.bench.effect import NOTHING
+from transient.virtual_bench.effect import NOTHING
 
 AMONG, APART, ELSEWHERE = "several, it among them", "several, without it", "its kind elsewhere"
 WORDS = {NONE: "nothing", UNKNOWN: "none of the known", FAILED: "failed"}

@@ -94,7 +94,7 @@ def make_groups(file: Path = FILE) -> Groups:
     from diagnosis.candidate.catalogue import list_effects
     from diagnosis.fit.arrangement import arrange
     from diagnosis.screening import screen
-    from transient.bench.hidden_effect import make_campaign
+    from transient.virtual_bench.hidden_effect import make_campaign
 
     model = setup()
     with tempfile.TemporaryDirectory() as folder:

@@ -4,8 +4,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from correlation.model import Model
-from transient.bench.effect import NOTHING
-from transient.bench.hidden_effect import PlantedTruth
+from transient.virtual_bench.effect import NOTHING
+from transient.virtual_bench.hidden_effect import PlantedTruth
 
 #: Kind of the bench, and of the catalogue.
 KIND = {

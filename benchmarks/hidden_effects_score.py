@@ -10,7 +10,7 @@ from benchmarks.hidden_effects_confusion import Confusion, confusion
 from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import EXCLUDED, PLANTED
 from benchmarks.hidden_effects_record import AMBIGUOUS, FAILED, MISSING, UNKNOWN, Fitted, Record, of_rows
-from transient.bench.effect import NOTHING
+from transient.virtual_bench.effect import NOTHING
 
 #: Of an interval of 95 %.
 QUANTILE = 1.959964

@@ -7,7 +7,7 @@ from benchmarks.hidden_effects_plan import EXCLUDED, KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_score import POOLED, Score, Share
 from figure.confusion import ConfusionMatrix, confusion_figure
 from figure.style import png
-from transient.bench.effect import NOTHING
+from transient.virtual_bench.effect import NOTHING
 
 WORDS = {
     **KIND,

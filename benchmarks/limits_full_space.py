@@ -15,8 +15,8 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from hbsolve.aft import Start
-from hbsolve.contact.law import FORCE, PARAMETERS
-from hbsolve.continuation.path import spread
+from hbsolve.continuation.continuation_parameter import spread
+from hbsolve.joint_law.registry import FORCE, PARAMETERS
 from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.problem import LimitProblem

@@ -164,7 +164,7 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
     import numpy as np
 
     from hbsolve.balance import HarmonicBalance
-    from hbsolve.contact.law import FORCE, JACOBIAN
+    from hbsolve.joint_law.registry import FORCE, JACOBIAN
     from hbsolve.solution import forces_at, residual
     from hbsolve.state import SteadyState
     from hbsolve.steady_state import steady_state

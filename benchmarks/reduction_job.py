@@ -171,16 +171,16 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
     system = unsupported(mesh)
     watch.seconds["assembly"] = clock() - start
     boundary = {"root": system.rows(boundary_nodes(mesh, shape))}
-    room = reduction.craig_bampton
-    plain = room.factorise
-    room.factorise = lambda matrix, **options: TimedFactor(plain(matrix, **options), watch)
-    watch.watch(room, "factorise", "factor")
-    watch.watch(room, "fixed_interface_modes", "modes")
+    module = reduction.craig_bampton
+    plain = module.factorise
+    module.factorise = lambda matrix, **options: TimedFactor(plain(matrix, **options), watch)
+    watch.watch(module, "factorise", "factor")
+    watch.watch(module, "fixed_interface_modes", "modes")
     basis = fe.sparse.krylov_basis.KrylovBasis
     for name, stage in (("_without", "orthogonality"), ("_orthonormalise", "block of orthonormal columns")):
         watch.watch(basis, name, stage)
     start = clock()
-    rom = room.craig_bampton(system, boundary, N_MODE)
+    rom = module.craig_bampton(system, boundary, N_MODE)
     total, memory = clock() - start, peak()
     result = {
         "n_dof": system.n_dof,

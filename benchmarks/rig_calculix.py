@@ -21,14 +21,14 @@ from geometry.rig import Rig, mating_pairs
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
 from reduction.line_contact import station_stiffness
-from study.case.kind import open_case
 from study.case.tables import Case
+from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, FIXED_SETS
 from study.kind.rig.reduce import stuck_modes
 from study.kind.rig.reduction import reduce_rig
 from study.kind.rig.table import RigTable, make_rig_model
-from study.shipped import RIG
+from study.shipped_cases import RIG
 
 #: Frequencies that are compared.
 N_MODE = 6

@@ -15,12 +15,12 @@ from fe.dense_modes import compute_dense_modes
 from reduction.joined import vibrating
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.case.kind import open_case
 from study.case.tables import Case
+from study.kind.registry import open_case
 from study.kind.rig.reduction import RigReduction, reduce_rig
 from study.kind.rig.structure import Row, excitation, measured_places, resting_rig, suspension
 from study.kind.rig.table import RigTable, make_rig_model
-from transient.bench.campaign import (
+from transient.virtual_bench.campaign import (
     FREQUENCY_JITTER,
     HISTORY,
     PARAMETER_DEVIATION,
@@ -31,7 +31,7 @@ from transient.bench.campaign import (
     with_noise,
     write_campaign,
 )
-from transient.bench.sweep import SweptBench
+from transient.virtual_bench.sweep import SweptBench
 
 #: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
 LOWEST = 20

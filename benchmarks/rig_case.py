@@ -6,9 +6,9 @@ from typing import Any
 
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
-from study.case.kind import OpenCase
 from study.case.setup import ReadCase, read_case
 from study.case.tables import Case
+from study.kind.registry import OpenCase
 from study.kind.rig.structure import RestingRig
 from study.kind.rig.table import RigTable
 from study.run_context import RunContext, silent_run

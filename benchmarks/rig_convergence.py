@@ -30,13 +30,13 @@ from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
 from reduction.assembly_error import assembly_error
 from reduction.joined import joined
-from study.case.kind import open_case
 from study.case.tables import Case
+from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, RigModel
 from study.kind.rig.reduction import reduce_rig, supported_body
 from study.kind.rig.table import RigTable, make_rig_model
-from study.shipped import RIG
+from study.shipped_cases import RIG
 from study.table1.stages import richardson
 
 #: Size of the coarsest of the nested meshes, and into how many its cells are cut [m, -].

@@ -19,9 +19,9 @@ from benchmarks.rig_case import stored_run
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.decision.verdict import INTERVAL
 from diagnosis.diagnose import diagnose
-from study.case.kind import open_case
 from study.case.setup import read_case
-from study.shipped import RIG
+from study.kind.registry import open_case
+from study.shipped_cases import RIG
 
 #: Sizes of elements [m]: no mesh is another's refinement.
 MODEL_SIZE, FINER_SIZE, SPECIMEN_SIZE = 0.003, 0.002, 0.0025

@@ -32,8 +32,8 @@ from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic  # noq
 from hbsolve.limits.response_limits import limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.search import LimitSettings  # noqa: E402
-from study.case.kind import OpenCase, open_case  # noqa: E402
-from study.shipped import RIG  # noqa: E402
+from study.kind.registry import OpenCase, open_case  # noqa: E402
+from study.shipped_cases import RIG  # noqa: E402
 
 Real = NDArray[np.float64]
 LEVELS = (1.0, 3.0, 5.0, 10.0)

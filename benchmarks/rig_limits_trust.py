@@ -34,10 +34,10 @@ from hbsolve.limits.response_limits import response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.search import LimitSettings  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
-from study.case.kind import open_case  # noqa: E402
+from study.kind.registry import open_case  # noqa: E402
 from study.limits.model import make_limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
-from study.shipped import RIG  # noqa: E402
+from study.shipped_cases import RIG  # noqa: E402
 
 Real = NDArray[np.float64]
 #: Level and frequency [Hz] of the race: the resonance and its flanks.

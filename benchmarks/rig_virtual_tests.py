@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 python -m benchmarks.rig_virtual_tests [--repeats 3] [--frequencies 252.5 255 0.5]
         [--levels 3 5 10] [--folder FOLDER]
 
-Each repeat has a loading history of its own (`transient.bench.repeats`): the hand that places the dampers, preloads
-that shoot over and under, levels that overshoot, sweeps up and down. The campaign stays in the folder, for
+Each repeat has a loading history of its own (`transient.virtual_bench.repeats`): the hand that places the dampers,
+preloads that shoot over and under, levels that overshoot, sweeps up and down. The campaign stays in the folder, for
 `stickslip compare`. Points whose sliders stay in the box must lie within the limits; the others are counted.
 """
 
@@ -29,13 +29,13 @@ from figure.style import png  # noqa: E402
 from hbsolve.limits.response_limits import response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.search import LimitSettings  # noqa: E402
-from study.case.kind import open_case  # noqa: E402
+from study.kind.registry import open_case  # noqa: E402
 from study.kind.rig.structure import measured_places  # noqa: E402
 from study.limits.model import make_limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
-from study.shipped import RIG  # noqa: E402
-from transient.bench.campaign import CampaignLayout, CampaignPoints, Sweep, write_campaign  # noqa: E402
-from transient.bench.repeats import repeated_tests  # noqa: E402
+from study.shipped_cases import RIG  # noqa: E402
+from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, Sweep, write_campaign  # noqa: E402
+from transient.virtual_bench.repeats import repeated_tests  # noqa: E402
 
 Real = NDArray[np.float64]
 #: Harmonic balance with five harmonics against integration, worst of 12 points (`rig_witness`).

@@ -20,8 +20,8 @@ from benchmarks.rig_case import PreparedRig, prepared
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
-from study.case.kind import open_case
-from study.shipped import RIG
+from study.kind.registry import open_case
+from study.shipped_cases import RIG
 from study.solve.curve import Curve, response_curve
 from transient.state import start_from
 from transient.steady import steady_motion

@@ -14,7 +14,7 @@ import numpy as np
 
 from casefile.table import load_case
 from study.kind.blade.model import compute_first_frequency
-from study.shipped import TABLE1
+from study.shipped_cases import TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import make_row_inputs
 

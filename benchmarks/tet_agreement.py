@@ -32,13 +32,13 @@ from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
 from reduction.joined import joined
 from reduction.rom import ReducedModel
-from study.case.kind import open_case
 from study.case.tables import Case
+from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, FIXED_SETS, LINES, RigModel, find_mirror_image, with_excitation
 from study.kind.rig.reduction import mirrored, supported_body
 from study.kind.rig.table import RigTable, make_rig_model
-from study.shipped import RIG
+from study.shipped_cases import RIG
 
 #: Cells at the contact lines and the root, in parts of the size elsewhere.
 FINER = {"groove_positive": 0.5, "groove_negative": 0.5, "clamp": 0.7, "groove": 0.5}

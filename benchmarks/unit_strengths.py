@@ -16,7 +16,7 @@ by Gauss and Newton's method with Broyden's update of the slopes, and the unit s
 slopes by differences would not do: the shift of the resonance that p takes up is hundreds of standard deviations.
 Features with and without the effect have the same histories and no jitter.
 
-Run: python -m benchmarks.unit_strengths writes transient/bench/strength.toml.
+Run: python -m benchmarks.unit_strengths writes transient/virtual_bench/strength.toml.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,8 +28,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from transient.bench.beam import BeamParameters, reduced_beam, stations_at
-from transient.bench.campaign import (
+from transient.virtual_bench.beam import BeamParameters, reduced_beam, stations_at
+from transient.virtual_bench.campaign import (
     FORCE_FLOOR,
     HELD_OUT_LEVELS,
     HELD_OUT_REPEATS,
@@ -41,8 +41,8 @@ from transient.bench.campaign import (
     scaled,
     sweeps,
 )
-from transient.bench.effect import KINDS, NOTHING, PlantedEffect
-from transient.bench.hidden_effect import STRENGTHS
+from transient.virtual_bench.effect import KINDS, NOTHING, PlantedEffect
+from transient.virtual_bench.hidden_effect import STRENGTHS
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]

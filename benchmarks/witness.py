@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.response import frequency_response
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state

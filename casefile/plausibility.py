@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.campaign.unit import NUMBER_AND_UNIT, si_factor
+from correlation.campaign.measurement_unit import NUMBER_AND_UNIT, si_factor
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from casefile import plausibility
 from casefile.plausibility import Plausibility
-from correlation.campaign.unit import root_units, unit_registry
+from correlation.campaign.measurement_unit import root_units, unit_registry
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 

@@ -114,7 +114,7 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
 
 
 def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None = None) -> AbstractContextManager[None]:
-    """Give an `InputError` of the numerical rooms the file and line that it comes from.
+    """Give an `InputError` of the numerical packages the file and line that it comes from.
 
     The key is the one that the message speaks of, be it "root height" or "root_height"; if there is none, the table is
     named.

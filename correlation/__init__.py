@@ -1,1 +1,1 @@
-"""Model against measurement: measured data, sensors, predictions, metrics, discrepancies."""
+"""Model beside measurement: campaigns, features, noise, predictions, metrics."""

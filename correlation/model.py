@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
 from geometry.read_only_array import freeze_fields, read_only
-from reduction.joint.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
 Row = Float[NDArray[np.float64], " r"]

@@ -1,1 +1,1 @@
-"""Which physical effect is missing: candidate effects, calibration, screening, ranking, verdicts."""
+"""Diagnosis: which physical effect is missing from a model."""

@@ -22,7 +22,7 @@ from study.diagnose.page import contents
 from study.diagnose.round import Round, diagnose_case
 from study.diagnose.run import record
 from study.diagnose.stages import waterfall
-from transient.bench.hidden_effect import make_campaign, random_effect
+from transient.virtual_bench.hidden_effect import make_campaign, random_effect
 
 folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3
 measured = folder / "campaign"

@@ -19,7 +19,7 @@ from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
-from study.shipped import LIMITS
+from study.shipped_cases import LIMITS
 from study.solve.model import make_solve_model
 
 LEVELS, FREQUENCIES, RESONANCE = [0.1, 0.4, 1.0, 4.0], np.linspace(259, 295, 13), 283.0

@@ -11,12 +11,12 @@ import numpy as np
 from figure.response_curves import DrawnCurve, ResponseCurves, response_curves_figure
 from figure.style import png
 from pipeline.store import Store, default_folder
-from study.case.kind import open_case
 from study.case.setup import read_case
+from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.reduce import stuck_modes
 from study.run_context import silent_run
-from study.shipped import RIG
+from study.shipped_cases import RIG
 from study.solve.curve import response_curve
 from study.solve.model import make_solve_model
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.time_record import TimeRecord
-from correlation.record_single_dof import fit_single_dof
+from correlation.time_record.single_dof import fit_single_dof
 from diagnosis.effect.density import Density
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.record.arrangement import about_mean, stretch
-from diagnosis.record.diagnose import record_rounds
+from diagnosis.time_record.arrangement import about_mean, stretch
+from diagnosis.time_record.diagnose import record_rounds
 
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(os.environ.get("STICKSLIP_DATA", ".")) / "silverbox"
 file = folder / "SNLS80mV.csv"

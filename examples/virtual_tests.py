@@ -17,10 +17,10 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
-from study.shipped import LIMITS
+from study.shipped_cases import LIMITS
 from study.solve.model import make_solve_model
-from transient.bench.campaign import CampaignLayout, CampaignPoints, write_campaign
-from transient.bench.repeats import repeated_tests
+from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, write_campaign
+from transient.virtual_bench.repeats import repeated_tests
 
 LEVELS, FREQUENCIES, REPEATS = [0.4, 1.0], np.linspace(265, 292, 7), 6
 #: Largest distance to which loading and vibration may have dragged a slider [m]: nearly that of these tests.

@@ -1,7 +1,7 @@
 """Compiling a function to machine code, stored on disk until any of the compiled code changes.
 
 numba stores compiled functions by the file that holds them, and does not see a change in what they call from another
-file. Here they are stored in a folder whose name is a hash over all files of the room that compile or define what
+file. Here they are stored in a folder whose name is a hash over all files of the package that compile or define what
 compiled functions exchange, so that stale machine code cannot be found.
 
 Compiling takes up to minutes, once: a line on the logger `stickslip`, which Python writes to standard error unless
@@ -25,8 +25,8 @@ from typing import Any, TypeVar, cast
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: A file that holds one of these takes part in compiled code.
-MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.vector_code")
-#: How long the compiled code of a room takes, on one core of 2024, where that is long.
+MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.simd_code")
+#: How long the compiled code of a package takes, on one core of 2024, where that is long.
 DURATION = {"fe": "about 15 seconds", "hbsolve": "about 2 minutes", "transient": "about 20 seconds"}
 #: Where processes of this run find the folder that is removed at its end.
 PASSING = "STICKSLIP_PASSING_FOLDER"
@@ -37,7 +37,7 @@ log = logging.getLogger("stickslip")
 
 
 ROOT = Path(__file__).parent.parent
-#: Rooms whose compiled functions another room calls.
+#: Packages whose compiled functions another package calls.
 CALLS = {"hbsolve": ("reduction",), "transient": ("reduction",), "correlation": ("reduction", "hbsolve")}
 
 
@@ -45,14 +45,14 @@ def compiled(function: F) -> F:
     """Compile on the first call; without bounds checks, so array shapes are the caller's care."""
     import numba
 
-    room = function.__module__.partition(".")[0]
+    package = function.__module__.partition(".")[0]
     config: Any = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder(room).path)
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder(package).path)
     try:
         machine: Any = numba.njit(cache=True, error_model="numpy")(function)
     finally:
         config.CACHE_DIR = before
-    machine._cache = _StoredCode(machine._cache, room)
+    machine._cache = _StoredCode(machine._cache, package)
     return cast(F, machine)
 
 
@@ -89,12 +89,12 @@ class _StoredCode:
     ----------
     store
         numba's own.
-    room
+    package
         The package of the function.
     """
 
-    def __init__(self, store: Any, room: str) -> None:
-        self._store, self._room = store, room
+    def __init__(self, store: Any, package: str) -> None:
+        self._store, self._package = store, package
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._store, name)
@@ -104,11 +104,11 @@ class _StoredCode:
         try:
             found = self._store.load_overload(sig, target_context)
         except Exception:  # a file that a power cut left empty or in part raises whatever its pieces mean
-            _say_once("damaged", f"compiled code in {_folder(self._room).path} is damaged and is compiled again")
+            _say_once("damaged", f"compiled code in {_folder(self._package).path} is damaged and is compiled again")
             found = None
             self._attempt(self._store.flush)
         if found is None:
-            _say_that_it_compiles(self._room)
+            _say_that_it_compiles(self._package)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -119,20 +119,20 @@ class _StoredCode:
         try:
             write()
         except OSError as error:
-            where = _folder(self._room).path
+            where = _folder(self._package).path
             _say_once("full", f"compiled code cannot be stored in {where} ({error.strerror}): {REMEDY}, "
                               "otherwise every run compiles it again")  # fmt: skip
 
 
-def _say_that_it_compiles(room: str) -> None:
-    folder = _folder(room)
+def _say_that_it_compiles(package: str) -> None:
+    folder = _folder(package)
     # Processes of a pool begin together: the one that finds the folder empty speaks for all.
     is_child = multiprocessing.parent_process() is not None
-    if room not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
+    if package not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
         return
     kept = f"every run does so, because no folder for it can be written: {REMEDY}" if folder.passes else (
         f"stored in {folder.path}")  # fmt: skip
-    _say_once(room, f"compiling the package {room} once, {DURATION[room]}; {kept}")
+    _say_once(package, f"compiling the package {package} once, {DURATION[package]}; {kept}")
 
 
 @cache
@@ -142,19 +142,19 @@ def _say_once(subject: str, sentence: str) -> None:  # noqa: ARG001  # what is s
 
 @dataclass(frozen=True)
 class _Folder:
-    """Where the compiled code of a room is, and whether it ends with this run."""
+    """Where the compiled code of a package is, and whether it ends with this run."""
 
     path: Path
     passes: bool
 
 
 @cache
-def _folder(room: str) -> _Folder:
+def _folder(package: str) -> _Folder:
     """Numba's folder if the user named one, else the user's cache, else one that is removed at the end of the run."""
     from platformdirs import user_cache_path
 
     digest = hashlib.sha256()
-    for file in sorted(file for each in (room, *CALLS.get(room, ())) for file in (ROOT / each).rglob("*.py")):
+    for file in sorted(file for each in (package, *CALLS.get(package, ())) for file in (ROOT / each).rglob("*.py")):
         code = file.read_bytes()
         if any(mark in code for mark in MARKS):
             digest.update(code)

@@ -1,4 +1,4 @@
-"""A body of the rig as the other rooms see it: one solid, and names for the places that matter on it."""
+"""A body of the rig as the other packages see it: one solid, and names for the places that matter on it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,6 +1,6 @@
 """Alternating frequency/time: from the motion of the joint directions to the coefficients of the joint forces.
 
-All quantities are relative to the linear reference: g = f - D x (`hbsolve.contact.law`).
+All quantities are relative to the linear reference: g = f - D x (`hbsolve.joint_law.registry`).
 
 References
 ----------
@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
-from hbsolve.joint_table import joint_force
+from hbsolve.joint_arrays import joint_force
+from hbsolve.joint_law.registry import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
 from reduction.array_type import Real, Whole
 
 

@@ -13,11 +13,11 @@ from jaxtyping import Float, Int
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
-from hbsolve.joint_table import JointTable, joint_table
+from hbsolve.joint_arrays import JointTable, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Real, Whole
-from reduction.joint.packing import addresses
+from reduction.joint_law.joint_arrays import addresses
 from reduction.jointed_system import JointedSystem
 
 #: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact.law import FORCE
+from hbsolve.joint_law.registry import FORCE
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state
 from reduction.array_type import Matrix, Real, Vector, Whole

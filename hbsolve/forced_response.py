@@ -7,7 +7,7 @@ from jaxtyping import Complex, Float
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics

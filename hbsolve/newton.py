@@ -28,7 +28,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.aft import joint_forces
-from hbsolve.contact.law import FORCE, JACOBIAN
+from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.krylov import Border, gmres, operator
 from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
 

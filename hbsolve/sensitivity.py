@@ -22,10 +22,10 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.contact.law import PARAMETERS
-from hbsolve.continuation.path import joint_index, spread
+from hbsolve.continuation.continuation_parameter import joint_index, spread
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
+from hbsolve.joint_law.registry import PARAMETERS
 from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import complex_from_real, real_from_complex

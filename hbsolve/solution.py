@@ -5,8 +5,8 @@ import numpy as np
 from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
-from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
+from hbsolve.joint_law.registry import JACOBIAN
 from hbsolve.newton import apply_receptance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, start_motion

@@ -13,9 +13,9 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.continuation.path import FrequencyPath, LevelPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath
 from hbsolve.continuation.step import Continuation
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import TOLERANCE, newton_at, recover_state, solve_at
 from hbsolve.state import SteadyState, slider_start, start_motion

@@ -39,7 +39,7 @@ _PARTS: dict[str, tuple[type, Callable[[Any], tuple[Any, ...]]]] = {
     "range": (range, lambda value: (value.start, value.stop, value.step)),
     "slice": (slice, lambda value: (value.start, value.stop, value.step)),
 }
-#: Modules of users' files are called so, by `geometry.registry` and `diagnosis.candidate.own_effect`.
+#: Modules of users' files are called so, by `geometry.registry` and `diagnosis.candidate.user_effect`.
 _USER_FILE = "stickslip_"
 
 

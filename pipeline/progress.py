@@ -1,7 +1,7 @@
 """Progress with time left: bars on a terminal, lines now and then elsewhere, nothing at all when asked to be quiet.
 
-The numerical rooms know none of this: a long function of theirs takes a callback ``report(done, total)`` and calls it
-now and then. Here such a callback belongs to a named step::
+The numerical packages know none of this: a long function takes a callback ``report(done, total)`` and calls it now and
+then. Here such a callback belongs to a named step::
 
     with progress.step("hex20, 3 elements: modes", expected=6.0) as report:
         modes(system, 10, report=report)

@@ -1,6 +1,6 @@
 r"""What a structure with joints is: matrices, joints and loads as data alone.
 
-How a joint behaves is written twice, in `hbsolve.contact` and in `transient`, on purpose: each is the other's witness.
+The force of a joint is written twice on purpose, in `hbsolve` and in `transient`: each checks the other.
 
 A joint acts along directions, rows b over the structure's degrees of freedom: its relative displacement is u = b . q,
 and the force f of the joint enters the equation of motion as
@@ -21,12 +21,12 @@ from jaxtyping import Complex
 from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
 from reduction.array_type import Array, Matrix, Row
 from reduction.errors import JointError
-from reduction.joint.cubic_spring import CubicSpring
-from reduction.joint.elastic_stop import ElasticStop
-from reduction.joint.friction_contact import Friction, FrictionContact
-from reduction.joint.jenkins import JenkinsElement
-from reduction.joint.law import Joint
-from reduction.joint.quadratic_damper import QuadraticDamper
+from reduction.joint_law.cubic_spring import CubicSpring
+from reduction.joint_law.elastic_stop import ElasticStop
+from reduction.joint_law.friction_contact import Friction, FrictionContact
+from reduction.joint_law.jenkins import JenkinsElement
+from reduction.joint_law.quadratic_damper import QuadraticDamper
+from reduction.joint_law.registry import Joint
 
 __all__ = [
     "CubicSpring",

@@ -29,7 +29,7 @@ import numpy as np
 
 from reduction.errors import ExchangeError
 from reduction.file.atomic_file import write_whole
-from reduction.joint.law import LAWS, Joint
+from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JointedSystem
 
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from reduction.errors import ExchangeError
 from reduction.file.atomic_file import write_whole
-from reduction.joint.law import Joint
+from reduction.joint_law.registry import Joint
 from reduction.jointed_system import JointedSystem
 
 PART = "structure"

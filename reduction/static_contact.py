@@ -23,7 +23,7 @@ from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import freeze_arrays, locked
 from reduction.array_type import Matrix, Real, Row, Vector
 from reduction.errors import JointError
-from reduction.joint.friction_contact import Friction, FrictionContact
+from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
 
 #: Changes of which contacts are closed, a contact: each round opens or closes some, and few rounds do.

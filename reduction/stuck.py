@@ -9,7 +9,7 @@ from fe.damping import rayleigh_damping
 from fe.dense_modes import compute_dense_modes
 from reduction.array_type import Array, Matrix, Real
 from reduction.errors import JointError
-from reduction.joint.law import Joint
+from reduction.joint_law.registry import Joint
 
 #: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
 RIGID = 1e-6

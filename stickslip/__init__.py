@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from reduction.craig_bampton import craig_bampton as craig_bampton
     from reduction.file.rom_hdf5 import load_rom as load_rom
     from reduction.file.rom_hdf5 import save_rom as save_rom
-    from reduction.joint.function_law import joint_law as joint_law
+    from reduction.joint_law.function_law import joint_law as joint_law
     from reduction.jointed_system import CubicSpring as CubicSpring
     from reduction.jointed_system import ElasticStop as ElasticStop
     from reduction.jointed_system import FrictionContact as FrictionContact
@@ -103,7 +103,7 @@ _HOME = {
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",
     "QuadraticDamper": "reduction.jointed_system:QuadraticDamper",
-    "joint_law": "reduction.joint.function_law:joint_law",
+    "joint_law": "reduction.joint_law.function_law:joint_law",
     "along": "reduction.jointed_system:along",
     "between": "reduction.jointed_system:between",
     "static_state": "reduction.static_contact:static_state",

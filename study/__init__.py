@@ -1,1 +1,1 @@
-"""Command line, cases and their models, runs, pages and reports."""
+"""The application: command line, case files, workflows, reports and pages."""

@@ -22,7 +22,7 @@ SHOWN = {
     "import_matrices.py",
     "response_limits.py", "own_step_to_rom.py", "virtual_tests.py",
 }  # fmt: skip
-#: Those that take minutes run where STICKSLIP_SLOW is set; tests of their rooms take the same steps on less data.
+#: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.
 SLOW = {"find_the_missing_effect.py"}
 SLOW_TIMEOUT = 1500  # s
 

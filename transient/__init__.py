@@ -1,1 +1,1 @@
-"""Time integration of jointed systems with a contact marching of its own: the witness of the harmonic balance."""
+"""Time integration of jointed systems: an independent check of the harmonic balance."""

@@ -29,7 +29,7 @@ from transient.errors import TransientError
 from transient.joint_forces import joint_forces
 from transient.march import StepEquation, solve_positions
 from transient.state import TransientState
-from transient.transition import ModalStructure, modal_structure, modes
+from transient.state_transition import ModalStructure, modal_structure, modes
 
 #: Equal parts in which the load is put on, so that sliders move as on a slow ramp.
 N_PART = 50

@@ -9,8 +9,8 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
 from transient.state import TransientState
+from transient.state_transition import modal_structure
 from transient.stepper import Stepper
-from transient.transition import modal_structure
 
 
 @dataclass(frozen=True, kw_only=True)

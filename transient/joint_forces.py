@@ -4,9 +4,9 @@ import numpy as np
 
 from fe.compiled import compiled, compiled_switch
 from reduction.array_type import Matrix, Vector
-from transient.joint_table import Packed
-from transient.law.function import force as function_force
-from transient.law.witness import ARGUMENTS, WITNESSES
+from transient.joint_arrays import Packed
+from transient.joint_law.function_law import force as function_force
+from transient.joint_law.registry import ARGUMENTS, WITNESSES
 
 _switch = compiled_switch(
     __name__, ARGUMENTS, [item.force for item in WITNESSES], (function_force, f"address, {ARGUMENTS}")

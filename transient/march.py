@@ -4,7 +4,7 @@ With modal state y and the mean joint forces f over a step,
 
 .. math:: y_{n+1} = A y_n + p_n - E f, \qquad u_{n+1} = u_\mathrm{free} - G f(u_n, u_{n+1}, w_n)
 
-A, E and the increments p_n of the loads are exact (`transient.transition`), so only the joint forces are
+A, E and the increments p_n of the loads are exact (`transient.state_transition`), so only the joint forces are
 approximated. The d equations for u_{n+1} are solved by Newton's method with an inverse that stays as long
 as it still converges well, then by damped steps, then by short steps along the residual, which always converge where
 the joint forces are monotone because G is positive.
@@ -16,9 +16,9 @@ import numpy as np
 
 from fe.compiled import compiled
 from reduction.array_type import Matrix, Vector
+from transient.joint_arrays import Packed
 from transient.joint_forces import joint_force, joint_forces
-from transient.joint_table import Packed
-from transient.transition import Transition
+from transient.state_transition import Transition
 
 #: Error of a position that is accepted, as a share of the largest position so far: some hundred times round-off.
 TOLERANCE = 1e-13

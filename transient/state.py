@@ -9,7 +9,7 @@ from reduction.array_input import finite_array, freeze_arrays
 from reduction.array_type import Array, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
-from transient.joint_table import joint_table
+from transient.joint_arrays import joint_table
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

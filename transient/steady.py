@@ -16,11 +16,11 @@ from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Array, Matrix, Real, Vector
 from reduction.jointed_system import JointedSystem
-from transient.anderson import Anderson
+from transient.anderson_acceleration import Anderson
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
+from transient.state_transition import ModalStructure, modal_structure
 from transient.stepper import JointHistory, Record, Stepper
-from transient.transition import ModalStructure, modal_structure
 
 #: Periods over which the decay is read off.
 WINDOW = 20

@@ -12,7 +12,7 @@ from transient.errors import StepError, TransientError
 from transient.joint_forces import joint_forces
 from transient.march import Marched, march
 from transient.state import TransientState, check_state
-from transient.transition import ModalStructure, modal_structure, transition
+from transient.state_transition import ModalStructure, modal_structure, transition
 
 NONE = np.zeros((0, 0))
 

@@ -23,8 +23,8 @@ from correlation.campaign.measurement import (
     MeasuredSensor,
     Test,
 )
+from correlation.campaign.measurement_unit import si_factor, si_quantity
 from correlation.campaign.toml_table import TomlTable
-from correlation.campaign.unit import si_factor, si_quantity
 from correlation.errors import CampaignError, Mistakes
 
 MANIFEST = "campaign.toml"

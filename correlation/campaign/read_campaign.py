@@ -9,8 +9,8 @@ from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.format.toml_folder import read_folder
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.campaign.stepped_sine import sorting
+from correlation.data_quality.campaign import find_suspicions
 from correlation.errors import CampaignError
-from correlation.suspicion.campaign import find_suspicions
 
 
 def read_campaign(path: Path) -> Campaign:

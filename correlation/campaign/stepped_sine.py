@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.campaign.csv_table import CsvTable, read_table
 from correlation.campaign.manifest import MANIFEST, Manifest
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Measurement
-from correlation.campaign.unit import si_factor
+from correlation.campaign.measurement_unit import si_factor
 from correlation.errors import CampaignError
 
 COLUMNS = (

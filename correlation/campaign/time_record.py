@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.csv_table import read_table
-from correlation.campaign.unit import base_unit, si_factor
+from correlation.campaign.measurement_unit import base_unit, si_factor
 from correlation.errors import CampaignError
 from geometry.read_only_array import freeze_fields
 

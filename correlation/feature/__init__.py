@@ -1,1 +1,1 @@
-"""Features: numbers that are compared, averaged over repeats and sweeps, beside those of a model."""
+"""Features: the numbers of a campaign that are compared with a model, averaged over repeats and sweeps."""

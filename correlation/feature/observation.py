@@ -7,10 +7,10 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
+from correlation.data_quality.jump import find_jumps
 from correlation.errors import CampaignError
 from correlation.prediction import Points
 from correlation.row_table import RowTable
-from correlation.suspicion.jump import find_jumps
 
 #: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
 HEARD = 2.0

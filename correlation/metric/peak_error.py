@@ -21,7 +21,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import find_peak, fit_resonance, measure_bend
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 Vector = Float[NDArray[np.float64], " m"]

@@ -1,1 +1,1 @@
-"""Noise: variance from few repeats, errors that many numbers share, differences in units of both."""
+"""Noise: variance from few repeats, errors that many numbers share, and their covariance."""

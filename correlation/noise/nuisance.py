@@ -15,7 +15,7 @@ from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
-from reduction.joint.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import friction_contacts
 
 Modes = Float[NDArray[np.float64], "m q"]
 

@@ -22,7 +22,7 @@ from scipy.stats import chi2
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 
 Variance = Float[NDArray[np.float64], " m"]
 

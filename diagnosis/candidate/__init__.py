@@ -1,1 +1,1 @@
-"""Candidate effects: what one is, where it may act, how strong it must be to matter, and the list of all."""
+"""Candidate effects: where each may act and how strong it must be to matter; the catalogue of all."""

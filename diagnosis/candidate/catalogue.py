@@ -8,13 +8,13 @@ from typing import Protocol, TypeAlias
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectError, Untestable
-from diagnosis.candidate.own_effect import list_checked, read_effects
 from diagnosis.candidate.scale import CONFIGURATIONS, measure_scale
+from diagnosis.candidate.user_effect import list_checked, read_effects
 from diagnosis.effect import EFFECTS, EffectKind
 
 
 class Source(Protocol):
-    """Source of further effects, such as `diagnosis.candidate.own_effect.EffectSource`."""
+    """Source of further effects, such as `diagnosis.candidate.user_effect.EffectSource`."""
 
     @property
     def candidates(self) -> Callable[[Model], Iterable[Effect | Untestable]]:

@@ -9,7 +9,7 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
 from diagnosis.effect import EffectKind
-from reduction.joint.friction_contact import friction_contacts
+from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 
 

@@ -1,1 +1,1 @@
-"""From refits to a verdict."""
+"""Decision: from fitted effects to a verdict."""

@@ -9,9 +9,9 @@ import numpy as np
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_sweep_directions, split_held_out
 from correlation.model import Model
+from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
-from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
@@ -19,9 +19,9 @@ from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.finer_model import FinerModel
+from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.jitter import list_jitter
 from diagnosis.fit.problem import Effort, Refit
-from diagnosis.fit.unknowns import Unknowns, Values
 from diagnosis.fit.weighting import DRAWS, Measured, weighted
 
 Report = Callable[[str, float], None]

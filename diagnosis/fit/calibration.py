@@ -20,7 +20,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.fit.unknowns import Unknowns, Values
+from diagnosis.fit.fit_parameter import Unknowns, Values
 from hbsolve.errors import ModelError
 
 Vector = Float[NDArray[np.float64], " m"]

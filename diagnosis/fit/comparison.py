@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
+from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.tangent import differentiate
-from diagnosis.fit.unknowns import Unknowns, Values
 
 #: Factor on the deviations of numbers that a calibration leaves out.
 FAINT = 1e3

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from correlation.model import Model
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.comparison import FAINT, Comparison
-from diagnosis.fit.unknowns import Unknowns, Values
+from diagnosis.fit.fit_parameter import Unknowns, Values
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

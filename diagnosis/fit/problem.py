@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Data, Fit
-from diagnosis.fit.unknowns import Unknowns
+from diagnosis.fit.fit_parameter import Unknowns
 
 PerRecord = Float[NDArray[np.float64], " records"]
 

@@ -10,6 +10,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
+from correlation.noise.covariance import Whitening
 from correlation.noise.kink import REACH, Shift, make_kink_modes
 from correlation.noise.nuisance import (
     Budget,
@@ -21,7 +22,6 @@ from correlation.noise.nuisance import (
     make_jitter_modes,
 )
 from correlation.noise.scatter import Scatter, estimate_scatter
-from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.jitter import list_preload_jitter

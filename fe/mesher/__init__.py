@@ -1,1 +1,1 @@
-"""Meshes made of shapes: mapped hexahedra of each body, tetrahedra in any CAD solid."""
+"""Meshers: mapped hexahedra of the bodies of the rig, tetrahedra in any CAD solid."""

@@ -7,9 +7,9 @@ from fe.sparse.factor import NODE
 from fe.sparse.lower_columns import lower_columns, ordered_columns
 from fe.sparse.narrow_product import project, subtract
 from fe.sparse.product import SparseProduct
+from fe.sparse.simd_code import LANES
 from fe.sparse.supernodes import Supernodes, pack
 from fe.sparse.upper_triangle import Upper
-from fe.sparse.vector_code import LANES
 
 
 def warm() -> None:

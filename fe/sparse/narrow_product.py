@@ -10,8 +10,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.sparse.vector_code import ROWS, SIZE, groups
-from fe.sparse.vector_sum import add_combination, add_projection
+from fe.sparse.simd_code import ROWS, SIZE, groups
+from fe.sparse.simd_sum import add_combination, add_projection
 
 Matrix = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.sparse.vector_code import SHORT_SIZE, SIZE, Buffer, groups
-from fe.sparse.vector_sum import put_sparse_row
+from fe.sparse.simd_code import SHORT_SIZE, SIZE, Buffer, groups
+from fe.sparse.simd_sum import put_sparse_row
 
 Matrix = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.sparse.vector_code import ROWS, SHORT_SIZE, SIZE, TALLEST, Buffer, groups
-from fe.sparse.vector_tile import solve_lower, solve_upper, subtract_product, subtract_transposed_product
+from fe.sparse.simd_code import ROWS, SHORT_SIZE, SIZE, TALLEST, Buffer, groups
+from fe.sparse.simd_tile import solve_lower, solve_upper, subtract_product, subtract_transposed_product
 
 Matrix = NDArray[np.float64]
 

@@ -1,1 +1,1 @@
-"""Following curves of periodic responses: arclength steps, branches, resonance peaks, rescue, several states."""
+"""Continuation: curves of periodic responses over frequency, level or a parameter, and their peaks."""

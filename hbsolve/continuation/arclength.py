@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hbsolve.aft import Start
-from hbsolve.continuation.path import Equation, Path, equation
+from hbsolve.continuation.continuation_parameter import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
 from hbsolve.newton import RELATIVE, bordered_step

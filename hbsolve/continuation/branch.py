@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from fe.notebook import Labelled
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.sampling import real_from_complex

@@ -7,10 +7,10 @@ import numpy as np
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact.law import FORCE
-from hbsolve.continuation.path import LevelPath
+from hbsolve.continuation.continuation_parameter import LevelPath
 from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoSteadyState
+from hbsolve.joint_law.registry import FORCE
 from hbsolve.solution import forces_at, solve_at
 from hbsolve.state import SteadyState, slider_start
 from reduction.array_type import Real

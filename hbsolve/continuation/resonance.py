@@ -11,7 +11,7 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.arclength import Direction
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.path import FrequencyPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath
 from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoPeakError, NoSteadyState

@@ -11,9 +11,9 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_share
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.path import FrequencyPath, JointPath, LevelPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath, JointPath, LevelPath
 from hbsolve.continuation.step import Continuation, ContinuationState
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, slider_start

@@ -17,8 +17,8 @@ from jaxtyping import Float
 
 from hbsolve.aft import Start
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected_points, tangent
-from hbsolve.continuation.path import Equation, Path, equation
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.continuation_parameter import Equation, Path, equation
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import recover_state, solve_at
 from hbsolve.state import SteadyState

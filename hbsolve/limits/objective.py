@@ -17,8 +17,8 @@ from jaxtyping import Float
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.contact.law import FORCE
 from hbsolve.errors import BalanceError
+from hbsolve.joint_law.registry import FORCE
 from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import forces_at
 from hbsolve.state import checked_harmonic, slider_start

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hbsolve.limits.box import random_sliders
 from hbsolve.limits.exchange import HOPELESS
 from hbsolve.limits.local_search import GAIN
 from hbsolve.limits.optimum import Best, Key, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
+from hbsolve.limits.slider_bounds import random_sliders
 from hbsolve.limits.sliders import SliderTable
 
 #: Combinations of lines that are turned about at most.

@@ -11,10 +11,10 @@ from fe.compiled import compiled
 from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import NoSteadyState
-from hbsolve.limits.box import SliderBox
+from hbsolve.joint_law.registry import JACOBIAN
 from hbsolve.limits.objective import Measure
+from hbsolve.limits.slider_bounds import SliderBox
 from hbsolve.limits.sliders import Cone, SliderTable, cone
 from hbsolve.newton import RELATIVE, apply_receptance, newton_step
 from hbsolve.solution import TOLERANCE, forces_at, ramp

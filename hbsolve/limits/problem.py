@@ -7,9 +7,9 @@ from jaxtyping import Float
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.limits.box import SliderBox
 from hbsolve.limits.objective import Measure, Objective
 from hbsolve.limits.point import LimitPoint
+from hbsolve.limits.slider_bounds import SliderBox
 from hbsolve.limits.sliders import SliderTable, slider_table
 from reduction.array_type import Real
 

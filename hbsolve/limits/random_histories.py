@@ -16,12 +16,12 @@ import numpy as np
 from jaxtyping import Float
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.limits.box import N_KIND, random_sliders
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.optimum import Best, Key, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.result import ResponseLimits
+from hbsolve.limits.slider_bounds import N_KIND, random_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 

@@ -9,7 +9,6 @@ import numpy as np
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from hbsolve.limits.box import slider_box, starting_sliders
 from hbsolve.limits.certificate import RADII, Certificate
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
@@ -18,6 +17,7 @@ from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
 from hbsolve.limits.result import ResponseLimits, blank_arrays
 from hbsolve.limits.search import LimitSettings, StagedSearch
+from hbsolve.limits.slider_bounds import slider_box, starting_sliders
 from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array
 from reduction.array_type import Real

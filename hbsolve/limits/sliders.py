@@ -21,7 +21,7 @@ from fe.compiled import compiled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from reduction.array_type import Real, Whole
-from reduction.joint.law import SliderInterval
+from reduction.joint_law.registry import SliderInterval
 
 
 class SliderTable(NamedTuple):

@@ -1,1 +1,1 @@
-"""The shipped beam of the virtual test bench, as a case."""
+"""The beam of the virtual test bench as a case."""

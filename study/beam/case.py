@@ -150,7 +150,7 @@ def main(words: Sequence[str] | None = None) -> None:
     given.folder.mkdir(parents=True, exist_ok=True)
     sys.stdout.write(f"{write_beam_case(given.folder)}\n")
     if given.campaign is not None:
-        from transient.bench.hidden_effect import make_campaign
+        from transient.virtual_bench.hidden_effect import make_campaign
 
         make_campaign(given.folder / "campaign", seed=given.campaign)
         sys.stdout.write(f"{given.folder / 'campaign'}\n")

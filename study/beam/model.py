@@ -1,7 +1,7 @@
 """The beam of the virtual test bench as an engineer would model it: few elements, three contact stations a line.
 
 A cantilever in plane bending (Hermite elements) between two inclined contact flanks; drawing and numbers are those that
-`transient.bench.beam` builds its specimen from, in a discretisation of its own.
+`transient.virtual_bench.beam` builds its specimen from, in a discretisation of its own.
 """
 
 from math import pi, sqrt

@@ -1,1 +1,1 @@
-"""The case file: one structure and all that is done with it, and the model that it describes."""
+"""Case files: their tables, and the model that they describe."""

@@ -16,7 +16,7 @@ from casefile.quantity import (
     Stiffness,
 )
 from casefile.table import CaseModel
-from reduction.joint.law import LAWS, Joint, LawParameter
+from reduction.joint_law.registry import LAWS, Joint, LawParameter
 from study.case.place import Places, PlaceTable, listed
 
 Positive = Annotated[Stiffness, Field(gt=0)]

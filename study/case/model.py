@@ -9,12 +9,13 @@ from casefile.table import Mistakes, located
 from correlation.errors import ModelDefinitionError
 from correlation.model import DeadWeight, LineSensor, Model, Sensor
 from reduction.errors import JointError
-from reduction.joint.law import LAWS, Joint
+from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from study.case.joint_table import DIRECTION, LineTable
 from study.case.place import PlaceFinder
+from study.case.sensor import LineSensorTable, MotionSensorTable
 from study.case.structure import Structure
-from study.case.tables import Case, LineSensorTable, MotionSensorTable, StructureTable
+from study.case.tables import Case, StructureTable
 
 Row = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""All that a case says, as the numerical rooms take it: a model, its calibration parameters and its numerical error."""
+"""From a case to what the numerical packages take: a model, its calibration parameters and its numerical error."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,9 +14,9 @@ from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from study.case.added import apply_all, apply_by_name, read_added_effects
-from study.case.kind import OpenCase, open_case
 from study.case.model import model_of_case
 from study.case.structure import Structure
+from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 
 

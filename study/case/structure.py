@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.model import DeadWeight, Dof, LineSensor, Part, Sensor
 from reduction.file.structure_file import StructureMatrices
-from reduction.joint.law import Joint
+from reduction.joint_law.registry import Joint
 from reduction.rom import ReducedModel
 from reduction.stuck import stuck_stiffness
 

@@ -5,14 +5,16 @@ kind.
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, Generic, Self, TypeVar
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from casefile.quantity import Angle, Force, Ratio
+from casefile.quantity import Ratio
 from casefile.table import CaseModel
 from study.case.joint_table import LineTable, Name, NotNegative
+from study.case.load import DeadWeightTable, LoadTable, StaticLoadTable
 from study.case.place import PlaceTable
+from study.case.sensor import SensorTable
 from study.case.sweep import Sweep
 from study.limits.table import LimitsTable
 
@@ -33,57 +35,6 @@ class NamedPlaceTable(PlaceTable):
     """A point with a direction: where effects may act and sensors sit."""
 
     name: Name
-
-
-class MotionSensorTable(PlaceTable):
-    """What reads the motion of a place."""
-
-    name: Name
-    quantity: Literal["displacement", "velocity", "acceleration"] = "displacement"
-    gain: Ratio = 1.0
-
-
-class LineSensorTable(CaseModel):
-    """What reads the force of a line on the structure."""
-
-    name: Name
-    line: str
-    component: Literal["tangential", "normal"]
-    gain: Ratio = 1.0
-
-
-def _read_by(sensor: Any) -> str:
-    """What a sensor reads: the key ``line`` is that of forces."""
-    return (
-        "force" if isinstance(sensor, LineSensorTable) or (isinstance(sensor, dict) and "line" in sensor) else "motion"
-    )
-
-
-SensorTable = Annotated[
-    Annotated[MotionSensorTable, Tag("motion")] | Annotated[LineSensorTable, Tag("force")], Discriminator(_read_by)
-]
-
-
-class LoadTable(PlaceTable):
-    """A harmonic force amplitude cos(harmonic Omega t + phase) at level 1."""
-
-    amplitude: Annotated[Force, Field(ge=0)] = 1.0
-    harmonic: Annotated[int, Field(strict=True, ge=1)] = 1
-    phase: Angle = 0.0
-
-
-class StaticLoadTable(PlaceTable):
-    """A constant force."""
-
-    force: Force
-
-
-class DeadWeightTable(PlaceTable):
-    """A constant force that presses lines; their preloads are those under it, so that it is not added to them."""
-
-    name: Name
-    force: Force
-    presses: Annotated[tuple[Name, ...], Field(min_length=1, examples=[["left"]])]
 
 
 class HarmonicsTable(CaseModel):

@@ -1,1 +1,1 @@
-"""One file a command of `stickslip`; each is imported only when it is called."""
+"""Commands of `stickslip`, one file per command; each is imported only when it is called."""

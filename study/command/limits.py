@@ -33,7 +33,7 @@ def limits(
     one_thread_by_default()
     from study.limits.report import limits_document, limits_text
     from study.limits.run import run_limits
-    from study.shipped import LIMITS
+    from study.shipped_cases import LIMITS
 
     limited = run_limits(case or LIMITS, options.open(out))
     return Answer(document=limits_document(limited), text=limits_text(limited))

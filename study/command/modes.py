@@ -40,6 +40,6 @@ def modes(
     """Compute and draw modes."""
     one_openblas_thread_by_default()
     from study.modes.run import run_modes
-    from study.shipped import BLADE
+    from study.shipped_cases import BLADE
 
     return run_modes(source or BLADE, mesh, n_modes, film, options.open(out))

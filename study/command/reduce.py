@@ -49,8 +49,8 @@ def reduce(
 ) -> Answer:
     """Reduce a blade, a rig, a part or matrices."""
     one_openblas_thread_by_default()
-    from study.case.kind import open_case
-    from study.shipped import BLADE
+    from study.kind.registry import open_case
+    from study.shipped_cases import BLADE
 
     opened = open_case(case or BLADE)
     if isinstance(opened.kind.reduce, str):

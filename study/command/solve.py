@@ -33,7 +33,7 @@ def solve(
 ) -> Answer:
     """Compute response curves of a structure with joints."""
     one_thread_by_default()
-    from study.shipped import SOLVE
+    from study.shipped_cases import SOLVE
     from study.solve.report import solve_document, solve_text
     from study.solve.run import run_solve
 

@@ -38,7 +38,7 @@ def table1(
 ) -> Answer:
     """Run the mesh study."""
     one_openblas_thread_by_default()
-    from study.shipped import TABLE1
+    from study.shipped_cases import TABLE1
     from study.table1.report import write_report
 
     report = write_report(cases or TABLE1, options.open(out))

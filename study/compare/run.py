@@ -26,10 +26,10 @@ from diagnosis.fit.weighting import Measured, weighted
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
-from study.case.kind import open_case
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.pictures import pictures
 from study.compare.suspicions import find_all_suspicions, require_repeats
+from study.kind.registry import open_case
 from study.run_context import RunContext
 
 COLUMNS = (

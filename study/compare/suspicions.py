@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.data_quality.jump import find_jump_suspicions
+from correlation.data_quality.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
+from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.table import extract_features
 from correlation.model import Model
 from correlation.prediction import Points, Prediction, Predictor
-from correlation.suspicion.jump import find_jump_suspicions
-from correlation.suspicion.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
-from correlation.suspicion.unit import find_wrong_units
 from fe.dense_modes import compute_dense_modes
 from study.case.structure import stick_at_rest
 

@@ -10,7 +10,6 @@ from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
-from study.case.kind import open_case
 from study.case.setup import Setup, read_case
 from study.diagnose.edit import Written, difference, edited, taken_back
 from study.diagnose.history import (
@@ -25,6 +24,7 @@ from study.diagnose.history import (
     read_text,
     write_beside,
 )
+from study.kind.registry import open_case
 from study.run_context import RunContext
 
 #: Largest number of case files that a message lists.

@@ -13,7 +13,6 @@ from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
-from study.case.kind import open_case
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.console import plain
@@ -22,6 +21,7 @@ from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key
 from study.diagnose.report import document, headline, in_words
 from study.diagnose.round import Round, Steps, diagnose_case, errors
 from study.diagnose.table import write_up
+from study.kind.registry import open_case
 from study.run_context import RunContext
 
 #: Effects that ``--auto`` adds at most.

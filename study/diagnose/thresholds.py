@@ -18,7 +18,7 @@ from pipeline.progress import Progress
 from pipeline.store import Store
 from study.case.setup import Setup
 from study.diagnose.null_campaign import null_campaign
-from study.shipped import CASES
+from study.shipped_cases import CASES
 
 #: Thresholds of shipped layouts: a JSON object, key of the layout to the fields of `Thresholds`.
 SHIPPED = CASES / "detection_thresholds.json"

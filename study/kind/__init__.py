@@ -1,1 +1,1 @@
-"""Kinds of cases, one folder each: where the matrices of a structure come from."""
+"""Kinds of structures, one folder per kind: where the matrices come from."""

@@ -15,8 +15,8 @@ from hbsolve.limits.result import ResponseLimits
 from pipeline.checkpoint import StoredTasks
 from pipeline.output import replace_file
 from pipeline.parallel import process_pool
-from study.case.kind import open_case
 from study.case.setup import read_case
+from study.kind.registry import open_case
 from study.limits.curve import FoundLimits, found_limits
 from study.limits.grid import find_narrow_resonance
 from study.limits.model import LimitSearch, list_limit_points, make_limit_search

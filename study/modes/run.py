@@ -5,7 +5,7 @@ from pathlib import Path
 from fe.errors import SupportError
 from figure.scene.off_screen import require_egl
 from geometry.errors import InputError
-from study.case.kind import open_case
+from study.kind.registry import open_case
 from study.modes.files import MODE_SECONDS, write_shapes
 from study.modes.own_mesh import OwnMesh
 from study.modes.shapes import compute_mesh_shapes

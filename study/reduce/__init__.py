@@ -1,1 +1,1 @@
-"""What all kinds share when they are reduced."""
+"""``stickslip reduce``: what all kinds of structures share."""

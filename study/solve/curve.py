@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.path import FrequencyPath, LevelPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath
 from hbsolve.continuation.response import run
 from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoSteadyState

@@ -8,9 +8,9 @@ from casefile.table import located
 from correlation.model import Sensor
 from reduction.errors import JointError
 from reduction.jointed_system import JointedSystem
-from study.case.kind import OpenCase
 from study.case.setup import ReadCase, require_loads
 from study.case.sweep import LevelSweepTable
+from study.kind.registry import OpenCase
 from study.solve.curve import Curve, Row
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from study.case.kind import Extras
+from study.kind.registry import Extras
 from study.solve.run import Solved
 
 

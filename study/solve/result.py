@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from correlation.model import DERIVATIVE, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint, JointedSystem

@@ -15,8 +15,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from pipeline.checkpoint import Checkpoint
 from pipeline.output import replace_file
-from study.case.kind import Extras, open_case
 from study.case.setup import read_case
+from study.kind.registry import Extras, open_case
 from study.run_context import RunContext
 from study.solve.curve import response_curve
 from study.solve.model import SolveModel, make_solve_model, require_sweep

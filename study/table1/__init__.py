@@ -1,1 +1,1 @@
-"""The mesh study of the paper's Table 1: ten models of the stand-alone blade, each frequency three ways."""
+"""``stickslip table1``: the mesh study of Table 1 in the paper."""

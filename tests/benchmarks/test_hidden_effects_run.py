@@ -20,17 +20,17 @@ from benchmarks.hidden_effects_plan import ROWS, Case, cases, effect_name, effec
 from benchmarks.hidden_effects_record import FAILED, MISSING, NONE, Planted, Record, read
 from benchmarks.hidden_effects_run import run
 from correlation.feature.vector import FeatureVector
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
-from transient.bench.beam import BeamParameters
-from transient.bench.campaign import CampaignPoints
-from transient.bench.effect import KINDS, PlantedEffect
-from transient.bench.hidden_effect import PlantedTruth, make_campaign
+from transient.virtual_bench.beam import BeamParameters
+from transient.virtual_bench.campaign import CampaignPoints
+from transient.virtual_bench.effect import KINDS, PlantedEffect
+from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
 
 NO_GROUPS = Groups(same=0.9, pairs={frozenset(("cubic at tip", "spring at tip")): 0.95})
 

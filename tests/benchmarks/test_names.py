@@ -1,13 +1,13 @@
-"""A benchmark that is run as a script comes first on the path: its folder must hide no room."""
+"""A benchmark that is run as a script comes first on the path: its folder must hide no package."""
 
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
 
-def test_no_benchmark_has_the_name_of_a_room() -> None:
-    rooms = {each.parent.name for each in ROOT.glob("*/__init__.py")}
+def test_no_benchmark_has_the_name_of_a_package() -> None:
+    packages = {each.parent.name for each in ROOT.glob("*/__init__.py")}
     benchmarks = {each.stem for each in ROOT.glob("benchmarks/*.py")}
-    assert {"fe", "reduction", "hbsolve"} <= rooms
+    assert {"fe", "reduction", "hbsolve"} <= packages
     assert {"limits", "reduction_race"} <= benchmarks
-    assert not rooms & benchmarks
+    assert not packages & benchmarks

@@ -13,8 +13,8 @@ from pipeline.store import Store
 from study.case.setup import read_case
 from study.kind.rig.structure import measured_places
 from study.run_context import silent_run
-from transient.bench.campaign import PARAMETER_DEVIATION
-from transient.bench.sweep import Readings, SweptBench
+from transient.virtual_bench.campaign import PARAMETER_DEVIATION
+from transient.virtual_bench.sweep import Readings, SweptBench
 
 CASE = """\
 schema = 2

@@ -11,7 +11,13 @@ from scipy.integrate import solve_ivp
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
-from correlation.record_prediction import Drive, estimate_numerical_error, predict_rates, predict_record, prepare_drive
+from correlation.time_record.prediction import (
+    Drive,
+    estimate_numerical_error,
+    predict_rates,
+    predict_record,
+    prepare_drive,
+)
 from geometry.errors import InputError
 from reduction.jointed_system import (
     CubicSpring,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from correlation.record_prediction import REACH, refine, straighten
+from correlation.time_record.prediction import REACH, refine, straighten
 
 
 @pytest.mark.parametrize("factor", [1, 2, 8])

@@ -20,9 +20,9 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.record.arrangement import arrange_records, stretch
-from diagnosis.record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
-from diagnosis.record.gate import named_unit
+from diagnosis.time_record.arrangement import arrange_records, stretch
+from diagnosis.time_record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
+from diagnosis.time_record.gate import named_unit
 from reduction.jointed_system import JointedSystem, along
 
 M = np.diag([1.0, 0.5])

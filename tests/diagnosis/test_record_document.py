@@ -10,7 +10,7 @@ import numpy as np
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model, Sensor
-from correlation.record_prediction import predict_record, prepare_drive
+from correlation.time_record.prediction import predict_record, prepare_drive
 from diagnosis.candidate.place import with_cubic_spring
 from reduction.jointed_system import JointedSystem
 

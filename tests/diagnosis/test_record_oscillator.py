@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
-from correlation.record_prediction import predict_record, prepare_drive
-from correlation.record_single_dof import fit_single_dof
+from correlation.time_record.prediction import predict_record, prepare_drive
+from correlation.time_record.single_dof import fit_single_dof
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.record.arrangement import about_mean, arrange_records
-from diagnosis.record.diagnose import diagnose_records
+from diagnosis.time_record.arrangement import about_mean, arrange_records
+from diagnosis.time_record.diagnose import diagnose_records
 from reduction.jointed_system import JointedSystem
 
 MASS, DAMPING, STIFFNESS = 5e-6, 2e-4, 0.98  # 70.5 Hz, a damping ratio of 4.5 %

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from correlation.campaign.time_record import TimeRecord
-from correlation.record_prediction import estimate_numerical_error
-from correlation.record_single_dof import fit_single_dof
+from correlation.time_record.prediction import estimate_numerical_error
+from correlation.time_record.single_dof import fit_single_dof
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.density import Density
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.record.arrangement import about_mean, stretch
-from diagnosis.record.diagnose import RecordDiagnosis, record_rounds
+from diagnosis.time_record.arrangement import about_mean, stretch
+from diagnosis.time_record.diagnose import RecordDiagnosis, record_rounds
 
 FILE = Path(os.environ.get("STICKSLIP_DATA", "")) / "silverbox" / "SNLS80mV.csv"
 RATE = 1e7 / 2**14  # Hz

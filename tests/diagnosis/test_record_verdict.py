@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
-from diagnosis.record.gate import RATIO, judge_records
 from diagnosis.screening import Score
+from diagnosis.time_record.gate import RATIO, judge_records
 
 QUIET = np.zeros(1)
 LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)

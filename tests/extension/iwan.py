@@ -1,7 +1,7 @@
 """A four-element Iwan chain: Jenkins elements in parallel whose limits are spread evenly."""
 
-from reduction.joint.function_law import joint_law
-from reduction.joint.law import LawParameter
+from reduction.joint_law.function_law import joint_law
+from reduction.joint_law.registry import LawParameter
 
 
 def slide(u, slider, stiffness, limit):

@@ -8,9 +8,9 @@ from pydantic import Field
 from casefile.quantity import Mass, Stiffness
 from correlation.model import Dof, Sensor
 from reduction.file.structure_file import StructureMatrices
-from study.case.kind import CASE_KINDS, CaseKind, OpenCase
 from study.case.structure import Structure
 from study.case.tables import StructureTable
+from study.kind.registry import CASE_KINDS, CaseKind, OpenCase
 from study.run_context import RunContext
 
 #: Damping ratio of the mass on its springs [-].

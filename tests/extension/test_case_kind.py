@@ -16,8 +16,8 @@ from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
 from geometry.errors import RegistryError
 from study import cli
-from study.case.kind import CASE_KINDS, CaseKind, open_case
 from study.case.setup import read_case
+from study.kind.registry import CASE_KINDS, CaseKind, open_case
 
 KIND = Path(__file__).with_name("mass_on_wall.py")
 #: Of the kind, of the case, and of the stuck contact.
@@ -220,7 +220,7 @@ def test_a_kind_without_a_fact_or_with_a_name_that_is_taken_is_refused(case: Pat
         CASE_KINDS.register(member)
     short = tmp_path / "short.py"
     short.write_text(
-        "from types import SimpleNamespace\nfrom study.case.kind import CASE_KINDS\n"
+        "from types import SimpleNamespace\nfrom study.kind.registry import CASE_KINDS\n"
         'CASE_KINDS.register(SimpleNamespace(name="short", summary="none", table=None, structure=None, reduce=""))\n',
         encoding="utf-8",
     )

@@ -1,6 +1,6 @@
 """A wedge of fifteen nodes, added by one file outside the product, passes what every element must.
 
-Every test of the room `fe` that takes the fixture `element` is such a test: it is run here for the wedge as well.
+Every test of the package `fe` that takes the fixture `element` is such a test: it is run here for the wedge as well.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,9 +21,9 @@ from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from figure.scene.skin import make_skin
 from geometry.errors import RegistryError
-from study.case.kind import open_case
 from study.kind.blade.model import clamped, make_blade_model
-from study.shipped import BLADE
+from study.kind.registry import open_case
+from study.shipped_cases import BLADE
 from tests.extension.sweep import sweeps
 from tests.fe import (
     conftest,

@@ -8,7 +8,7 @@ from PIL import Image
 
 from figure.registry import REGISTRY
 from study.cli import main
-from study.shipped import SOLVE
+from study.shipped_cases import SOLVE
 
 NYQUIST = Path(__file__).with_name("nyquist_figure.py")
 

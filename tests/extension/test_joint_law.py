@@ -14,7 +14,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.response import frequency_response
 from hbsolve.steady_state import steady_state
-from reduction.joint.law import LAWS, Joint
+from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JenkinsElement, JointedSystem
 from tests.hbsolve import test_laws
 from transient.steady import steady_motion
@@ -91,8 +91,8 @@ def test_a_balance_with_the_chain_works_in_another_process(law: type[Joint], tmp
 HEAD = """
 import random
 from math import tanh
-from reduction.joint.function_law import joint_law
-from reduction.joint.law import LawParameter
+from reduction.joint_law.function_law import joint_law
+from reduction.joint_law.registry import LawParameter
 STIFFNESS = LawParameter(name="stiffness", unit="N/m", meaning="k", typical=1e4, positive=True)
 FACTS = dict(
     kind="mine", parameters=[STIFFNESS], typical_displacement=1e-3, n_state=0, stuck_stiffness=lambda k: k, energy=None

@@ -14,11 +14,11 @@ from fe.element import REGISTRY as ELEMENTS
 from fe.file.mesh import MESH_FORMATS
 from figure.registry import REGISTRY as FIGURES
 from geometry.registry import REGISTRIES, loaded_files
-from reduction.joint.law import LAWS
+from reduction.joint_law.registry import LAWS
 from study import cli
-from study.case.kind import CASE_KINDS, open_case
 from study.case.setup import read_case
-from study.shipped import BLADE
+from study.kind.registry import CASE_KINDS, open_case
+from study.shipped_cases import BLADE
 
 HERE = Path(__file__).parent
 FILES = ("mass_on_wall.py", "iwan.py", "part_modulus.py", "nyquist_figure.py", "wedge15.py", "json_mesh.py")

@@ -1,4 +1,4 @@
-"""What the tests of this room share: every element and every factorisation there is, a box to be distorted inside."""
+"""Fixtures of the tests of `fe`: every element, every factorisation, a box whose inside is distorted."""
 
 from collections.abc import Callable
 

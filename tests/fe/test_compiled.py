@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-#: A small function of a room whose compilation is announced, in a process of its own: what is loaded stays loaded.
+#: A small function of a package whose compilation is announced, in a process of its own: what is loaded stays loaded.
 SCRIPT = """
 import sys
 sys.path.insert(0, {folder!r})
@@ -105,4 +105,4 @@ def test_on_a_full_disk_the_code_runs_and_the_folder_is_named(run: Runner) -> No
 def test_the_rooms_that_announce_are_there() -> None:
     from fe.compiled import DURATION
 
-    assert all(importlib.util.find_spec(room) for room in DURATION)
+    assert all(importlib.util.find_spec(package) for package in DURATION)

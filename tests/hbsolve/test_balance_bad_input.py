@@ -16,10 +16,10 @@ from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion, contact_share
 from hbsolve.continuation.branch import load_branch
-from hbsolve.continuation.path import FrequencyPath, JointPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath, JointPath
 from hbsolve.continuation.response import begin, branch_of, frequency_response, joint_response, level_response
 from hbsolve.continuation.step import Continuation
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError, DampingWarning, ModelError, NoSteadyState
 from hbsolve.sensitivity import (
@@ -556,8 +556,8 @@ def test_where_nothing_converges_the_message_says_what_to_try(
     def stuck(*given: object) -> tuple[object, float, int]:
         return given[3], 1.0, 0
 
-    for room in (hbsolve.solution, hbsolve.steady_state):
-        monkeypatch.setattr(room, "newton_at", stuck)
+    for package in (hbsolve.solution, hbsolve.steady_state):
+        monkeypatch.setattr(package, "newton_at", stuck)
     with pytest.raises(NoSteadyState, match=advice) as caught:
         steady_state(balance(joints=[joint]), 0.5, slider=slider)
     assert re.match(r"no steady state was found at 0\.0795775 Hz, level 1: ", str(caught.value))

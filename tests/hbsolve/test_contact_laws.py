@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import Start, joint_forces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact.law import SEPARATED, SLIP, STICK
 from hbsolve.contact_motion import contact_motion
-from hbsolve.joint_table import joint_table
+from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK
 from hbsolve.sampling import complex_from_real, sampling
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (

@@ -7,10 +7,10 @@ from scipy.optimize import brentq
 
 from hbsolve.aft import Start, joint_forces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact import coulomb
-from hbsolve.contact.law import FORCE, SLIP, STICK, LawOutput
 from hbsolve.contact_motion import contact_motion
-from hbsolve.joint_table import joint_table
+from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_law import coulomb
+from hbsolve.joint_law.registry import FORCE, SLIP, STICK, LawOutput
 from hbsolve.sampling import sampling
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state

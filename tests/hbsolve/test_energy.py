@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.path import JointPath
+from hbsolve.continuation.continuation_parameter import JointPath
 from hbsolve.energy import energy_balance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
 from hbsolve.forced_response import HarmonicForce, forced_response

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces, Start, joint_forces
-from hbsolve.contact.law import PARAMETERS, SEPARATED, SLIP, STICK
-from hbsolve.joint_table import joint_table
+from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_law.registry import PARAMETERS, SEPARATED, SLIP, STICK
 from hbsolve.sampling import Sampling, sampling
 from reduction.jointed_system import (
     CubicSpring,

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.path import FrequencyPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath
 from hbsolve.continuation.response import begin, frequency_response
 from hbsolve.continuation.step import Continuation
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JointedSystem, along, between
 

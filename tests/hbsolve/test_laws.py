@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact.law import PARAMETERS
 from hbsolve.energy import energy_balance
-from hbsolve.joint_table import joint_table
+from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_law.registry import PARAMETERS
 from hbsolve.sampling import sampling
 from hbsolve.steady_state import steady_state
 from reduction.errors import ExchangeError, JointError
-from reduction.joint.law import LAWS, Joint
+from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JointedSystem
 from reduction.pyharm import pyharm_input
 from transient.steady import steady_motion

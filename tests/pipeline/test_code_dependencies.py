@@ -84,4 +84,4 @@ def test_a_module_that_makes_a_registry_depends_on_the_members_that_it_will_find
 
 
 def test_every_joint_law_and_its_force_count_for_a_response_curve() -> None:
-    assert {"reduction.joint.jenkins", "hbsolve.contact.jenkins"} <= set(dependencies("study.solve.curve"))
+    assert {"reduction.joint_law.jenkins", "hbsolve.joint_law.jenkins"} <= set(dependencies("study.solve.curve"))

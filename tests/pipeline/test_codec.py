@@ -15,16 +15,16 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from casefile.errors import Problem
-from diagnosis.candidate.own_effect import read_effects
+from diagnosis.candidate.user_effect import read_effects
 from diagnosis.threshold.thresholds import Thresholds
 from fe.system import LinearSystem
 from hbsolve.aft import Start
 from hbsolve.limits.local_search import LimitSide
 from pipeline.codec import decode, encode
-from reduction.joint.friction_contact import Friction
+from reduction.joint_law.friction_contact import Friction
 from reduction.rom import ReducedModel
 from study.case.setup import read_case
-from study.shipped import BEAM
+from study.shipped_cases import BEAM
 
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
 SCALARS = (

@@ -8,7 +8,7 @@ from correlation.metric.misfit import Misfit
 from correlation.prediction import Points
 from diagnosis.decision.verdict import Verdict
 from fe.modal import ModeSet
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.limits.result import ResponseLimits
 
 

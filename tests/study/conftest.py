@@ -14,7 +14,7 @@ from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
 from study.case.added import case_catalogue
 from study.case.setup import read_case
-from study.shipped import BLADE, TABLE1
+from study.shipped_cases import BLADE, TABLE1
 
 #: A stubby bar: two rows, one prediction and three nested meshes of at most a thousand nodes.
 COARSE = """\

@@ -12,7 +12,7 @@ from study import cli
 from study.beam.model import beam_model
 from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
 from study.case.setup import read_case
-from study.shipped import BEAM
+from study.shipped_cases import BEAM
 from study.solve.model import make_solve_model
 
 

@@ -20,8 +20,8 @@ Refusal = Callable[..., str]
 @pytest.fixture
 def refusal(at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Refusal:
     """Run a command in this process; it must refuse its input before anything is computed or drawn."""
-    for room in ("study.modes.run", "study.table1.report"):
-        monkeypatch.setattr(f"{room}.require_egl", lambda: None)
+    for package in ("study.modes.run", "study.table1.report"):
+        monkeypatch.setattr(f"{package}.require_egl", lambda: None)
     monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a computation was started"))
 
     def run(*words: str) -> str:

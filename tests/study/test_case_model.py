@@ -14,9 +14,9 @@ from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
 from study.beam.case import write_beam_case
 from study.beam.model import beam_model
-from study.case.kind import open_case
 from study.case.setup import read_case
-from study.shipped import BEAM
+from study.kind.registry import open_case
+from study.shipped_cases import BEAM
 
 K = 1e6 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
 M = np.diag([1.0, 2, 0.5])

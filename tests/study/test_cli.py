@@ -304,7 +304,7 @@ def test_an_interruption_inside_compiled_code_is_one(capsys: pytest.CaptureFixtu
 def test_the_beam_and_a_campaign_are_written_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[Path, int]] = []
     monkeypatch.setattr(
-        "transient.bench.hidden_effect.make_campaign", lambda folder, *, seed: asked.append((folder, seed))
+        "transient.virtual_bench.hidden_effect.make_campaign", lambda folder, *, seed: asked.append((folder, seed))
     )
     beam_case.main([str(tmp_path / "here")])
     assert {file.name for file in (tmp_path / "here").iterdir()} == {

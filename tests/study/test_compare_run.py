@@ -21,9 +21,9 @@ from study.case.setup import Setup, read_case
 from study.compare.report import in_words
 from study.compare.run import compare
 from study.compare.suspicions import find_all_suspicions
-from study.shipped import BEAM
-from transient.bench.campaign import CampaignPoints
-from transient.bench.hidden_effect import make_campaign
+from study.shipped_cases import BEAM
+from transient.virtual_bench.campaign import CampaignPoints
+from transient.virtual_bench.hidden_effect import make_campaign
 
 LEVELS, REPEATS, NOISE = (1.0, 3.0), 5, 0.005
 JOINTED = 472.0 * np.array([0.98, 0.99, 0.995, 0.998, 1.0, 1.002, 1.005, 1.01, 1.02])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from casefile.errors import CaseError
 from study.diagnose.edit import Written, difference, edited, taken_back
-from study.shipped import BEAM
+from study.shipped_cases import BEAM
 
 BEAM_TEXT = BEAM.read_text(encoding="utf-8")
 MASS = {"mass at tip": {"mass": Written(value="52.4 mg", note="1.1 mg")}}

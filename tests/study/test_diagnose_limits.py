@@ -19,9 +19,9 @@ from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
 from study.diagnose.null_campaign import null_campaign
 from study.diagnose.round import bootstrap, diagnose_case
-from study.diagnose.ship import ship
+from study.diagnose.ship_thresholds import ship
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
-from study.shipped import BEAM
+from study.shipped_cases import BEAM
 
 TwoMasses = Callable[..., Path]
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"

@@ -75,7 +75,7 @@ def test_this_machine_can_run_the_tests(tmp_path: Path) -> None:
 
 
 def test_it_needs_nothing_but_the_standard_library() -> None:
-    # -S leaves site-packages out, so any third-party import fails; the rooms themselves are put on the path.
+    # -S leaves site-packages out, so any third-party import fails; the packages themselves are put on the path.
     root = Path(doctor.__file__).parents[1]
     path = f"import sys; sys.path.insert(0, {str(root)!r})"
     script = f"{path}; import study.doctor; from geometry import system_library as s; print(s.missing_libraries('cad'))"

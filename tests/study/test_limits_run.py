@@ -22,7 +22,7 @@ from study import cli
 from study.case.setup import read_case
 from study.limits.run import run_limits
 from study.run_context import Options, silent_run
-from study.shipped import LIMITS
+from study.shipped_cases import LIMITS
 
 #: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
 CASE = """\

@@ -8,12 +8,12 @@ from fe.material import STEEL
 from fe.system import LinearSystem
 from geometry.rig import Rig
 from reduction.errors import RomError
-from study.case.kind import open_case
 from study.kind.blade.model import make_blade_model, reduce_blade
+from study.kind.registry import open_case
 from study.kind.rig.model import RigModel
 from study.kind.rig.reduction import list_reduction_tasks
 from study.reduce.comparison import compared_reduction
-from study.shipped import BLADE
+from study.shipped_cases import BLADE
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-"""`stickslip modes` and `stickslip reduce` as a user runs them: files that hold what the numerical rooms compute."""
+"""`stickslip modes` and `stickslip reduce` as a user runs them: files that hold what the numerical packages compute."""
 
 import json
 import re

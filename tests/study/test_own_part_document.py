@@ -5,9 +5,9 @@ import textwrap
 from pathlib import Path
 
 from geometry.step_part import step_part
-from study.case.kind import open_case
 from study.kind.part.reduce_report import format_face_lines
 from study.kind.part.stages import NamedFaces
+from study.kind.registry import open_case
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "own_part.md").read_text(encoding="utf-8")

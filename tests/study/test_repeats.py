@@ -15,8 +15,8 @@ HELD = "repeats = [4, 5]"
 
 @pytest.fixture
 def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    for room in ("study.diagnose.run.diagnose_case", "study.compare.run.compare"):
-        monkeypatch.setattr(room, lambda *_, **__: pytest.fail("a computation was started"))
+    for package in ("study.diagnose.run.diagnose_case", "study.compare.run.compare"):
+        monkeypatch.setattr(package, lambda *_, **__: pytest.fail("a computation was started"))
 
 
 @pytest.mark.usefixtures("nothing_computed")

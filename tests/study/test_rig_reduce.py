@@ -27,8 +27,8 @@ from reduction.assembly import ReducedAssembly
 from reduction.file.rom_hdf5 import load_assembly
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
-from study.case.kind import open_case
 from study.case.setup import read_case
+from study.kind.registry import open_case
 from study.kind.rig.contact import dead_weights, make_line_pairs
 from study.kind.rig.model import BODIES, RigModel
 from study.kind.rig.reduce import reduce_rig_case
@@ -44,7 +44,7 @@ from study.kind.rig.reduction import (
 from study.kind.rig.table import make_rig_model
 from study.reduce.report import report_fewer_rig_modes
 from study.run_context import RunContext, silent_run
-from study.shipped import BLADE, RIG
+from study.shipped_cases import BLADE, RIG
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 N_MODE = 40

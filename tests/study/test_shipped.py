@@ -8,9 +8,9 @@ import pytest
 
 from casefile.table import load_case
 from fe.modal import modes
-from study.case.kind import open_case
 from study.kind.blade.model import clamped
-from study.shipped import BEAM, BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
+from study.kind.registry import open_case
+from study.shipped_cases import BEAM, BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import make_row_inputs
 

@@ -12,7 +12,7 @@ import xarray as xr
 from hbsolve.continuation.step import Continuation
 from pipeline.checkpoint import Checkpoint
 from study import cli
-from study.shipped import SOLVE
+from study.shipped_cases import SOLVE
 
 #: One mass on a spring that rubs: stuck below a level, sliding nearly freely far above it.
 CASE = """\

@@ -15,13 +15,13 @@ from reduction.jointed_system import (
     JenkinsElement,
     JointedSystem,
 )
-from transient.bench.beam import Beam, BeamParameters, contacts, jointed_beam, reduced_beam
-from transient.bench.campaign import random_parameters
 from transient.equilibrium import equilibrium
 from transient.integrate import integrate
-from transient.joint_table import joint_table
+from transient.joint_arrays import joint_table
 from transient.state import TransientState
-from transient.transition import ModalStructure, decompose, modal_structure
+from transient.state_transition import ModalStructure, decompose, modal_structure
+from transient.virtual_bench.beam import Beam, BeamParameters, contacts, jointed_beam, reduced_beam
+from transient.virtual_bench.campaign import random_parameters
 
 Vector = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
+from transient.joint_arrays import joint_table
 from transient.joint_forces import joint_forces
-from transient.joint_table import joint_table
-from transient.law.path import closed_part, slide, slide_coupled
+from transient.joint_law.straight_path import closed_part, slide, slide_coupled
 
 unit = st.floats(-1.0, 1.0)
 limit = st.floats(0.05, 2.0)

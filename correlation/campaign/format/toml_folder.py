@@ -9,9 +9,9 @@ import numpy as np
 from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.manifest import MANIFEST, Manifest, read_manifest
 from correlation.campaign.measurement import Campaign, Measurement, same_level
+from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.stepped_sine import read_csv, sorting
 from correlation.campaign.time_record import TimeRecord, read_time_record
-from correlation.campaign.unit import base_unit
 from correlation.campaign.write_campaign import write_campaign
 from correlation.errors import CampaignError, Mistakes
 

@@ -1,8 +1,8 @@
 """One blade, clamped at its root."""
 
-from study.case.kind import CASE_KINDS, CaseKind, OpenCase
 from study.case.structure import Structure
 from study.kind.blade.table import BladeStructureTable
+from study.kind.registry import CASE_KINDS, CaseKind, OpenCase
 from study.run_context import Answer, RunContext
 
 

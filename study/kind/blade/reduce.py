@@ -19,7 +19,6 @@ from pipeline.store import stage
 from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.case.kind import OpenCase
 from study.case.structure import Structure, make_reduced_structure
 from study.kind.blade.model import (
     THICKNESS_DIRECTION,
@@ -33,6 +32,7 @@ from study.kind.blade.model import (
     unit_force,
 )
 from study.kind.blade.table import BladeStructureTable
+from study.kind.registry import OpenCase
 from study.modes.files import MODE_SECONDS, write_shapes
 from study.modes.shapes import Shapes, make_shapes
 from study.reduce.report import report_reduction

@@ -1,8 +1,8 @@
 """Mass and stiffness that another program wrote."""
 
-from study.case.kind import CASE_KINDS, CaseKind, OpenCase
 from study.case.structure import Structure
 from study.kind.matrices.table import MatricesTable
+from study.kind.registry import CASE_KINDS, CaseKind, OpenCase
 from study.run_context import Answer, RunContext
 
 

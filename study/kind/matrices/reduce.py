@@ -19,9 +19,9 @@ from pipeline.store import stage
 from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.case.kind import OpenCase
 from study.case.tables import Case
 from study.kind.matrices.table import UNITS, MatricesTable
+from study.kind.registry import OpenCase
 from study.reduce.comparison import ComparedReduction, compared_reduction
 from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext

@@ -1,8 +1,8 @@
 """A part of the user's own, from a STEP or a mesh file."""
 
-from study.case.kind import CASE_KINDS, CaseKind, OpenCase
 from study.case.structure import Structure
 from study.kind.part.table import PartTable
+from study.kind.registry import CASE_KINDS, CaseKind, OpenCase
 from study.run_context import Answer, RunContext
 
 

@@ -25,7 +25,6 @@ from pipeline.output import replace_file
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
-from study.case.kind import OpenCase
 from study.case.structure import Structure, make_reduced_structure
 from study.case.tables import Case
 from study.kind.part.places import Places, check_names, places
@@ -47,6 +46,7 @@ from study.kind.part.stages import (
     step_mesh,
 )
 from study.kind.part.table import PartTable
+from study.kind.registry import OpenCase
 from study.modes.files import picture_modes, write_contents
 from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext

@@ -1,8 +1,8 @@
 """A structure of plain matrices: a file of NumPy or MATLAB, or a reduced model that was stored."""
 
-from study.case.kind import CASE_KINDS, CaseKind, OpenCase
 from study.case.structure import Structure
 from study.kind.plain.table import PlainTable
+from study.kind.registry import CASE_KINDS, CaseKind, OpenCase
 from study.run_context import RunContext
 
 

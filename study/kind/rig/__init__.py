@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from study.case.kind import CASE_KINDS, CaseKind, Extras, OpenCase
 from study.case.structure import Structure
+from study.kind.registry import CASE_KINDS, CaseKind, Extras, OpenCase
 from study.kind.rig.table import RigTable
 from study.run_context import Answer, RunContext
 

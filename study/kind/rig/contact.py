@@ -1,4 +1,4 @@
-"""What a rig's case says of its contacts and dead weights, as the numerical rooms take it."""
+"""What a rig's case says of its contacts and dead weights, as the numerical packages take it."""
 
 from dataclasses import dataclass
 from math import degrees, tan

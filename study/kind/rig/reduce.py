@@ -28,8 +28,8 @@ from reduction.file.rom_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
 from reduction.memory_estimate import available_memory
-from study.case.kind import OpenCase
 from study.case.tables import Case
+from study.kind.registry import OpenCase
 from study.kind.rig.contact import dead_weights, make_line_pairs
 from study.kind.rig.model import RigModel, in_tetrahedra
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures

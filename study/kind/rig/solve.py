@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from reduction.rigid_body import MOTIONS
-from study.case.kind import Extras
 from study.case.setup import ReadCase
+from study.kind.registry import Extras
 from study.kind.rig.force_pictures import choose_most_loaded, draw_film, draw_forces
 from study.kind.rig.forces import compute_rig_forces
 from study.kind.rig.structure import RestingRig

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.peak_error import PeakError, compute_peak_errors
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 
 FREQUENCY, DAMPING, REPEATS = 100.0, 0.01, 4

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from correlation.errors import CampaignError
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 
 M = 12
 DRAW = np.random.default_rng(4)

@@ -12,7 +12,7 @@ import pytest
 from correlation.model import Model
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import EffectError
-from diagnosis.candidate.own_effect import read_effects
+from diagnosis.candidate.user_effect import read_effects
 
 ROOT = Path(__file__).parents[3]
 OWN = ROOT / "examples" / "effects" / "exciter_third_harmonic.py"

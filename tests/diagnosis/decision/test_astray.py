@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.noise.whitening import Whitening
+from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 from diagnosis.fit import arrangement
 from diagnosis.fit.arrangement import ASTRAY

@@ -9,7 +9,7 @@ import pytest
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import calibration
 from diagnosis.fit.calibration import ENOUGH, Search, calibrate, inverse
-from diagnosis.fit.unknowns import Unknowns
+from diagnosis.fit.fit_parameter import Unknowns
 
 #: Of the numbers of the valley, in standard deviations: a chi^2 of some hundreds at the start.
 SCALE = 20.0

@@ -16,7 +16,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
-from diagnosis.fit.unknowns import Unknowns
+from diagnosis.fit.fit_parameter import Unknowns
 from hbsolve.errors import ModelError
 
 PLANTED = {"kt": 1.06, "mu": 0.93, "zeta": 1.1}

@@ -13,7 +13,7 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calib
 from diagnosis.fit.contact_position import SHARED, contact_position_bounds, with_contact_position
 from reduction.jointed_system import FrictionContact, JointedSystem
 from study.beam.model import LINE_ENDS, beam_model
-from transient.bench.beam import STATIONS, BeamParameters, contacts, full_beam
+from transient.virtual_bench.beam import STATIONS, BeamParameters, contacts, full_beam
 
 MIDDLE = sum(LINE_ENDS) / 2
 

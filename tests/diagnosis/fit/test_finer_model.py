@@ -15,8 +15,8 @@ from diagnosis.fit.arrangement import Added, Arrangement, arrange, arrange_anew
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finer_model import widen_by_finer_models
+from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.refit import baseline_fit, refit
-from diagnosis.fit.unknowns import Unknowns
 from diagnosis.screening import screen
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from diagnosis.threshold.simulation import Simulation

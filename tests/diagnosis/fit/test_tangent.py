@@ -9,9 +9,9 @@ from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.place import with_cubic_spring
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.jitter import FrequencyShift
 from diagnosis.fit.tangent import differentiate
-from diagnosis.fit.unknowns import Unknowns
 from reduction.jointed_system import along
 
 WIDE = (-10.0, 10.0)

@@ -14,10 +14,10 @@ from scipy.special import ellipk
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.branch import load_branch
-from hbsolve.continuation.path import FrequencyPath
+from hbsolve.continuation.continuation_parameter import FrequencyPath
 from hbsolve.continuation.response import begin, frequency_response, joint_response, level_response, run
 from hbsolve.continuation.step import Continuation
-from hbsolve.continuation.stop import StopReason
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.forced_response import HarmonicForce, forced_response
 from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients

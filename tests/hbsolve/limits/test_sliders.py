@@ -5,8 +5,8 @@ import pytest
 
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact.law import FORCE
 from hbsolve.errors import BalanceError
+from hbsolve.joint_law.registry import FORCE
 from hbsolve.limits.sliders import cone, multipliers, slider_table
 from hbsolve.solution import forces_at
 from reduction.jointed_system import CubicSpring, Friction, FrictionContact, JenkinsElement, JointedSystem

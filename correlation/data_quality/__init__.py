@@ -1,0 +1,1 @@
+"""Quality of measured data: what looks wrong in a campaign, with its evidence in numbers."""

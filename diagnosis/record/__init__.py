@@ -1,1 +1,0 @@
-"""What is missing from a model that is compared with time records."""

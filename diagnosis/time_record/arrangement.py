@@ -1,0 +1,208 @@
+"""Training and held-out records beside a model whose calibration parameters are fitted."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.time_record import TimeRecord
+from correlation.errors import CampaignError
+from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.time_record.prediction import STEPS, prepare_drive
+from correlation.time_record.propagator import make_propagator
+from diagnosis.candidate.effect import Effect, Untestable
+from diagnosis.candidate.scale import measure_scale
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.problem import Effort, Refit
+from diagnosis.time_record.comparison import RecordComparison
+from geometry.errors import InputError
+from hbsolve.errors import ModelError
+
+#: Least share of an effect that the fitted parameters cannot absorb, for it to be distinguishable from numerical error.
+LEFT = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordArrangement:
+    """Records and model of a diagnosis.
+
+    Parameters
+    ----------
+    base
+        Model without the added effects.
+    calibration
+        Calibration parameters, which every fit sets.
+    added
+        Effects added in earlier rounds.
+    train, held_out
+        Training records and held-out records.
+    fit
+        Fit of the calibration parameters and the added effects.
+    """
+
+    base: Model
+    calibration: tuple[Effect, ...]
+    added: tuple[Added, ...]
+    train: RecordComparison
+    held_out: RecordComparison
+    fit: Fit
+
+    #: The residual of a record is coloured: no gain of its squared error alone justifies or excludes a fit.
+    effort: ClassVar[Effort] = Effort(
+        unseen=0.0, least_left=LEFT, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
+    )
+
+    def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
+        """Starts of ring-downs, calibration parameters, added effects, then others; a record outweighs all priors."""
+        applied = [*self.calibration, *(each.effect for each in self.added), *effects]
+        return Unknowns.from_effects(self.base, (), applied, self.train.n_start)
+
+    def tested(self, effect: Effect | None, fit: Fit) -> Refit:
+        """Test on the held-out records; starts of ring-downs among them are fitted."""
+        held = self.held_out
+        try:
+            residual = held.predict(fit.model).residual
+            if held.n_start:
+                starts = Unknowns.from_effects(fit.model, (), (), held.n_start)
+                residual = calibrate(held, starts, starts.vanishing).residual[: len(residual)]
+        except ModelError:  # it diverges on records that it was not fitted to
+            residual = np.full(len(held.block), np.inf)
+        errors = held.errors(residual)
+        return Refit(
+            effect=effect, fit=fit, held_chi2=float(np.mean(residual**2)),
+            error=_root_mean_square(self.train.errors(fit.residual)), held_error=_root_mean_square(errors),
+            held_errors=errors, held_names=tuple(each.record.name for each in held.drives),
+            blocks=held.by_block(residual**2),
+        )  # fmt: skip
+
+    def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
+        """Effects that a march through time allows, and the others with the reason."""
+        found, left = [], []
+        for effect in effects:
+            unknowns = self.unknowns([effect])
+            ends = [
+                np.array([*self.fit.values, strength, *(each.vanishes for each in effect.parameters[1:])])
+                for strength in (effect.parameters[0].vanishes, effect.parameters[0].typical)
+            ]
+            try:
+                for each in self.train.drives:
+                    models = (unknowns.compose(end) for end in ends)
+                    before, after = (make_propagator(model, each.sensors, each.record.step) for model in models)
+                    before.rate(after, 1.0)
+            except InputError as reason:
+                left.append(Untestable(name=effect.name, reason=str(reason)))
+            else:
+                found.append(effect)
+        return tuple(found), tuple(left)
+
+
+def arrange_records(
+    base: Model,
+    records: Sequence[TimeRecord],
+    calibration: Sequence[Effect],
+    *,
+    added: Sequence[Added] = (),
+    run_in: float = 0.0,
+    noise: Mapping[str, float] | None = None,
+    steps: int = STEPS,
+) -> RecordArrangement:
+    """Fit the calibration parameters, and added effects beside them.
+
+    Parameters
+    ----------
+    base
+        Model without the added effects.
+    records
+        Records, some of them held out.
+    calibration
+        Parameters of every fit, such as `list_calibration_parameters(base)` and the gain of a sensor.
+    added
+        Effects added in earlier rounds.
+    run_in
+        Duration at the beginning of records with a force that is not compared [s].
+    noise
+        Standard deviation of the noise of sensors, by name [unit of the record]; none if it is not known.
+    steps
+        Steps of the march per sample [-].
+
+    Raises
+    ------
+    CampaignError
+        No record to train on, or none held out.
+    """
+    drives = [prepare_drive(each, run_in=run_in if each.force is not None else 0.0, steps=steps) for each in records]
+    given = dict(noise or {})
+    known = {name for each in drives for name in each.sensors}
+    for name in given:
+        if name not in known:
+            raise CampaignError(
+                f'noise is given for "{name}", which no record has: they have {", ".join(sorted(known))}'
+            )
+    groups = [[each for each in drives if each.record.held_out is held] for held in (False, True)]
+    for group, what in zip(groups, ("held out", "for training"), strict=True):
+        if not group:
+            raise CampaignError(f"all {len(drives)} records are {what}: a fit is trained on some and tested on others")
+    train, held = (RecordComparison.prepare(group, base, given) for group in groups)
+    unknowns = Unknowns.from_effects(base, (), [*calibration, *(each.effect for each in added)], train.n_start)
+    n_own = train.n_start + sum(len(each.parameters) for each in calibration)
+    start = np.concatenate([unknowns.vanishing[:n_own], *(each.values for each in added)])
+    try:
+        fit = calibrate(train, unknowns, start)
+    except ModelError as error:
+        values = zip(unknowns.names, start[train.n_start :], strict=True)
+        raise CampaignError(
+            "the model runs away where the fit starts: its values there are "
+            + ", ".join(f"{name} {value:.4g}" for name, value in values)
+        ) from error
+    return RecordArrangement(
+        base=base, calibration=tuple(calibration), added=tuple(added), train=train, held_out=held, fit=fit
+    )
+
+
+def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
+    """Harmonic force at the first resonance that would move the sensors as far as in the records [N, or V].
+
+    Typical strengths of nonlinear effects are computed at it.
+    """
+    size = measure_scale(base)
+    resonance = size.resonances[0]
+    levels = []
+    for record in records:
+        for sensor in base.sensors:
+            if isinstance(sensor, Sensor) and sensor.name in record.channels:
+                read = resonance.amplitude(sensor.row) * resonance.angular_frequency ** DERIVATIVE[sensor.quantity]
+                values = record.channel(sensor.name)
+                if read:
+                    levels.append(float(np.abs(values - values.mean()).max() / (abs(sensor.gain) * read)))
+    if not levels:
+        raise CampaignError("no record has a channel that a sensor of the model reads and its force moves")
+    return max(levels)
+
+
+def about_mean(record: TimeRecord) -> TimeRecord:
+    """Record without the mean of its force, which is the offset of an amplifier."""
+    if record.force is None:
+        return record
+    values = np.array(record.values)
+    number = record.channels.index(record.force)
+    values[number] -= values[number].mean()
+    return replace(record, values=values)
+
+
+def stretch(record: TimeRecord, first: int, last: int, *, name: str, held_out: bool) -> TimeRecord:
+    """Samples `first` to `last` (not included) of a record as a new record."""
+    if not 0 <= first < last <= len(record.time):
+        raise CampaignError(
+            f'record "{record.name}" has samples 0 to {len(record.time) - 1}: {first} to {last - 1} are not in it'
+        )
+    values = record.values[:, first:last]
+    return replace(record, name=name, time=record.time[first:last], values=values, held_out=held_out)

@@ -1,0 +1,211 @@
+r"""Comparison of time records with a model: residuals, their blocks in time, and starts of ring-downs.
+
+Each sensor is compared about its mean, since amplifiers drift, and in units of its root mean square, so that a squared
+residual, averaged, is a squared relative error. What is left is coloured (the model's own error, most of all), so that
+the covariance of a fit is estimated from blocks of the records:
+
+.. math:: \operatorname{cov} = H^{-1} \Big(\sum_b g_b g_b^T\Big) H^{-1}, \qquad H = J^T J, \quad g_b = J_b^T r_b
+
+References
+----------
+Cameron and Miller, Journal of Human Resources 50 (2015) 317, eq 11.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from correlation.errors import CampaignError
+from correlation.model import Model
+from correlation.time_record.prediction import Drive, Samples, predict_rates, predict_record
+from diagnosis.fit.calibration import Matrix, Search, Vector
+from diagnosis.fit.fit_parameter import Unknowns, Values
+from hbsolve.errors import ModelError
+
+#: Blocks per record, whose scatter gives that of their sum whatever the correlation of the residual in time.
+BLOCKS = 20
+#: Largest number of modes of the start of a ring-down.
+MODES = 6
+#: Step of the differences of matrices and joint parameters, relative to the size of each number.
+STEP = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordPrediction:
+    """Response of a model to the forces of records.
+
+    Parameters
+    ----------
+    starts
+        Starts of ring-downs, shape (n_start,).
+    residual
+        (measured - predicted) in units of each sensor, shape (m,).
+    """
+
+    starts: Values
+    residual: Vector
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordComparison:
+    """Records to compare a model with.
+
+    Parameters
+    ----------
+    drives
+        Records with their forces.
+    basis
+        Basis of the start of each record, shape (b, 2 r); empty for records with a force, which start at rest.
+    noise
+        Standard deviation of each sensor, by name [its unit]; 0 if it is not known.
+    """
+
+    drives: tuple[Drive, ...]
+    basis: tuple[Float[NDArray[np.float64], "b n"], ...]
+    noise: dict[str, float]
+
+    search: ClassVar[Search] = Search(steps=40, failures=12, gain=0.0, share=1e-7, updated=False)
+
+    @classmethod
+    def prepare(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
+        """Records of a model; those without a force start in its lowest modes.
+
+        Raises
+        ------
+        CampaignError
+            A sensor that reads the same number all the time.
+        """
+        for each in drives:
+            for name, size in zip(each.sensors, _size(each), strict=True):
+                if not size > 0:
+                    raise CampaignError(f'record "{each.record.name}": "{name}" never changes after the run-in')
+        basis = [_starts(each, model) for each in drives]
+        return cls(drives=tuple(drives), basis=tuple(basis), noise=dict(noise))
+
+    @property
+    def n_start(self) -> int:
+        """Number of parameters of the starts of ring-downs [-]."""
+        return sum(len(each) for each in self.basis)
+
+    @property
+    def block(self) -> Int[NDArray[np.int64], " m"]:
+        """Block of each residual, shape (m,): sensors of a record share their blocks."""
+        return np.concatenate(
+            [
+                BLOCKS * number + np.tile(np.arange(each.measured.shape[1]) * BLOCKS // each.measured.shape[1], s)
+                for number, each in enumerate(self.drives)
+                for s in (len(each.sensors),)
+            ]
+        )
+
+    @property
+    def floor(self) -> Float[NDArray[np.float64], " records"]:
+        """Relative error of each record by noise, shape (n_record,) [-]."""
+        ratios = [
+            [self.noise.get(name, 0.0) / size for name, size in zip(each.sensors, _size(each), strict=True)]
+            for each in self.drives
+        ]
+        return np.array([np.sqrt(np.mean(np.square(each))) for each in ratios])
+
+    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> RecordPrediction:
+        """Response of the model with ring-downs from `starts`, or from rest.
+
+        Raises
+        ------
+        ModelError
+            The model diverges.
+        """
+        del before
+        begin = np.zeros(self.n_start) if starts is None else starts
+        found = []
+        for each, start in zip(self.drives, self._split(begin), strict=True):
+            prediction = predict_record(model, each, start)
+            if prediction is None:
+                raise ModelError(f'the model runs away in record "{each.record.name}": give other values')
+            found.append(_weighted(each, each.measured - prediction))
+        return RecordPrediction(starts=begin, residual=np.concatenate(found))
+
+    def residual(self, prediction: RecordPrediction) -> Vector:
+        """(measured - predicted) in units of each sensor, shape (m,)."""
+        return prediction.residual
+
+    def has_prediction(self, prediction: RecordPrediction) -> NDArray[np.bool_]:
+        """All numbers: a model that diverges has no prediction at all."""
+        return np.ones(len(prediction.residual), dtype=bool)
+
+    def slopes(
+        self, unknowns: Unknowns, values: Values, model: Model, prediction: RecordPrediction, first: int = 0
+    ) -> Matrix:
+        """Derivatives of the predictions by starts of ring-downs and values of effects, shape (m, p - first)."""
+        n, pairs = unknowns.n_start, []
+        for number, ((lower, upper), size) in enumerate(zip(unknowns.bounds, unknowns.size, strict=True)):
+            if number < max(first, n):
+                continue
+            low, high = np.array(values), np.array(values)
+            low[number] = np.clip(values[number] - STEP * size, lower, upper)
+            high[number] = np.clip(values[number] + STEP * size, lower, upper)
+            pairs.append((unknowns.compose(low), unknowns.compose(high), float(high[number] - low[number])))
+        rows, done = [], 0
+        for each, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
+            wanted = basis[:0] if first >= n else basis
+            rates = predict_rates(model, each, pairs, start, wanted)
+            weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), each.measured.size)
+            table = np.zeros((each.measured.size, n + len(pairs)))
+            table[:, n:] = weighted[: len(pairs)].T
+            table[:, done : done + len(wanted)] = weighted[len(pairs) :].T
+            done += len(wanted)
+            rows.append(table[:, min(first, n) :])
+        return np.concatenate(rows)
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """From the scatter of blocks, since residuals are coloured; the rows of priors come last."""
+        del size
+        jacobian, residual = jacobian[: len(self.block)], residual[: len(self.block)]
+        norm = np.linalg.norm(jacobian, axis=0)
+        norm[norm == 0] = 1.0
+        scaled, block = jacobian / norm, self.block
+        scores = np.zeros((int(block.max()) + 1, scaled.shape[1]))
+        np.add.at(scores, block, scaled * residual[:, None])
+        inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
+        few = len(scores) / (len(scores) - 1)
+        return np.asarray(few * inverse @ (scores.T @ scores) @ inverse / np.outer(norm, norm))
+
+    def errors(self, residual: Vector) -> Float[NDArray[np.float64], " records"]:
+        """Relative error of each record: root mean square of what is left, over that of the measurement [-]."""
+        parts = np.split(residual[: len(self.block)], np.cumsum([each.measured.size for each in self.drives])[:-1])
+        return np.array([np.sqrt(np.mean(part**2)) for part in parts])
+
+    def by_block(self, squares: Vector) -> Float[NDArray[np.float64], " blocks"]:
+        """Mean of some squares in each block: every record weighs the same."""
+        block = self.block
+        return np.asarray(np.bincount(block, weights=squares[: len(block)]) / np.bincount(block))
+
+    def _split(self, starts: Vector) -> list[Float[NDArray[np.float64], " n"]]:
+        parts = np.split(starts, np.cumsum([len(each) for each in self.basis])[:-1])
+        return [part @ basis for part, basis in zip(parts, self.basis, strict=True)]
+
+
+def _size(driven: Drive) -> Float[NDArray[np.float64], " s"]:
+    return np.asarray(driven.measured.std(axis=1))
+
+
+def _weighted(driven: Drive, values: Samples) -> Vector:
+    return np.asarray(((values - values.mean(axis=1, keepdims=True)) / _size(driven)[:, None]).ravel())
+
+
+def _starts(driven: Drive, model: Model) -> Float[NDArray[np.float64], "b n"]:
+    """Displacements and velocities of the modes that the record can resolve."""
+    system = model.system
+    if driven.record.force is not None:
+        return np.zeros((0, 2 * system.n_dof))
+    squared, shapes = eigh(system.stiffness, system.mass)
+    frequency = np.sqrt(np.abs(squared))
+    seen = np.flatnonzero(frequency < np.pi / driven.record.step)[:MODES]
+    still = np.zeros((len(seen), system.n_dof))
+    position, speed = shapes[:, seen].T, (shapes[:, seen] * np.maximum(frequency[seen], 1e-9)).T
+    return np.vstack([np.hstack([position, still]), np.hstack([still, speed])])

@@ -1,0 +1,235 @@
+"""Machine code for rows of a few numbers that stay in the vector registers of the processor.
+
+A library's matrix product copies its operands first, which costs as much as the work where there are a dozen columns
+only. Here what is long is read once, as it lies in memory, and the results stay in registers meanwhile. What a compiler
+makes of loops does not do that, so a few operations (`fe.sparse.simd_tile`, `fe.sparse.simd_sum`) are written in
+the compiler's own language, the intermediate representation of LLVM, through numba's intrinsics.
+
+Columns that are worked on together are rows of a few numbers side by side, as many as the tuple `lanes` is long, so
+that each such number has machine code of its own. All addresses are in bytes, as `array.ctypes.data` tells them.
+
+References
+----------
+Goto and van de Geijn, Anatomy of high-performance matrix multiplication, ACM Trans. Math. Softw. 34 (2008) 12: why
+results belong into registers.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from llvmlite import ir
+from numba.core import cgutils, config, types
+from numba.core.codegen import get_host_cpu_features
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+DOUBLE, INTEGER, SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
+SIZE, SHORT_SIZE = 8, 4
+#: Bytes of a line of the cache.
+LINE = 64
+#: Numbers that one register holds at most.
+REGISTER = 8
+#: How far ahead of its use a tile is fetched [byte]: the processor by itself stops at the end of each page.
+AHEAD = 4096
+#: Rows of a full tile on any processor.
+TALLEST = 8
+#: What the processor can do that machine code is made for: this one, or the one that numba was told.
+SETTINGS: Any = config
+HOST: Any = get_host_cpu_features
+FEATURES = HOST() if SETTINGS.CPU_FEATURES is None else SETTINGS.CPU_FEATURES
+#: Rows of a full tile there: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512, with
+#: twelve three quarters of the 16 smaller ones of AVX2.
+ROWS = TALLEST if "+avx512f" in FEATURES else 4
+#: Rows of all tiles there are, the full one first: what is left of a supernode is cut into the others.
+HEIGHTS = tuple(height for height in (8, 4, 2, 1) if height <= ROWS)
+
+#: Right-hand sides that are taken together: what is missing is filled up with zeros.
+LANES = (4, 12, 16, 24)
+
+POSITIONAL = inspect.Parameter.POSITIONAL_OR_KEYWORD
+Value = Any
+#: One row of right-hand sides, in one or several registers.
+Row = list[Value]
+
+
+def groups(n: int) -> Iterator[tuple[slice, tuple[int, ...]]]:
+    """Parts of so many right-hand sides that are taken together, each with its tuple of lanes."""
+    for first in range(0, n, LANES[-1]):
+        some = slice(first, min(first + LANES[-1], n))
+        yield some, (0,) * next(each for each in LANES if each >= some.stop - some.start)
+
+
+class Code:
+    """Writes instructions for rows of so many right-hand sides."""
+
+    def __init__(self, builder: Any, lanes: int) -> None:
+        self.builder, self.lanes = builder, lanes
+        full, rest = divmod(lanes, REGISTER)
+        self.registers = [REGISTER] * full + [rest] * bool(rest)
+
+    def address(self, base: Value, index: Value | int, stride: Value | int) -> Value:
+        """Of an item that is `index` strides away."""
+        if isinstance(index, int) and isinstance(stride, int):
+            return self.builder.add(base, INTEGER(index * stride))
+        index, stride = (INTEGER(each) if isinstance(each, int) else each for each in (index, stride))
+        return self.builder.add(base, self.builder.mul(index, stride))
+
+    def number(self, address: Value) -> Value:
+        """The number at an address."""
+        return self._load(address, DOUBLE, SIZE)
+
+    def numbers(self, address: Value, n: int) -> list[Value]:
+        """Numbers side by side from an address on."""
+        return [self.number(self.address(address, r, SIZE)) for r in range(n)]
+
+    def fetch_rows(self, x: Value, row: Value, first: int, last: int) -> None:
+        """Bring those rows of x into the cache that come later in the list at `row`."""
+        for index in range(first, last):
+            place = self.place(x, row, index)
+            for line in range(0, SIZE * self.lanes, LINE):
+                self.fetch(place, line)
+
+    def place(self, x: Value, row: Value, index: int) -> Value:
+        """Address of the row of x that the list at `row` names."""
+        number = self.builder.sext(self._load(self.address(row, index, SHORT_SIZE), SHORT, SHORT_SIZE), INTEGER)
+        return self.address(x, number, SIZE * self.lanes)
+
+    def row(self, address: Value) -> Row:
+        """The row at an address."""
+        return [
+            self._load(self.address(address, k * REGISTER, SIZE), ir.VectorType(DOUBLE, width), SIZE)
+            for k, width in enumerate(self.registers)
+        ]
+
+    def store(self, row: Row, address: Value) -> None:
+        """Put a row at an address."""
+        for k, value in enumerate(row):
+            pointer = self.builder.inttoptr(self.address(address, k * REGISTER, SIZE), value.type.as_pointer())
+            self.builder.store(value, pointer).align = SIZE
+
+    def zero(self) -> Row:
+        """A row of zeros."""
+        return [ir.Constant(ir.VectorType(DOUBLE, width), None) for width in self.registers]
+
+    def times(self, factor: Value, row: Row) -> Row:
+        """Factor * row."""
+        return [self.builder.fmul(self._spread(factor, value), value) for value in row]
+
+    def plus(self, a: Row, b: Row) -> Row:
+        """The sum a + b."""
+        return [self.builder.fadd(x, y) for x, y in zip(a, b, strict=True)]
+
+    def minus(self, a: Row, b: Row) -> Row:
+        """The difference a - b."""
+        return [self.builder.fsub(x, y) for x, y in zip(a, b, strict=True)]
+
+    def negative(self, row: Row) -> Row:
+        """The row's negative."""
+        return [self.builder.fneg(value) for value in row]
+
+    def plus_times(self, a: Row, factor: Value, row: Row) -> Row:
+        """The sum a + factor * row, rounded once."""
+        result = []
+        for x, y in zip(a, row, strict=True):
+            kind = x.type
+            signature = ir.FunctionType(kind, [kind] * 3)
+            multiply_add = self._intrinsic(signature, f"llvm.fma.v{kind.count}f64")
+            result.append(self.builder.call(multiply_add, [self._spread(factor, y), y, x]))
+        return result
+
+    def fetch(self, address: Value, ahead: int = AHEAD) -> None:
+        """Bring what will be read soon into the cache."""
+        byte = ir.IntType(8).as_pointer()
+        signature = ir.FunctionType(ir.VoidType(), [byte, SHORT, SHORT, SHORT])
+        prefetch = self._intrinsic(signature, "llvm.prefetch.p0")
+        pointer = self.builder.inttoptr(self.address(address, ahead, 1), byte)
+        self.builder.call(prefetch, [pointer, SHORT(0), SHORT(3), SHORT(1)])
+
+    def loop(self, n: Value, start: Sequence[Row], body: Callable[[Value, list[Row]], Sequence[Row]]) -> list[Row]:
+        """Rows that a body alters n times; it is told which time it is."""
+        builder, before = self.builder, self.builder.block
+        head, inside, after = (builder.append_basic_block(name) for name in ("head", "body", "after"))
+        builder.branch(head)
+        builder.position_at_end(head)
+        time = builder.phi(INTEGER)
+        time.add_incoming(INTEGER(0), before)
+        rows = [[builder.phi(value.type) for value in row] for row in start]
+        for phi, value in zip(_flat(rows), _flat(start), strict=True):
+            phi.add_incoming(value, before)
+        builder.cbranch(builder.icmp_signed("<", time, n), inside, after)
+        builder.position_at_end(inside)
+        altered = body(time, rows)
+        time.add_incoming(builder.add(time, INTEGER(1)), builder.block)
+        for phi, value in zip(_flat(rows), _flat(altered), strict=True):
+            phi.add_incoming(value, builder.block)
+        builder.branch(head)
+        builder.position_at_end(after)
+        return rows
+
+    def sums(self, n: Value, start: Sequence[Row], term: Callable[[Value], tuple[Sequence[Value], Row]]) -> list[Row]:
+        """Rows that grow n times by a row times as many factors, which a function tells by the time that it is."""
+
+        def body(time: Value, totals: list[Row]) -> list[Row]:
+            factors, row = term(time)
+            return [self.plus_times(total, factor, row) for total, factor in zip(totals, factors, strict=True)]
+
+        return self.loop(n, start, body)
+
+    def _intrinsic(self, signature: Any, name: str) -> Value:
+        functions: Any = cgutils
+        return functions.get_or_insert_function(self.builder.module, signature, name)
+
+    def _load(self, address: Value, kind: Any, alignment: int) -> Value:
+        value = self.builder.load(self.builder.inttoptr(address, kind.as_pointer()))
+        value.align = alignment
+        return value
+
+    def _spread(self, number: Value, like: Value) -> Value:
+        kind, nothing = like.type, ir.Constant(like.type, ir.Undefined)
+        one = self.builder.insert_element(nothing, number, SHORT(0))
+        return self.builder.shuffle_vector(one, nothing, ir.Constant(ir.VectorType(SHORT, kind.count), None))
+
+
+def _flat(rows: Iterable[Row]) -> list[Value]:
+    return [value for row in rows for value in row]
+
+
+def operation(write: Callable[..., None], heights: Sequence[int] = HEIGHTS) -> Any:
+    """What compiled code calls with addresses and counts, the height of the tile, and a tuple as long as its lanes."""
+
+    def define(_typing: Any, *kinds: Any) -> Any:
+        lanes = kinds[-1]
+
+        def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+            *numbers, height, _lanes = values
+            for each in heights:
+                with builder.if_then(builder.icmp_signed("==", height, INTEGER(each))):
+                    write(Code(builder, lanes.count), each, *numbers)
+            return context.get_dummy_value()
+
+        return types.void(*[types.intp] * (len(kinds) - 1), lanes), generate
+
+    # numba asks for the names of what is handed over.
+    names = ["typing", *list(inspect.signature(write).parameters)[2:], "height", "lanes"]
+    named: Any = define
+    named.__signature__ = inspect.Signature([inspect.Parameter(name, POSITIONAL) for name in names])
+    return intrinsic(named)
+
+
+class Buffer:
+    """A buffer as large as has ever been asked for."""
+
+    def __init__(self) -> None:
+        self._numbers = np.empty(0)
+
+    def rows(self, n: int, length: int) -> Float[NDArray[np.float64], "n length"]:
+        """Rows that begin on a line of the cache, where a register's load would else touch two; not cleared."""
+        spare = LINE // self._numbers.itemsize
+        if self._numbers.size < n * length + spare:
+            self._numbers = np.empty(0)  # not to stand beside the larger one
+            self._numbers = np.empty(n * length + spare)
+        first = -self._numbers.ctypes.data % LINE // self._numbers.itemsize
+        return self._numbers[first : first + n * length].reshape(n, length)

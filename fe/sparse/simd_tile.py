@@ -1,0 +1,98 @@
+"""Products and solutions with a few rows of a factor, which are read once, as they lie in memory.
+
+A tile is a few rows of the factor, column after column: of a tile of h rows, entry (r, k) stands at [h * k + r].
+Right-hand sides and addresses are as `fe.sparse.simd_code` says.
+"""
+
+from fe.sparse.simd_code import SIZE, Code, Row, Value, operation
+
+
+def _product(code: Code, height: int, tile: Value, own: Value, n_column: Value) -> list[Row]:
+    """Tile times the first rows of `own`."""
+
+    def term(k: Value) -> tuple[list[Value], Row]:
+        column = code.address(tile, k, SIZE * height)
+        code.fetch(column)
+        return code.numbers(column, height), code.row(code.address(own, k, SIZE * code.lanes))
+
+    return code.sums(n_column, [code.zero() for _ in range(height)], term)
+
+
+def _subtract_transposed(code: Code, tile: Value, own: Value, n_column: Value, x: list[Row]) -> None:
+    """Take tile^T x from the first rows of `own`."""
+    height, x = len(x), [code.negative(row) for row in x]
+
+    def body(k: Value, _: list[Row]) -> list[Row]:
+        column, place = code.address(tile, k, SIZE * height), code.address(own, k, SIZE * code.lanes)
+        code.fetch(column)
+        entries = code.numbers(column, height)
+        # Two sums, as each addition waits for the one before.
+        even, odd = code.row(place), code.zero()
+        for r in range(0, height, 2):
+            even = code.plus_times(even, entries[r], x[r])
+        for r in range(1, height, 2):
+            odd = code.plus_times(odd, entries[r], x[r])
+        code.store(code.plus(even, odd), place)
+        return []
+
+    code.loop(n_column, [], body)
+
+
+def _subtract_product(code: Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value) -> None:
+    code.fetch_rows(x, row, height, 2 * height)
+    for r, product in enumerate(_product(code, height, tile, own, n_column)):
+        place = code.place(x, row, r)
+        code.store(code.minus(code.row(place), product), place)
+
+
+def _subtract_transposed_product(
+    code: Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value
+) -> None:
+    code.fetch_rows(x, row, height, 2 * height)
+    below = [code.row(code.place(x, row, r)) for r in range(height)]
+    _subtract_transposed(code, tile, own, n_column, below)
+
+
+def _solve_lower(code: Code, height: int, tile: Value, own: Value, first: Value) -> None:
+    begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
+    place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
+    products = _product(code, height, tile, own, first)
+    x = [code.minus(code.row(place[r]), products[r]) for r in range(height)]
+    for k in range(height):
+        column = code.address(triangle, k, SIZE * height)
+        x[k] = code.times(code.number(code.address(column, k, SIZE)), x[k])
+        found = code.negative(x[k])
+        for r in range(k + 1, height):
+            x[r] = code.plus_times(x[r], code.number(code.address(column, r, SIZE)), found)
+    for r in range(height):
+        code.store(x[r], place[r])
+
+
+def _solve_upper(code: Code, height: int, tile: Value, own: Value, first: Value) -> None:
+    begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
+    place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
+    x = [code.row(each) for each in place]
+    found: list[Row] = []
+    for k in reversed(range(height)):
+        column = code.address(triangle, k, SIZE * height)
+        for r, negative in zip(reversed(range(k + 1, height)), found, strict=True):
+            x[k] = code.plus_times(x[k], code.number(code.address(column, r, SIZE)), negative)
+        x[k] = code.times(code.number(code.address(column, k, SIZE)), x[k])
+        found.append(code.negative(x[k]))
+    for r in range(height):
+        code.store(x[r], place[r])
+    _subtract_transposed(code, tile, own, first, x)
+
+
+#: (tile, own, n_column, x, row, height, lanes): take the product of a tile with `n_column` rows of right-hand sides
+#: from those rows of x that the list at `row` names.
+subtract_product = operation(_subtract_product)
+#: (tile, own, n_column, x, row, height, lanes): take the transposed tile times those rows of x that the list at `row`
+#: names from `n_column` rows of right-hand sides.
+subtract_transposed_product = operation(_subtract_transposed_product)
+#: (tile, own, first, height, lanes): solve for the rows from `first` on, by a tile that ends with its triangle, of
+#: which the diagonal is inverted.
+solve_lower = operation(_solve_lower)
+#: (tile, own, first, height, lanes): the same with the transposed triangle; then take what is found from the rows
+#: before.
+solve_upper = operation(_solve_upper)

@@ -1,1 +1,0 @@
-"""Contact laws: what a joint answers to a periodic motion."""

@@ -1,0 +1,189 @@
+"""What a branch is continued over: the frequency, the level of the force, or a parameter of a joint."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from hbsolve.aft import JointForces, Start
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.errors import BalanceError
+from hbsolve.joint_law.registry import PARAMETERS
+from hbsolve.newton import apply_receptance
+from hbsolve.sampling import real_from_complex
+from hbsolve.solution import forces_at, residual
+from reduction.array_type import Real
+from reduction.errors import JointError
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Equation:
+    """R and its derivatives at one point."""
+
+    balance: HarmonicBalance
+    condensed: Condensed
+    forces: JointForces
+    residual: Real
+    by_value: Real
+    """dR/dlambda at fixed motion, shape (d, nh)."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Path(ABC):
+    """A family of harmonic balances over one number lambda."""
+
+    balance: HarmonicBalance
+
+    @property
+    @abstractmethod
+    def unit(self) -> str:
+        """How messages show lambda."""
+
+    def displayed(self, value: float) -> float:
+        """Lambda in that unit."""
+        return value
+
+    @abstractmethod
+    def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
+        """The balance and its linear structure at lambda.
+
+        Raises
+        ------
+        BalanceError
+            A value that lambda cannot have.
+        """
+
+    @abstractmethod
+    def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
+        """dR/dlambda at fixed motion."""
+
+
+def equation(path: Path, value: float, x: Real, sliders: Start) -> Equation:
+    """Residual and derivatives at a point of a path."""
+    balance, condensed = path.at(value)
+    forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=PARAMETERS)
+    return Equation(
+        balance=balance,
+        condensed=condensed,
+        forces=forces,
+        residual=residual(balance, condensed, x, forces),
+        by_value=path.by_value(balance, condensed, forces),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrequencyPath(Path):
+    """Lambda is Omega [rad/s]."""
+
+    unit = "Hz"
+
+    def displayed(self, value: float) -> float:
+        """Omega in Hz."""
+        return value / (2 * np.pi)
+
+    def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
+        """See `Path`."""
+        return self.balance, self.balance.at(value)
+
+    def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
+        """See `Path`."""
+        moved = -real_from_complex(balance.level * condensed.dynamic_slope)
+        moved += apply_receptance(condensed.receptance_slope, forces.coefficients)
+        return np.asarray(moved + apply_receptance(condensed.receptance, forces.by_frequency))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LevelPath(Path):
+    """Lambda is the level of the harmonic force."""
+
+    angular_frequency: float
+    unit = "(level)"
+
+    def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
+        """See `Path`."""
+        return self.balance.at_level(value), _stored(self.balance, self.angular_frequency)
+
+    def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
+        """See `Path`."""
+        del balance, forces
+        return -real_from_complex(condensed.dynamic)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointPath(Path):
+    """Lambda is a parameter of a joint.
+
+    Parameters
+    ----------
+    balance
+        Whose system has the joint.
+    angular_frequency
+        Omega [rad/s].
+    joint, parameter
+        Name of the joint, and of the field of its class, such as "friction_coefficient".
+
+    Raises
+    ------
+    BalanceError
+        No such joint or parameter.
+    """
+
+    angular_frequency: float
+    joint: str
+    parameter: str
+
+    def __post_init__(self) -> None:
+        joint_index(self.balance, self.joint, self.parameter)
+
+    @property
+    def unit(self) -> str:
+        """See `Path`."""
+        return f"({self.parameter} of {self.joint})"
+
+    def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
+        """See `Path`."""
+        number, index = joint_index(self.balance, self.joint, self.parameter)
+        try:
+            self.balance.system.joints[number].with_values({self.parameter: value})
+        except JointError as error:
+            raise BalanceError(f"{error} all along its branch") from error
+        table = self.balance.table
+        values = table.value.copy()
+        values[index] = value
+        # The reference stiffness stays: the balance is the same for any, and the structure need not be made again.
+        return self.balance.with_table(table._replace(value=values)), _stored(self.balance, self.angular_frequency)
+
+    def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
+        """See `Path`."""
+        number, index = joint_index(self.balance, self.joint, self.parameter)
+        return np.asarray(apply_receptance(condensed.receptance, spread(balance, number, forces.by_parameter[index])))
+
+
+def joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[int, int]:
+    """Number of a joint, and of its parameter in the table.
+
+    Where there is no such joint or parameter the message lists those that there are (`BalanceError`).
+    """
+    names = [item.name for item in balance.system.joints]
+    if joint not in names:
+        raise BalanceError(f'there is no joint "{joint}": the system has {", ".join(names) or "none"}')
+    number = names.index(joint)
+    known = balance.system.joints[number].parameter_names
+    if parameter not in known:
+        raise BalanceError(f'joint "{joint}" has no parameter "{parameter}": it has {", ".join(known)}')
+    return number, int(balance.table.parameter[number]) + known.index(parameter)
+
+
+def spread(balance: HarmonicBalance, joint: int, values: Real) -> Real:
+    """Coefficients of one joint's directions, shape (3, nh), among those of all, shape (d, nh)."""
+    first, last = balance.table.direction[joint], balance.table.direction[joint + 1]
+    g = np.zeros((balance.n_direction, values.shape[1]))
+    g[first:last] = values[: last - first]
+    return g
+
+
+@lru_cache(maxsize=4)
+def _stored(balance: HarmonicBalance, angular_frequency: float) -> Condensed:
+    return balance.at(angular_frequency)

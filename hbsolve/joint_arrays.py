@@ -1,0 +1,84 @@
+"""Joints as arrays, and the compiled switches between the forces of all laws, over a period and at an instant."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fe.compiled import compiled_switch
+from hbsolve.joint_law import function_law as function
+from hbsolve.joint_law.registry import ARGUMENTS, FORCES
+from reduction.array_type import Real, Whole
+from reduction.joint_law.joint_arrays import addresses, parameter_rows, starts
+from reduction.joint_law.registry import Joint
+
+#: Number of the law of a joint whose force is a user's function.
+FUNCTION = -1
+
+
+class JointTable(NamedTuple):
+    """Joints as arrays, one row each; d directions, s sliders and p parameters in all."""
+
+    kind: Whole
+    address: Whole
+    """Of a user's compiled function, 0 for others."""
+    direction: Whole
+    """First direction of each joint and, last, d: shape (n_joint + 1,)."""
+    slider: Whole
+    """First slider of each joint and, last, s."""
+    parameter: Whole
+    """First parameter of each joint and, last, p."""
+    value: Real
+    """Parameters, shape (p,)."""
+    reference: Real
+    """Stiffness of each direction in the linear structure, D of eq. 12, shape (d,) [N/m]."""
+
+
+def joint_table(joints: Sequence[Joint]) -> JointTable:
+    """Joints as arrays; a law without a force here is refused (`RegistryError`)."""
+    names = [joint.parameter_names for joint in joints]
+    return JointTable(
+        kind=np.array([_kind(joint) for joint in joints], dtype=np.int64),
+        address=addresses(joints),
+        direction=starts([len(joint.directions) for joint in joints]),
+        slider=starts([joint.n_slider for joint in joints]),
+        parameter=starts([len(item) for item in names]),
+        value=np.array([float(getattr(j, name)) for j, item in zip(joints, names, strict=True) for name in item]),
+        reference=np.array([stiffness for joint in joints for stiffness in joint.reference_stiffness]),
+    )
+
+
+def _kind(joint: Joint) -> int:
+    if joint.function is not None:
+        return FUNCTION
+    return FORCES.names().index(FORCES[joint.force_law].name)
+
+
+class InstantTable(NamedTuple):
+    """Joints as `instant_force` takes them, one row each; p is the largest number of parameters."""
+
+    kind: Whole
+    address: Whole
+    value: Real
+    """Parameters, shape (n_joint, p)."""
+
+
+def instant_table(joints: Sequence[Joint]) -> InstantTable:
+    """Joints that remember nothing, see `Joint.n_slider`, as arrays."""
+    names = [item.name for item in _WITHOUT_MEMORY]
+    kinds = [FUNCTION if joint.function is not None else names.index(joint.force_law) for joint in joints]
+    return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), parameter_rows(joints))
+
+
+joint_force = compiled_switch(
+    __name__, ARGUMENTS, [item.force for item in FORCES], (function.force, f"address, {ARGUMENTS}")
+)
+
+_WITHOUT_MEMORY = [item for item in FORCES if item.instant is not None]
+#: ``instant_force(kind, address, u, velocity, parameters, slope)`` [N]: see `CompiledLaw.instant`.
+instant_force = compiled_switch(
+    __name__,
+    "u, velocity, parameters, slope",
+    [item.instant for item in _WITHOUT_MEMORY if item.instant is not None],
+    (function.instant, "address, u, velocity, parameters, slope"),
+)

@@ -1,0 +1,1 @@
+"""Forces of joint laws in a periodic motion, one file per law, with their derivatives."""

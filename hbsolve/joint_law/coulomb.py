@@ -1,0 +1,238 @@
+r"""Two tangents under one limit: isotropic Coulomb friction, exact along straight paths from sample to sample.
+
+Between two samples the contact point moves by :math:`\Delta` on a straight line, and the radius of the limit,
+:math:`r = \mu N / k_t`, changes linearly from one to the other. The spring, :math:`e = u - w`, is stretched by all of
+the motion until :math:`|e| = r`. From there on it keeps that length and pulls the slider behind it like a load on a
+rope: the slider moves along :math:`e`, so only what is left of the motion across it turns the rope,
+
+.. math:: r\, \frac{d\delta}{ds} = -|\Delta| \sin\delta, \qquad
+          \tan\frac{\delta_1}{2} = e^{-\kappa} \tan\frac{\delta_0}{2}, \qquad
+          \kappa = |\Delta| \int \frac{ds}{r}
+
+with :math:`\delta` the angle from the motion to the spring. A disc is convex and the rope turns towards the motion
+only. So a contact sticks between two samples if the spring is within the limit at the second, and otherwise begins to
+slip at one instant and slides until the second. The error is that of straight paths: of second order in the distance
+of the samples. A start, and a contact without load at either sample, is put on the limit by radial return, which is
+exact where the spring was slack. As in one tangent, a contact that closes between two samples rubs from the first.
+
+The slider may need many periods to settle (shakedown), so periods are marched until it returns to where it began one;
+the derivative is carried through all of them, so that it is exact for what was computed. A spring of direction
+:math:`n` on the limit turns by :math:`d\theta`, and
+
+.. math:: dw = du - n\, dr - r\, n_\perp\, d\theta .
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 7 and 8, in two tangents.
+Simo and Hughes, Computational Inelasticity, Springer (1998), chapter 3: radial return.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from fe.compiled import compiled
+from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, CompiledLaw
+from hbsolve.joint_law.unilateral import normal_force, unilateral
+
+#: Periods at most; sliders that creep on after these are left where they are.
+MAX_PERIOD = 200
+#: A slider has settled when a period moves it by less than this part of the radius of its limit or of the motion.
+SETTLED = 1e-11
+#: Below this the mean inverse of the radius is its series in z = (r_1 - r_0) / (r_1 + r_0), to round-off.
+SERIES = 0.03
+#: exp(-kappa) is no smaller than with this: its square must not vanish.
+MAX_TURN = 300.0
+
+
+@compiled
+def force(
+    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
+    sampling: Any, want: int, out: Any,
+) -> None:  # fmt: skip
+    """Directions: two tangents, then the normal; see `hbsolve.joint_law.registry`."""
+    kt, kn, mu, preload, gap = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    n, nh = u.shape[1], sampling.evaluate.shape[0]
+    N, closed = np.empty(n), np.empty(n, np.int64)
+    n_open = normal_force(u[2], kn, preload, gap, N, closed)
+    unilateral(2, u[2], N, closed, n_open, reference[2], kn, gap, 3, 1, 4, sampling, want, out)
+
+    # Columns of S: coefficients of both tangents and the normal, the five parameters, the two starts.
+    derive = want >= JACOBIAN
+    width = 3 * nh + 7
+    S = np.zeros((2, width))
+    traces = np.zeros((n, 2, width)) if derive else np.zeros((1, 2, width))
+    # Of the radius mu N / k_t: by the normal displacement, and by the last seven columns.
+    n_trace = n if derive else 1
+    r_by_v, r_by = np.zeros(n_trace), np.zeros((n_trace, 7))
+    for k in range(n_trace):
+        r_by[k, 0], r_by[k, 2] = -mu * N[k] / (kt * kt), N[k] / kt
+        if closed[k]:
+            r_by_v[k] = mu * kn / kt
+            r_by[k, 1], r_by[k, 3], r_by[k, 4] = mu * (u[2, k] - gap) / kt, mu / kt, -mu * kn / kt
+    w, begin = start.copy(), np.empty(2)
+    for d in range(2):
+        S[d, 3 * nh + 5 + d] = 1.0
+        if by_multiplier[d]:
+            w[d] = u[d, 0] - start[d] * mu * N[0] / kt
+            S[d, 3 * nh :] = -start[d] * r_by[0]
+            S[d, 3 * nh + 5 + d] = -mu * N[0] / kt
+            S[d, 2 * nh : 3 * nh] = -start[d] * r_by_v[0] * sampling.instants[0]
+            S[d, d * nh : (d + 1) * nh] = sampling.instants[0]
+    scale = max(np.abs(u[:2]).max(), mu * N.max() / kt)
+    # Nothing comes before the first instant: a start beyond the limit is put on it.
+    before, r_before, n_slip = 0, 0.0, 0
+    for _ in range(MAX_PERIOD):
+        begin[:] = w
+        n_slip = 0
+        for k in range(n):
+            r = mu * N[k] / kt
+            e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
+            length = np.sqrt(e0 * e0 + e1 * e1)
+            slipped = length > r
+            if slipped:
+                n_slip += 1
+                if r_before > 0.0 and r > 0.0:
+                    n0, n1, a0, a1, b0, b1, c_before, c = _slip(
+                        u[0, before] - w[0], u[1, before] - w[1],
+                        u[0, k] - u[0, before], u[1, k] - u[1, before], r_before, r,
+                    )  # fmt: skip
+                else:
+                    n0, n1 = e0 / length, e1 / length
+                    a0, a1, c_before, c = -n1 / length, n0 / length, 0.0, 0.0
+                    b0, b1 = a0, a1
+                w[0], w[1] = u[0, k] - r * n0, u[1, k] - r * n1
+                if derive:
+                    _follow(
+                        S, n0, n1, r, a0, a1, b0, b1, c_before, c, r_by[before], r_by[k], r_by_v[before], r_by_v[k],
+                        sampling.instants[before], sampling.instants[k],
+                    )  # fmt: skip
+            before, r_before = k, r
+            out.slider[0, k], out.slider[1, k] = w[0], w[1]
+            status = SEPARATED if not closed[k] else (SLIP if slipped else STICK)
+            out.status[0, k] = out.status[1, k] = status
+            if derive:
+                traces[k] = S
+        if np.hypot(w[0] - begin[0], w[1] - begin[1]) <= SETTLED * scale:
+            break
+    for d in range(2):
+        for k in range(n):
+            out.force[d, k] = kt * (u[d, k] - out.slider[d, k]) - reference[d] * u[d, k]
+        if want >= PARAMETERS:
+            for k in range(n):
+                for p in range(5):
+                    out.by_parameter[p, d, k] = -kt * traces[k, d, 3 * nh + p]
+                out.by_parameter[0, d, k] += u[d, k] - out.slider[d, k]
+                for s in range(2):
+                    out.by_start[s, d, k] = -kt * traces[k, d, 3 * nh + 5 + s]
+        if derive and (n_slip or np.abs(traces[0, d, : 3 * nh]).max() > 0.0):
+            out.active[d] = nh if n_slip else 1
+            rows = nh if n_slip else 1
+            weights = np.ascontiguousarray(sampling.project[:, :rows].T)
+            own = np.ascontiguousarray(traces[:, d, : 3 * nh])
+            out.jacobian[d, :rows, :] = -kt * np.dot(weights, own)
+        if derive and kt != reference[d]:
+            out.active[d] = nh
+            for a in range(nh):
+                out.jacobian[d, a, d * nh + a] += kt - reference[d]
+
+
+@compiled
+def _slip(
+    e0: float, e1: float, d0: float, d1: float, r_before: float, r: float
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """The spring at the end of a motion d that leaves the limit, its radius going from r_before > 0 to r > 0.
+
+    Returns its direction n and, for the angle by which that turns, the derivatives by both components of e, of d, by
+    r_before and by r. The instant at which slip begins needs none: the spring turns alike just before and after it.
+    """
+    growth = r - r_before
+    # |e + s d|^2 = (r_before + s growth)^2 at the onset: a s^2 + 2 b s + c = 0.
+    a = d0 * d0 + d1 * d1 - growth * growth
+    b = e0 * d0 + e1 * d1 - r_before * growth
+    c = min(e0 * e0 + e1 * e1 - r_before * r_before, 0.0)
+    root = np.sqrt(max(b * b - a * c, 0.0))
+    s = 1.0
+    if b > 0.0:
+        s = -c / (b + root)
+    elif a > 0.0:
+        s = (root - b) / a
+    s = min(max(s, 0.0), 1.0)
+    rest = 1.0 - s
+
+    # Directions: m of the spring at the onset, p of the motion.
+    m0, m1 = e0 + s * d0, e1 + s * d1
+    size = np.sqrt(m0 * m0 + m1 * m1)
+    m0, m1 = m0 / size, m1 / size
+    path = np.sqrt(d0 * d0 + d1 * d1)
+    p0, p1 = m0, m1
+    if path > 0.0:
+        p0, p1 = d0 / path, d1 / path
+
+    # Mean of 1 / radius over the rest, and its derivatives by the radius at the onset and at the end.
+    onset = r_before + s * growth
+    z = (r - onset) / (r + onset)
+    if abs(z) < SERIES:
+        zz, half = z * z, 2.0 / (r + onset)
+        mean = half * (1.0 + zz * (1 / 3 + zz * (1 / 5 + zz * (1 / 7 + zz / 9))))
+        by_z = half * z * (2 / 3 + zz * (4 / 5 + zz * (6 / 7 + zz * 8 / 9)))
+        mean_by_r = 0.5 * half * (half * onset * by_z - mean)
+        mean_by_onset = -0.5 * half * (half * r * by_z + mean)
+    else:
+        mean = np.log(r / onset) / (r - onset)
+        mean_by_r, mean_by_onset = (1.0 / r - mean) / (r - onset), (mean - 1.0 / onset) / (r - onset)
+
+    # tan(delta / 2) = y / x, of the two forms of it the one without cancellation.
+    cosine, sine = p0 * m0 + p1 * m1, p0 * m1 - p1 * m0
+    x, y = (1.0 + cosine, sine) if cosine > 0.0 else (sine, 1.0 - cosine)
+    kappa = path * rest * mean
+    decay = np.exp(-min(kappa, MAX_TURN))
+    square = x * x + y * y * decay * decay
+    cosine, sine = (x * x - y * y * decay * decay) / square, 2.0 * x * y * decay / square
+    n0, n1 = cosine * p0 - sine * p1, cosine * p1 + sine * p0
+
+    # d theta_1 = h d theta_0 + (1 - h) d phi - sin(delta_1) d kappa, where h = sin(delta_1) / sin(delta_0) and phi is
+    # the direction of the motion.
+    h = decay * (x * x + y * y) / square / size
+    by_e0, by_e1 = -h * m1, h * m0
+    by_path = sine * rest * mean
+    by_phi = rest * mean * (x * x - y * y * decay) / square
+    by_phi *= (1.0 - decay) / kappa if kappa > 1e-4 else 1.0 - 0.5 * kappa
+    by_onset = -sine * path * rest * mean_by_onset
+    return (
+        n0, n1, by_e0, by_e1,
+        s * by_e0 - by_phi * p1 - by_path * p0, s * by_e1 + by_phi * p0 - by_path * p1,
+        rest * by_onset, s * by_onset - sine * path * rest * mean_by_r,
+    )  # fmt: skip
+
+
+@compiled
+def _follow(
+    S: Any, n0: float, n1: float, r: float, a0: float, a1: float, b0: float, b1: float, c_before: float, c: float,
+    r_by_before: Any, r_by: Any, r_by_v_before: float, r_by_v: float, past: Any, now: Any,
+) -> None:  # fmt: skip
+    """Let S, the derivative of w, follow: dw = du - n dr - r n_perp d theta.
+
+    The spring turns by d theta = a . de + b . d(u - u_before) + c_before dr_before + c dr.
+    """
+    nh = len(now)
+    x, y = r * n1, -r * n0
+    v_before, v = c_before * r_by_v_before, c * r_by_v
+    for i in range(nh):
+        turn = (a0 - b0) * past[i] + b0 * now[i] - a0 * S[0, i] - a1 * S[1, i]
+        S[0, i], S[1, i] = now[i] + x * turn, y * turn
+    for i in range(nh):
+        j = nh + i
+        turn = (a1 - b1) * past[i] + b1 * now[i] - a0 * S[0, j] - a1 * S[1, j]
+        S[0, j], S[1, j] = x * turn, now[i] + y * turn
+    for i in range(nh):
+        j = 2 * nh + i
+        turn = v_before * past[i] + v * now[i] - a0 * S[0, j] - a1 * S[1, j]
+        S[0, j], S[1, j] = x * turn - n0 * r_by_v * now[i], y * turn - n1 * r_by_v * now[i]
+    for i in range(7):
+        j = 3 * nh + i
+        turn = c_before * r_by_before[i] + c * r_by[i] - a0 * S[0, j] - a1 * S[1, j]
+        S[0, j], S[1, j] = x * turn - n0 * r_by[i], y * turn - n1 * r_by[i]
+
+
+FORCES.register(CompiledLaw(name="coulomb", force=force, instant=None))

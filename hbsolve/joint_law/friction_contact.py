@@ -1,0 +1,60 @@
+r"""The paper's contact: a unilateral normal spring beside one or two tangents, each with its own limit mu N.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from fe.compiled import compiled
+from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
+from hbsolve.joint_law.slider import slide, state, tangent_jacobian
+from hbsolve.joint_law.unilateral import normal_force, unilateral
+
+
+@compiled
+def force(
+    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
+    sampling: Any, want: int, out: Any,
+) -> None:  # fmt: skip
+    """Directions: the tangents, then the normal; see `hbsolve.joint_law.registry`."""
+    kt, kn, mu, preload, gap = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    n_tangent, n = u.shape[0] - 1, u.shape[1]
+    N, closed = np.empty(n), np.empty(n, np.int64)
+    n_open = normal_force(u[n_tangent], kn, preload, gap, N, closed)
+    unilateral(n_tangent, u[n_tangent], N, closed, n_open, reference[n_tangent], kn, gap, 3, 1, 4, sampling, want, out)
+    event, sign = np.empty(n, np.int64), np.empty(n)
+    for d in range(n_tangent):
+        w = out.slider[d]
+        slide(u[d], mu * N, kt, start[d], by_multiplier[d], w, event, sign)
+        for k in range(n):
+            out.force[d, k] = kt * (u[d, k] - w[k]) - reference[d] * u[d, k]
+            out.status[d, k] = state(k, event[k], closed[k])
+        if want >= JACOBIAN:
+            tangent_jacobian(
+                d, n_tangent, event, sign, closed, kt, reference[d], mu * kn, by_multiplier[d], sampling, out
+            )
+        if want < PARAMETERS:
+            continue
+        for k in range(n):
+            j, s = event[k], sign[k]
+            if j < 0:
+                out.by_start[d, d, k] = -kt
+                out.by_parameter[0, d, k] = u[d, k] - w[k]
+                if not by_multiplier[d]:
+                    continue
+                j = 0
+                out.by_start[d, d, k] = mu * N[0]
+            # T = k_t (u - u_j) + s mu N_j
+            out.by_parameter[0, d, k] = u[d, k] - u[d, j]
+            out.by_parameter[2, d, k] = s * N[j]
+            if closed[j]:
+                out.by_parameter[1, d, k] = s * mu * (u[n_tangent, j] - gap)
+                out.by_parameter[3, d, k] = s * mu
+                out.by_parameter[4, d, k] = -s * mu * kn
+
+
+FORCES.register(CompiledLaw(name="friction", force=force, instant=None))

@@ -1,0 +1,109 @@
+"""What the harmonic balance asks of a joint's law, and what it hands over.
+
+A law is one file that registers one compiled function `force` of this signature::
+
+    force(u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out)
+
+u, velocity
+    Displacement [m] and velocity [m/s] of the joint's directions at the n instants of a period, shape (d, n).
+omega
+    Omega [rad/s].
+reference
+    Stiffness of each direction that is part of the linear structure, D in eq. 12, shape (d,) [N/m]. All that the law
+    writes is about f - D u: for a stuck or closed contact that is a constant, which costs nothing.
+parameters :
+    Values of `Joint.parameters`, in their order, shape (n_parameter,).
+start, by_multiplier
+    Slider positions at the first instant [m], or multipliers m of eq. 11 where the flag is set, shape (n_slider,).
+sampling
+    `hbsolve.sampling.Sampling`.
+want
+    FORCE, JACOBIAN or PARAMETERS: each includes the one before.
+out
+    A `LawOutput` to fill; all of its arrays arrive as zeros.
+
+The velocity is Omega times the derivative in Omega t, so a law that depends on it also gives its derivative with
+respect to Omega.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8, 11 and 12.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fe.compiled import compiled
+from geometry.registry import Registry
+from reduction.array_type import Real, Whole
+
+FORCE, JACOBIAN, PARAMETERS = 0, 1, 2
+#: Most directions that a joint may have.
+MAX_DIRECTION = 3
+#: State of a contact at an instant.
+STICK, SLIP, SEPARATED = 0, 1, 2
+
+
+class LawOutput(NamedTuple):
+    """Where a law writes; nh = 2 H + 1, n instants."""
+
+    force: Real
+    """f - D u at each instant, shape (d, n) [N]."""
+    jacobian: Real
+    """Of the coefficients of `force` with respect to those of u, shape (d, nh, 3 nh) [N/m]."""
+    active: Whole
+    """Leading rows of each direction's Jacobian that are not zero: 0, 1 (the mean alone) or nh, shape (d,)."""
+    by_parameter: Real
+    """Derivative of `force` with respect to each parameter, shape (p, d, n)."""
+    by_start: Real
+    """... to each slider's position (or multiplier) at the start, shape (s, d, n)."""
+    by_frequency: Real
+    """... to Omega, shape (d, n)."""
+    slider: Real
+    """Slider positions at each instant, shape (s, n) [m]."""
+    status: Whole
+    """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""
+
+
+ARGUMENTS = "u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompiledLaw:
+    """A law of the balance."""
+
+    name: str
+    """`Joint.force_law`."""
+    force: Callable[..., Any]
+    """The compiled function."""
+    instant: Callable[..., Any] | None
+    """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
+    fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
+
+
+@compiled
+def displacement_jacobian(slope: Any, sampling: Any, out: Any) -> None:
+    """Jacobian of a force without memory with the slope df/du at each instant, shape (n,) [N/m]."""
+    nh = sampling.evaluate.shape[0]
+    out.active[0] = nh
+    out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.instants)
+
+
+@compiled
+def velocity_jacobian(slope: Any, sampling: Any, out: Any) -> None:
+    """The same with the slope df/d(du/d(Omega t))."""
+    nh = sampling.evaluate.shape[0]
+    out.active[0] = nh
+    out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.differentiate.T)
+
+
+#: Forces of the product's own laws; a user's law has a function instead, `reduction.joint_law.function_law`.
+FORCES: Registry[CompiledLaw] = Registry(
+    "contact force",
+    package="hbsolve.joint_law",
+    group=None,
+    facts={"force": "over a period", "instant": "at an instant"},
+)

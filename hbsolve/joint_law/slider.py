@@ -1,0 +1,100 @@
+r"""The slider of one tangent: predictor, corrector and the trace from which all derivatives follow.
+
+.. math:: T = k_t (u - w), \qquad w \leftarrow \min(\max(w, u - \mu N / k_t), u + \mu N / k_t)
+
+The slider of an instant was put there by the last slip before, at instant j with sign s,
+
+.. math:: w = u_j - s \mu N_j / k_t,
+
+or has never moved. Two periods are enough: a period clips w to an interval, or leaves it at one value, and does the
+same the second time, so that the second period is periodic to the last digit.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 7, 8 and 11.
+Siewert et al., J. Eng. Gas Turbines Power 132 (2010): the predictor-corrector.
+"""
+
+from typing import Any
+
+from fe.compiled import compiled
+from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK
+
+
+@compiled
+def slide(
+    u: Any, limit: Any, stiffness: float, start: float, by_multiplier: int, w: Any, event: Any, sign: Any
+) -> None:
+    """March two periods and record the second.
+
+    `limit` is mu N, shape (n,). `event` receives j, -1 for a slider that has not moved since the start; `sign` s,
+    which for a start by multiplier is the multiplier itself.
+    """
+    n = len(u)
+    z, j, s = start, -1, 0.0
+    if by_multiplier:
+        z, s = u[0] - start * limit[0] / stiffness, start
+    for i in range(2 * n):
+        k = i if i < n else i - n
+        r = limit[k] / stiffness
+        if u[k] - z > r:
+            z, j, s = u[k] - r, k, 1.0
+        elif u[k] - z < -r:
+            z, j, s = u[k] + r, k, -1.0
+        if i >= n:
+            w[k], event[k], sign[k] = z, j, s
+
+
+@compiled
+def state(k: int, event: int, closed: int) -> int:
+    """State of the contact at instant k."""
+    if not closed:
+        return SEPARATED
+    return SLIP if event == k else STICK
+
+
+@compiled
+def tangent_jacobian(
+    tangent: int, normal: int, event: Any, sign: Any, closed: Any, stiffness: float, reference: float,
+    limit_by_v: float, by_multiplier: int, sampling: Any, out: Any,
+) -> None:  # fmt: skip
+    """Derivative of k_t (u - w) - D u with respect to the coefficients of u, and of v through mu N.
+
+    `reference` is D, and `limit_by_v` mu k_n, or 0 for a constant limit.
+    """
+    n, nh = len(event), sampling.evaluate.shape[0]
+    rows, k = 0, 0
+    while k < n:
+        first, j, s = k, event[k], sign[k]
+        if j == k:  # a run of slip: each instant is its own event
+            is_closed = closed[k]
+            while k < n and event[k] == k and sign[k] == s and closed[k] == is_closed:
+                k += 1
+            block = sampling.product_sum[k] - sampling.product_sum[first]
+            for a in range(nh):
+                for b in range(nh):
+                    out.jacobian[tangent, a, tangent * nh + b] -= stiffness * block[a, b]
+                    if is_closed and limit_by_v != 0.0:
+                        out.jacobian[tangent, a, normal * nh + b] += s * limit_by_v * block[a, b]
+            rows = nh
+            continue
+        while k < n and event[k] == j and event[k] != k:
+            k += 1
+        if j < 0:
+            if not by_multiplier:
+                continue  # never moved: a constant
+            j = 0
+        whole = k - first == n
+        rows = max(rows, 1 if whole else nh)
+        for a in range(1 if whole else nh):
+            weight = sampling.projected_sum[k, a] - sampling.projected_sum[first, a]
+            for b in range(nh):
+                c = weight * sampling.instants[j, b]
+                out.jacobian[tangent, a, tangent * nh + b] -= stiffness * c
+                if closed[j] and limit_by_v != 0.0:
+                    out.jacobian[tangent, a, normal * nh + b] += s * limit_by_v * c
+    if stiffness != reference:
+        rows = nh
+        for a in range(nh):
+            out.jacobian[tangent, a, tangent * nh + a] += stiffness - reference
+    out.active[tangent] = rows

@@ -1,0 +1,63 @@
+r"""The unilateral normal spring.
+
+.. math:: N = \max(N_0 + k_n (v - g),\ 0)
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 6.
+"""
+
+from typing import Any
+
+from fe.compiled import compiled
+from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS
+
+
+@compiled
+def normal_force(v: Any, stiffness: float, preload: float, gap: float, N: Any, closed: Any) -> int:
+    """Fill N and closed (1 or 0), both of shape (n,); returns how many instants are open."""
+    n_open = 0
+    for k in range(len(v)):
+        N[k] = preload + stiffness * (v[k] - gap)
+        closed[k] = 1
+        if N[k] <= 0.0:
+            N[k] = 0.0
+            closed[k] = 0
+            n_open += 1
+    return n_open
+
+
+@compiled
+def unilateral(
+    direction: int, v: Any, N: Any, closed: Any, n_open: int, reference: float, stiffness: float, gap: float,
+    preload_at: int, stiffness_at: int, gap_at: int, sampling: Any, want: int, out: Any,
+) -> None:  # fmt: skip
+    """Write N - D v of one direction; the `_at` are the numbers of the parameters, negative for none."""
+    n, nh = len(v), sampling.evaluate.shape[0]
+    for k in range(n):
+        out.force[direction, k] = N[k] - reference * v[k]
+    if want >= JACOBIAN:
+        own = direction * nh
+        # Open instants differ from the closed spring by -k_n, and the closed spring from D by k_n - D.
+        if n_open or stiffness != reference:
+            out.active[direction] = nh
+            for a in range(nh):
+                out.jacobian[direction, a, own + a] = stiffness - reference
+        k = 0
+        while k < n:
+            if closed[k]:
+                k += 1
+                continue
+            first = k
+            while k < n and not closed[k]:
+                k += 1
+            out.jacobian[direction, :, own : own + nh] -= stiffness * (
+                sampling.product_sum[k] - sampling.product_sum[first]
+            )
+    if want >= PARAMETERS:
+        for k in range(n):
+            if closed[k]:
+                if preload_at >= 0:
+                    out.by_parameter[preload_at, direction, k] = 1.0
+                out.by_parameter[stiffness_at, direction, k] = v[k] - gap
+                out.by_parameter[gap_at, direction, k] = -stiffness

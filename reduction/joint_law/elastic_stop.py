@@ -1,0 +1,63 @@
+"""A one-sided elastic stop without friction."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from reduction.array_type import Row
+from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ElasticStop(DirectedJoint):
+    """f = stiffness max(u - gap, 0): a one-sided stop without friction.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, positive towards the stop, shape (r,) [-].
+    stiffness
+        [N/m].
+    gap
+        [m]; negative is a pre-compressed stop.
+
+    Raises
+    ------
+    JointError
+        A stiffness that is not positive, or a number that is not finite.
+    """
+
+    kind = "stop"
+    parameters = (
+        LawParameter(name="stiffness", unit="N/m", meaning="k", typical=1e6, positive=True),
+        LawParameter(name="gap", unit="m", meaning="negative for a pre-compressed stop", typical=1e-5, default=0.0),
+    )
+    typical_displacement = 2e-5
+    can_slip = False
+    one_sided = True
+    n_slider = 0
+    stuck_stiffness = (0.0,)  # nothing says that it is closed
+    nlvib = ("unilateralSpring", {"stiffness": "stiffness", "gap": "gap"})
+
+    stiffness: float
+    gap: float = 0.0
+
+    @property
+    def reference_stiffness(self) -> tuple[float, ...]:
+        """Its own while it is closed at rest [N/m]."""
+        return (self.stiffness if self.gap < 0 else 0.0,)
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """f^2 / (2 k)."""
+        return np.asarray(force[0] ** 2 / (2 * parameters["stiffness"]))
+
+    def pyharm(self, scale: float) -> Mapping[str, Any]:
+        """PenaltyUnilateralGap."""
+        return {"type": "PenaltyUnilateralGap", "k": scale**2 * self.stiffness, "g": self.gap / scale}

@@ -1,0 +1,201 @@
+"""The paper's contact: a unilateral normal spring beside elastic Coulomb friction."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Self
+
+import numpy as np
+from jaxtyping import Float
+
+from reduction.array_type import Real, Row
+from reduction.errors import ExchangeError, JointError
+from reduction.joint_law.elastic_stop import ElasticStop
+from reduction.joint_law.registry import LAWS, Joint, LawOption, LawParameter, Samples, SliderInterval
+
+
+class Friction(Enum):
+    """How the two tangents of a contact share Coulomb's limit."""
+
+    UNCOUPLED = "uncoupled"
+    """Each tangent has a limit mu N of its own."""
+    COULOMB = "coulomb"
+    """The resultant has the limit mu N and opposes the sliding (isotropic)."""
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionContact(Joint):
+    r"""The paper's contact element: a unilateral normal spring beside elastic Coulomb friction in one or two tangents.
+
+    .. math:: N = \max(N_0 + k_n (v - g),\ 0), \qquad T = k_t (u - w), \qquad |T| \le \mu N
+
+    with v > 0 closing; w is the position of the slider, and T = 0 in lift-off.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    normal
+        Row of v, shape (r,) [-].
+    tangents
+        Rows of u, shape (1, r) or (2, r); one row of shape (r,) is taken as (1, r) [-].
+    normal_stiffness, tangential_stiffness
+        k_n and k_t [N/m].
+    friction_coefficient
+        mu [-].
+    preload
+        N_0 [N], the normal force at v = g; negative holds the contact open by that force.
+    gap
+        g [m]; negative is an interference.
+    friction
+        How two tangents share the limit.
+
+    Raises
+    ------
+    JointError
+        A stiffness that is not positive, a negative friction coefficient, a number that is not finite, or another
+        friction.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8.
+    """
+
+    kind = "friction"
+    parameters = (
+        LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_t", typical=1e6, positive=True),
+        LawParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
+        LawParameter(name="friction_coefficient", unit="-", meaning="mu", typical=0.4, lower=0.0),
+        LawParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
+        LawParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),
+    )
+    typical_displacement = 3e-5
+    options = (LawOption(name="friction", choices=("uncoupled", "coulomb"), meaning="how two tangents share mu N"),)
+    places = {"normal": True, "tangent": True, "second_tangent": False}  # noqa: RUF012  # read alone
+    series_springs = True
+
+    name: str
+    normal: Row
+    tangents: Float[Real, "tangent r"]
+    normal_stiffness: float
+    tangential_stiffness: float
+    friction_coefficient: float
+    preload: float = 0.0
+    gap: float = 0.0
+    friction: Friction = Friction.UNCOUPLED
+
+    def __post_init__(self) -> None:
+        self.check_fields("normal", "tangents")
+        if self.tangents.ndim == 1:
+            object.__setattr__(self, "tangents", self.tangents[None, :])
+        if self.tangents.ndim != 2 or len(self.tangents) not in {1, 2}:
+            raise JointError(f'contact "{self.name}" has tangents of shape {self.tangents.shape}: give one or two rows')
+        if self.tangents.shape[1:] != self.normal.shape:
+            raise JointError(
+                f'contact "{self.name}" has a normal over {self.normal.size} degrees of freedom but tangents over '
+                f"{self.tangents.shape[1]}: both are rows over the whole structure"
+            )
+        friction: object = self.friction
+        if not isinstance(friction, Friction):
+            known = " or ".join(str(item) for item in Friction)
+            raise JointError(f'joint "{self.name}": friction = {friction!r} must be {known}')
+
+    @property
+    def directions(self) -> Float[Real, "d r"]:
+        """Tangents, then the normal, shape (n_tangent + 1, r) [-]."""
+        return np.vstack([self.tangents, self.normal])
+
+    @property
+    def force_at_rest(self) -> float:
+        """N at v = 0 [N]; zero where the contact is open."""
+        return max(self.preload - self.normal_stiffness * self.gap, 0.0)
+
+    @property
+    def limit_at_rest(self) -> float:
+        """Coulomb's limit mu N at v = 0 [N]."""
+        return self.friction_coefficient * self.force_at_rest
+
+    @property
+    def coupled(self) -> bool:
+        """Two tangents under one limit."""
+        return self.friction is Friction.COULOMB and len(self.tangents) == 2
+
+    @property
+    def force_law(self) -> str:
+        """Two: tangents with a limit each, and tangents under one."""
+        return "coulomb" if self.coupled else "friction"
+
+    @property
+    def n_slider(self) -> int:
+        """One per tangent."""
+        return len(self.tangents)
+
+    @property
+    def stuck_stiffness(self) -> tuple[float, ...]:
+        """k_t of the tangents, then k_n [N/m]."""
+        return (self.tangential_stiffness,) * len(self.tangents) + (self.normal_stiffness,)
+
+    @property
+    def stuck_force(self) -> tuple[float, ...]:
+        """N_0 - k_n g in the normal [N]."""
+        return (0.0,) * len(self.tangents) + (self.preload - self.normal_stiffness * self.gap,)
+
+    @property
+    def normal_direction(self) -> int:
+        """The last."""
+        return len(self.tangents)
+
+    @property
+    def open_at_rest(self) -> bool:
+        """N = 0 at v = 0."""
+        return self.force_at_rest <= 0
+
+    @property
+    def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
+        """Limits that follow the normal; a disc has no interval."""
+        if self.coupled:
+            return "couples its two by Coulomb's disc: give it Friction.UNCOUPLED, or one tangent"
+        kt, mu, kn = self.tangential_stiffness, self.friction_coefficient, self.normal_stiffness
+        constant, normal = mu * (self.preload - kn * self.gap), len(self.tangents)
+        return tuple(SliderInterval(tangent, normal, kt, constant, mu * kn) for tangent in range(normal))
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """T^2 / (2 k_t) of the tangents and N^2 / (2 k_n)."""
+        tangents = np.sum(force[:-1] ** 2, axis=0) / (2 * parameters["tangential_stiffness"])
+        return np.asarray(tangents + force[-1] ** 2 / (2 * parameters["normal_stiffness"]))
+
+    def exported(self, program: str) -> Joint:
+        """Without friction a stop, k_n max(v - (g - N_0 / k_n), 0).
+
+        Raises
+        ------
+        ExchangeError
+            Friction whose limit follows a varying normal force.
+        """
+        if self.friction_coefficient > 0:
+            raise ExchangeError(
+                f'joint "{self.name}" is a friction contact whose normal force varies, which {program} does not have: '
+                f"give a JenkinsElement with the limit mu N0 = {self.friction_coefficient * self.preload:g} N where it "
+                "hardly varies"
+            )
+        return ElasticStop(
+            name=self.name,
+            direction=self.normal,
+            stiffness=self.normal_stiffness,
+            gap=self.gap - self.preload / self.normal_stiffness,
+        )
+
+    @classmethod
+    def build(cls, name: str, rows: Mapping[str, Row], values: Mapping[str, Any]) -> Self:
+        """See `Joint`."""
+        tangents = np.array([rows[place] for place in ("tangent", "second_tangent") if place in rows])
+        chosen = {"friction": Friction(values["friction"])} if "friction" in values else {}
+        return cls(name=name, normal=rows["normal"], tangents=tangents, **{**values, **chosen})
+
+
+def friction_contacts(joints: Iterable[Joint]) -> list[FrictionContact]:
+    """Those of some joints that are friction contacts, in their order."""
+    return [joint for joint in joints if isinstance(joint, FrictionContact)]

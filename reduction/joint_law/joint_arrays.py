@@ -1,0 +1,26 @@
+"""Joints as arrays: what the balance and the integration in time both need."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from reduction.array_type import Real, Whole
+from reduction.joint_law.registry import Joint
+
+
+def starts(counts: Sequence[int]) -> Whole:
+    """First number of each of some groups and, last, how many there are in all, shape (n + 1,)."""
+    return np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64))]).astype(np.int64)
+
+
+def addresses(joints: Sequence[Joint]) -> Whole:
+    """Addresses of users' compiled functions in this process, 0 for other joints, shape (n_joint,)."""
+    return np.array([0 if joint.function is None else joint.function.address for joint in joints], dtype=np.int64)
+
+
+def parameter_rows(joints: Sequence[Joint]) -> Real:
+    """Parameters of each joint, zeros behind them, shape (n_joint, p) with the largest number of parameters p."""
+    rows = np.zeros((len(joints), max((len(joint.parameters) for joint in joints), default=0)))
+    for row, joint in zip(rows, joints, strict=True):
+        row[: len(joint.parameters)] = [getattr(joint, name) for name in joint.parameter_names]
+    return rows

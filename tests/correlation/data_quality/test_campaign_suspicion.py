@@ -1,0 +1,255 @@
+"""What looks wrong is told with its evidence; what is right is not suspected."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.data_quality.campaign import find_suspicions
+from correlation.data_quality.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
+from correlation.feature.table import extract_features
+
+LEVELS = (1.0, 3.0, 10.0)
+FREQUENCY = np.linspace(92.0, 108.0, 17)
+SHAPE = {"tip": 1.0, "slot": 0.55, "mid": -0.16}
+
+
+def response(level: float, frequency: float, f0: float = 100.0, zeta: float = 0.02) -> complex:
+    """Of one mode; damping grows with the level, as friction does."""
+    damping = zeta * level**0.2
+    return level * 1e-6 / (1 - (frequency / f0) ** 2 + 2j * damping * frequency / f0)
+
+
+def campaign(seed: int = 1, noise: float = 0.003, factor: float = 1.0) -> Campaign:
+    """Three sensors of one mode, up and down, three repeats; harmonics 1 and 3."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for sensor, gain in enumerate(SHAPE.values()):
+        for level in LEVELS:
+            for number, frequency in enumerate(FREQUENCY):
+                for harmonic in (1, 3):
+                    for repeat in (1, 2, 3):
+                        for sweep in (1, -1):
+                            x = gain * response(level, frequency) / harmonic**3
+                            x *= 1 + noise * (rng.normal() + 1j * rng.normal())
+                            order = number if sweep == 1 else 100 - number
+                            rows.append((0, order, repeat, sweep, level, frequency * factor, sensor, harmonic, x))
+    names = ("test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "value")
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    sensors = tuple(MeasuredSensor(name=name, quantity="displacement", direction="z", place=name) for name in SHAPE)
+    return Campaign(
+        title="",
+        folder=Path(),
+        sensors=sensors,
+        tests=(Test(name="stepped"),),
+        measurement=Measurement(**columns),
+        held_out=HeldOut(),
+    )
+
+
+def with_values(made: Campaign, value: np.ndarray) -> Campaign:
+    return replace(made, measurement=replace(made.measurement, value=value))
+
+
+def sentences(made: Campaign) -> str:
+    return "\n".join(map(str, find_suspicions(made)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("noise", [0.001, 0.03])
+def test_a_sound_campaign_is_not_suspected(seed: int, noise: float) -> None:
+    assert find_suspicions(campaign(seed, noise)) == ()
+
+
+def test_a_band_below_the_resonance_is_not_taken_for_phases() -> None:
+    made = campaign()
+    below = made.measurement.where((made.measurement.frequency < 98) & (made.measurement.sensor < 2))
+    assert (below.value.real > 0).all()  # as amplitudes are
+    assert "phase" not in sentences(replace(made, measurement=below))
+
+
+@pytest.mark.parametrize("convert", [np.degrees, np.asarray], ids=["degrees", "radians"])
+@pytest.mark.parametrize("unit", [1.0, 1e-6], ids=["m", "um"])
+def test_phases_in_the_imaginary_column_are_suspected(unit: float, convert: np.ufunc) -> None:
+    made = campaign()
+    value = made.measurement.value
+    polar = unit * (np.abs(value) / unit + 1j * convert(np.angle(value)))
+    found = sentences(with_values(made, polar))
+    assert 'test "stepped", sensor "tip": real is never negative and from 1 to 10 N real grows' in found
+    assert "are these amplitude and phase? Write real = amplitude cos(phase)" in found
+
+
+def test_phases_at_a_single_level_are_suspected_by_their_size() -> None:
+    made = campaign()
+    one = made.measurement.where((made.measurement.level == 1.0) & (made.measurement.sensor == 0))
+    polar = np.abs(one.value) + 1j * np.degrees(np.angle(one.value))
+    found = sentences(replace(made, measurement=replace(one, value=polar)))
+    assert "imag reaches" in found
+    assert "amplitude and phase" in found
+
+
+def test_a_constant_harmonic_is_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    value = np.where((table.harmonic == 3) & (table.sensor == 2), 0.0, table.value)
+    assert 'sensor "mid": harmonic 3 reads 0+0j m at all 306 points' in sentences(with_values(made, value))
+
+
+def test_copied_repeats_are_suspected() -> None:
+    made = campaign()
+    assert "300 of" not in sentences(made)
+    table = made.measurement
+    order = np.lexsort((table.repeat, table.sweep, table.harmonic, table.sensor, table.frequency, table.level))
+    table = table.where(order)
+    value = table.value.copy()
+    value[1::3] = value[0::3]  # repeat 2 is repeat 1
+    copies = replace(made, measurement=replace(table, value=value))
+    assert "102 of 204 pairs of repeats agree in every digit: are they copies?" in sentences(copies)
+
+
+def test_a_missing_level_is_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    left = table.where(~((table.level == 10.0) & (table.repeat == 2) & (table.sweep == -1)))
+    found = sentences(replace(made, measurement=left))
+    assert 'test "stepped": repeat 2, sweep down lacks the level 10 N, which others have' in found
+
+
+def test_missing_points_of_a_sensor_are_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    left = table.where(~((table.sensor == 1) & (table.harmonic == 3) & (table.frequency > 107)))
+    found = sentences(replace(made, measurement=left))
+    assert 'sensor "slot": harmonic 3 has 288 values where others have 306' in found
+
+
+def test_sweeps_that_run_the_other_way_are_suspected() -> None:
+    made = campaign()
+    mixed = replace(made.measurement, sweep=-made.measurement.sweep)
+    found = sentences(replace(made, measurement=mixed))
+    assert "in sweeps up the frequency goes the other way, by the column order, in 144 of 144 steps" in found
+
+
+def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> None:
+    wrong = campaign(factor=2 * np.pi)
+    (found,) = find_model_suspicions(wrong, [97.0, 610.0 / 1.5, 2500.0])
+    assert found.where == 'test "stepped"'
+    assert '"tip" peaks at 628.3 in the column frequency, which is 2 pi times the model' in found.sentence
+    assert "resonance of 97 Hz" in found.sentence
+    assert 'write units.frequency = "rad/s" instead of "Hz"' in found.sentence
+
+
+def test_hertz_labelled_radians_per_second_are_suspected_beside_a_model() -> None:
+    (found,) = find_model_suspicions(campaign(factor=1 / (2 * np.pi)), [97.0])
+    assert "a 2 pi-th of the model" in found.sentence
+    assert 'write units.frequency = "Hz" instead of "rad/s"' in found.sentence
+
+
+def test_a_band_without_a_peak_is_compared_as_a_whole() -> None:
+    made = campaign(factor=2 * np.pi)
+    below = replace(made, measurement=made.measurement.where(made.measurement.frequency < 600))
+    (found,) = find_model_suspicions(below, [97.0])
+    assert "the column frequency covers 578.1 to 596.9" in found.sentence
+
+
+@pytest.mark.parametrize("model", [[90.0], [110.0, 620.0], [20.0, 350.0], []])
+def test_a_model_that_is_near_or_altogether_different_raises_no_suspicion(model: list[float]) -> None:
+    assert find_model_suspicions(campaign(), model) == ()
+
+
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2), (1, 2)])
+@pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
+def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f0: float) -> None:
+    made = campaign()
+    swap = np.arange(3)
+    swap[[i, j]] = j, i
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    for each, expected in ((made, 0), (swapped, 1)):
+        table = extract_features(each)
+        gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
+        predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
+        found = find_swapped_sensors(each, table, predicted)
+        assert len(found) == expected
+    names = list(SHAPE)
+    assert found[0].where == f'sensors "{names[min(i, j)]}" and "{names[max(i, j)]}" look swapped'
+    assert "the model says" in found[0].sentence
+    assert "swapped, they agree within" in found[0].sentence
+
+
+def test_a_wrong_gain_is_not_taken_for_a_swap() -> None:
+    made = campaign()
+    table = extract_features(made)
+    predicted = np.where(table.sensor == 0, 1.3, 1.0) * table.value
+    assert find_swapped_sensors(made, table, predicted) == ()
+
+
+def predictions(made: Campaign, f0: float = 100.0) -> np.ndarray:
+    """Of the model of one mode, at the features of a campaign."""
+    table = extract_features(made)
+    gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
+    return np.asarray(gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)])
+
+
+def test_forces_along_and_across_a_line_that_are_swapped_are_found() -> None:
+    made = campaign()
+    sensors = (
+        replace(made.sensors[0], quantity="contact force", line="left", component="tangential"),
+        replace(made.sensors[1], quantity="contact force", line="left", component="normal"),
+        made.sensors[2],
+    )
+    swap = np.array([1, 0, 2])
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    for each, expected in ((made, 0), (swapped, 1)):
+        there = replace(each, sensors=sensors)
+        assert len(find_swapped_sensors(there, extract_features(there), predictions(each))) == expected
+
+
+def test_points_without_a_prediction_are_passed_over() -> None:
+    made = campaign()
+    swap = np.array([1, 0, 2])
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    predicted = predictions(swapped)
+    predicted[::7] = np.nan
+    (found,) = find_swapped_sensors(swapped, extract_features(swapped), predicted)
+    assert found.where == 'sensors "tip" and "slot" look swapped'
+
+
+@pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
+def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_taken_for_it(f0: float) -> None:
+    made = campaign()
+    assert find_conjugate_tests(made, extract_features(made), predictions(made, f0)) == ()
+    other = with_values(made, made.measurement.value.conj())
+    found = find_conjugate_tests(other, extract_features(other), predictions(other, f0))
+    if f0 == 100.0:
+        (one,) = found
+        assert one.where == 'test "stepped"'
+        assert "the phases agree with the model to" in one.sentence
+        assert "change the sign in convention.time of the manifest" in one.sentence
+
+
+def test_a_sensor_that_one_of_two_tests_lacks_is_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    again = replace(table, test=np.ones_like(table.test)).where(table.sensor != 1)
+    both = Measurement(
+        **{name: np.concatenate([getattr(table, name), getattr(again, name)]) for name in table.__dataclass_fields__}
+    )
+    two = replace(made, tests=(*made.tests, Test(name="again")), measurement=both)
+    assert 'test "again": it has no rows of sensor "slot", which "stepped" has: were they left out?' in sentences(two)
+    # Without its contacts a structure has no contact forces.
+    force = replace(made.sensors[1], quantity="contact force", line="left", component="normal")
+    free = replace(
+        two,
+        sensors=(made.sensors[0], force, made.sensors[2]),
+        tests=(*made.tests, Test(name="again", configuration="free")),
+    )
+    assert "no rows of sensor" not in sentences(free)
+
+
+def test_a_repeat_that_is_missing_between_others_is_suspected() -> None:
+    made = campaign()
+    left = made.measurement.where(made.measurement.repeat != 2)
+    found = sentences(replace(made, measurement=left))
+    assert 'test "stepped": it has the repeats 1 to 3 but not 2: was a file left out?' in found

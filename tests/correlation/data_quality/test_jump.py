@@ -1,0 +1,94 @@
+"""A state at which repeats jump is left out with all its readings; noise and jitter alone are no jump."""
+
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign
+from correlation.data_quality.jump import FEWEST, find_jump_suspicions, find_jumps
+from correlation.feature.observation import arrange_campaign, split_held_out
+from correlation.model import Model
+
+#: The state that jumps: between its two responses the larger is 1.3 times the other.
+FREE, FREQUENCY, LEVEL, RATIO = False, 26.5, 3.0, 1.3
+
+
+def jumped(campaign: Campaign, repeats: tuple[int, ...] = (1, 3)) -> Campaign:
+    table = campaign.measurement
+    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    there = (free == FREE) & (table.frequency == FREQUENCY) & (table.level == LEVEL) & np.isin(table.repeat, repeats)
+    assert there.any()
+    return replace(campaign, measurement=replace(table, value=np.where(there, RATIO * table.value, table.value)))
+
+
+@pytest.mark.parametrize(("jitter", "seed"), [(0.0, 1), (3e-5, 5), (1e-4, 11), (3e-4, 2)])
+def test_noise_and_jitter_are_no_jump(small: Model, paper: ModuleType, jitter: float, seed: int) -> None:
+    """F / X scatters ten times as much at the ends of the grid as at the resonance, and X the other way round."""
+    campaign = paper.make_campaign(small, jitter=jitter, seed=seed)
+    assert not find_jumps(campaign, arrange_campaign(campaign).points).any()
+
+
+@pytest.mark.parametrize("jitter", [0.0, 1e-4])
+def test_a_jump_is_found_at_its_state_alone(small: Model, paper: ModuleType, jitter: float) -> None:
+    campaign = jumped(paper.make_campaign(small, jitter=jitter, seed=3))
+    points = arrange_campaign(campaign).points
+    expected = (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
+    np.testing.assert_array_equal(find_jumps(campaign, points), expected)
+    # All sensors and harmonics of it.
+    assert set(points.sensor[expected]) == {"tip", "root", "left_T", "left_N"}
+
+
+def test_neither_fits_nor_tests_see_a_state_that_jumps(small: Model, paper: ModuleType) -> None:
+    campaign = jumped(paper.make_campaign(small, seed=3))
+    for seen in split_held_out(campaign):
+        points = seen.points
+        there = (points.free == FREE) & (points.level == LEVEL)
+        assert there.any()
+        assert FREQUENCY not in points.frequency[there]
+        # At another level the same frequency stays.
+        assert FREQUENCY in points.frequency[(points.free == FREE) & (points.level != LEVEL)]
+
+
+def test_a_few_readings_tell_no_jump(small: Model, paper: ModuleType) -> None:
+    campaign = jumped(paper.make_campaign(small, seed=3, n_repeat=FEWEST - 1, held=()))
+    assert not find_jumps(campaign, arrange_campaign(campaign).points).any()
+
+
+def test_a_zero_reading_is_no_jump(small: Model, paper: ModuleType) -> None:
+    """A channel that reads nothing has no dynamic stiffness; that is another mistake, told elsewhere."""
+    campaign = paper.make_campaign(small, seed=3)
+    table = campaign.measurement
+    silent = replace(campaign, measurement=replace(table, value=np.zeros_like(table.value)))
+    assert not find_jumps(silent, arrange_campaign(campaign).points).any()
+
+
+def test_a_jump_is_told_with_its_place(small: Model, paper: ModuleType) -> None:
+    campaign = paper.make_campaign(small, seed=3)
+    assert find_jump_suspicions(campaign) == ()
+    (told,) = find_jump_suspicions(jumped(campaign))
+    assert told.where == "jointed test, 3 N, 26.5 Hz"
+    assert "left out" in told.sentence
+
+
+@pytest.mark.parametrize(("apart", "found"), [(1.03, True), (1.0, False)])
+def test_sweeps_that_disagree_in_every_repeat_tell_of_two_states(
+    small: Model, paper: ModuleType, apart: float, found: bool
+) -> None:
+    """Be the scatter of the repeats ten times as large."""
+    campaign = paper.make_campaign(small, seed=3)
+    table = campaign.measurement
+    there = (table.frequency == FREQUENCY) & (table.level == LEVEL)
+    random = np.random.default_rng(4)
+    off = (1 + 0.1 * random.standard_normal(int(table.repeat.max()) + 1))[table.repeat]
+    ways = [
+        replace(table, sweep=np.full_like(table.sweep, way), value=table.value * off * noise * np.where(there, by, 1.0))
+        for way, by in ((1, apart), (-1, 1.0))
+        for noise in [1 + 1e-3 * random.standard_normal(len(table.value))]
+    ]
+    both = replace(ways[0], **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(table)})
+    swept = replace(campaign, measurement=both)
+    points = arrange_campaign(campaign).points
+    expected = found & (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
+    np.testing.assert_array_equal(find_jumps(swept, points), expected)

@@ -1,0 +1,130 @@
+"""A channel in another unit than its column says is named; a model that is wrong is not taken for one."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
+from correlation.data_quality.wrong_unit import find_wrong_units
+from correlation.prediction import Points
+
+LEVELS, FREQUENCY = (1.0, 10.0), np.linspace(92.0, 108.0, 17)
+#: The last is a contact force.
+SHAPE = {"tip": 1e-6, "slot": 5.5e-7, "mid": -1.6e-7, "left_T": 0.8}
+TESTS = ("stepped", "again")
+
+
+def response(frequency: NDArray[np.float64], f0: float = 100.0, zeta: float = 0.02) -> NDArray[np.complex128]:
+    return np.asarray(1 / (1 - (frequency / f0) ** 2 + 2j * zeta * frequency / f0))
+
+
+def campaign() -> Campaign:
+    """Four sensors of one mode in two tests, three repeats, up and down, 1 % of noise."""
+    axes = (range(len(TESTS)), (1, 2, 3), (1, -1), LEVELS, FREQUENCY, range(len(SHAPE)))
+    test, repeat, sweep, level, frequency, sensor = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
+    gain, random = np.array(list(SHAPE.values()))[sensor.astype(int)], np.random.default_rng(1)
+    noise = 0.01 * (random.standard_normal(len(level)) + 1j * random.standard_normal(len(level)))
+    sensors = [
+        MeasuredSensor(name=name, quantity="contact force", line="left", component="tangential")
+        if name.endswith("_T")
+        else MeasuredSensor(name=name, quantity="displacement", direction="z", place=name)
+        for name in SHAPE
+    ]
+    table = Measurement(
+        test=test, order=np.arange(len(level)), repeat=repeat, sweep=sweep, level=level, frequency=frequency,
+        sensor=sensor, harmonic=np.ones(len(level), dtype=int), value=level * gain * response(frequency) * (1 + noise),
+    )  # fmt: skip
+    return Campaign(
+        title="", folder=Path(), sensors=tuple(sensors), tests=tuple(Test(name=name) for name in TESTS),
+        measurement=table, held_out=HeldOut(),
+    )  # fmt: skip
+
+
+def suspected(made: Campaign, f0: float = 100.0, zeta: float = 0.02, gain: float = 1.0) -> tuple[Suspicion, ...]:
+    """Beside a model of one mode, whose resonance, damping and size may be wrong."""
+    level, frequency, sensor = (
+        each.ravel() for each in np.meshgrid(LEVELS, FREQUENCY, np.arange(len(SHAPE)), indexing="ij")
+    )
+    points = Points(
+        free=np.zeros(len(level), dtype=bool), level=level, frequency=frequency,
+        sensor=np.array(list(SHAPE))[sensor], harmonic=np.ones(len(level), dtype=int),
+    )  # fmt: skip
+    shape = np.array(list(SHAPE.values()))[sensor]
+    return find_wrong_units(made, points, gain * level * shape * response(frequency, f0, zeta))
+
+
+def spoilt(made: Campaign, factor: float, **where: float) -> Campaign:
+    """With the values of some runs in another unit."""
+    table = made.measurement
+    rows = np.ones(len(table), dtype=bool)
+    for name, value in where.items():
+        rows &= getattr(table, name) == value
+    return replace(made, measurement=replace(table, value=np.where(rows, factor, 1.0) * table.value))
+
+
+@pytest.mark.parametrize(("f0", "zeta", "gain"), [(100, 0.02, 1), (97, 0.02, 1), (103, 0.003, 1), (100, 0.2, 5)])
+def test_a_model_that_is_wrong_raises_no_suspicion(f0: float, zeta: float, gain: float) -> None:
+    assert suspected(campaign(), f0, zeta, gain) == ()
+
+
+@pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
+def test_millimetres_in_one_test_are_named_with_their_evidence(f0: float) -> None:
+    (found,) = suspected(spoilt(campaign(), 1e3, test=1, sensor=2), f0)
+    assert found.where == 'test "again", sensor "mid"'
+    assert "it reads " in found.sentence
+    assert "and itself " in found.sentence
+    assert 'times in test "stepped": are its values in mm instead of m?' in found.sentence
+    if f0 == 100.0:
+        # The median of noise of 1 %: three digits.
+        assert found.sentence.startswith(
+            "it reads 1,000 times what the model says, the other sensors of the same runs 1 ti"
+        )
+
+
+@pytest.mark.parametrize(
+    ("factor", "sensor", "unit"),
+    [(1e-3, 3, "kN instead of N"), (102.0, 3, "gf instead of N"), (1e6, 0, "um instead of m")],
+)
+def test_a_channel_that_is_wrong_in_all_tests_is_named(factor: float, sensor: int, unit: str) -> None:
+    found = suspected(spoilt(campaign(), factor, sensor=sensor))
+    assert [each.where for each in found] == [f'test "{test}", sensor "{[*SHAPE][sensor]}"' for test in TESTS]
+    assert all(f"are its values in {unit}?" in each.sentence for each in found)
+
+
+def test_a_factor_of_ten_is_suspected_where_the_channel_is_right_elsewhere() -> None:
+    (found,) = suspected(spoilt(campaign(), 10.0, test=0, sensor=0))
+    assert found.where == 'test "stepped", sensor "tip"'
+    # A model may be wrong by as much.
+    assert suspected(spoilt(campaign(), 10.0, sensor=0)) == ()
+    assert suspected(spoilt(campaign(), 10.0)) == ()
+
+
+@pytest.mark.parametrize(
+    ("where", "words"),
+    [({"level": 10.0}, "at the level 10 N it reads 1,0"), ({"repeat": 2}, "at the repeat 2 it reads 1,0")],
+)
+def test_one_file_of_a_test_is_named_by_its_level_or_repeat(where: dict[str, float], words: str) -> None:
+    (found,) = suspected(spoilt(campaign(), 1.01e3, test=0, sensor=1, **where))
+    assert found.where == 'test "stepped", sensor "slot"'
+    assert found.sentence.startswith(words)
+
+
+def test_all_sensors_of_a_test_that_are_wrong_together_speak_of_its_level() -> None:
+    (found,) = suspected(spoilt(campaign(), 1e-3, test=1))
+    assert found.where == 'test "again"'
+    assert (
+        "all its sensors read about 0.001 times what the model says: is its level in mN instead of N?" in found.sentence
+    )
+
+
+def test_a_channel_of_noise_or_of_nothing_in_the_model_is_passed_over() -> None:
+    made = campaign()
+    table, random = made.measurement, np.random.default_rng(2)
+    noise = 1e-4 * (random.standard_normal(len(table)) + 1j * random.standard_normal(len(table)))
+    assert (
+        suspected(replace(made, measurement=replace(table, value=np.where(table.sensor == 1, noise, table.value))))
+        == ()
+    )

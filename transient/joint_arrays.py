@@ -1,0 +1,90 @@
+"""Joints as plain arrays, the form in which the compiled march reads them."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from reduction.array_type import Real, Whole
+from reduction.joint_law.joint_arrays import addresses, parameter_rows, starts
+from reduction.joint_law.registry import Joint
+from reduction.jointed_system import JointedSystem
+from transient.joint_law.function_law import force as function_force
+from transient.joint_law.registry import WITNESSES, Witness
+
+#: Number of the law of a joint whose force is a function of its user's own.
+FUNCTION = -1
+
+Integers = Int[Whole, " joint"]
+
+
+class Packed(NamedTuple):
+    """Joints as compiled code reads them."""
+
+    kind: Integers
+    """Number of the law."""
+    direction: Integers
+    """First direction of each joint and, last, their number."""
+    slider: Integers
+    """First slider of each joint and, last, their number."""
+    address: Integers
+    """Of a user's function."""
+    value: Float[Real, "joint p"]
+    """Parameters."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WitnessTable:
+    """All joints of a system."""
+
+    rows: Float[Real, "d r"]
+    """Directions of all joints in order, shape (d, r) [-]."""
+    stuck_stiffness: Float[Real, " d"]
+    """Stiffness of each direction while its joint sticks and is closed, shape (d,) [N/m]."""
+    packed: Packed
+    """The arrays that compiled code reads."""
+    n_slider: int
+    """Number of sliders [-]."""
+    damper: Float[Real, " d"]
+    """Which directions belong to a quadratic damper, with its damping, shape (d,) [N s^2/m^2]."""
+    normal_terms: Float[Real, " d"]
+    """|N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
+    round-off of the size of their terms, however small their sum."""
+    slider_stiffness: Float[Real, " s"]
+    """Stiffness that weighs each slider, shape (s,) [N/m]."""
+
+
+def joint_table(system: JointedSystem) -> WitnessTable:
+    """Joints of a system in its order; a law that is unknown to the integration in time is a `RegistryError`."""
+    laws, names = [_witness(joint) for joint in system.joints], WITNESSES.names()
+    stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
+    damper, terms = [np.zeros(0)], [np.zeros(0)]
+    for number, (law, joint) in enumerate(zip(laws, system.joints, strict=True)):
+        damper.append(np.full(len(stuck[number]), law.damping(joint)))
+        terms.append(np.append(np.zeros(len(stuck[number]) - 1), law.normal_terms(joint)))
+    n_slider = [joint.n_slider for joint in system.joints]
+    return WitnessTable(
+        rows=np.vstack([joint.directions for joint in system.joints]) if laws else np.zeros((0, system.n_dof)),
+        stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
+        packed=Packed(
+            np.array([FUNCTION if law.name not in names else names.index(law.name) for law in laws], dtype=np.int64),
+            starts([len(item) for item in stuck]),
+            starts(n_slider),
+            addresses(system.joints),
+            parameter_rows(system.joints),
+        ),
+        n_slider=sum(n_slider),
+        damper=np.concatenate(damper),
+        normal_terms=np.concatenate(terms),
+        slider_stiffness=np.concatenate(
+            [np.zeros(0), *(np.full(count, item[0]) for count, item in zip(n_slider, stuck, strict=True))]
+        ),
+    )
+
+
+def _witness(joint: Joint) -> Witness:
+    """The law of a joint; a user's own function, which has no second writing, is marched as it is."""
+    if joint.function is not None:
+        return Witness(name=joint.kind, force=function_force)
+    return WITNESSES[joint.force_law]

@@ -1,0 +1,18 @@
+"""Drag that grows with the square of the velocity."""
+
+from fe.compiled import compiled
+from reduction.array_type import Vector
+from transient.joint_law.registry import WITNESSES, Witness
+
+
+@compiled
+def force(
+    value: Vector, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+) -> None:  # fmt: skip
+    """See `transient.joint_law.registry`."""
+    speed = (after[0] - before[0]) / step
+    mean[0] = value[0] * abs(speed) * speed
+    end[0] = mean[0]
+
+
+WITNESSES.register(Witness(name="quadratic_damper", force=force, damping=lambda joint: joint.damping))

@@ -1,1 +1,0 @@
-"""Forces of joints over one step, one law each: the independent witness of `hbsolve.contact`."""

@@ -1,0 +1,133 @@
+"""Repeated virtual tests of one system: each with a loading history of its own, as a laboratory would leave it.
+
+The settings of all repeats are the same. What differs is what nobody writes down: how far the preload shot over and
+under its value as it was put on, whether it was taken off and put on again between levels, how far the excitation
+overshot a level, and in which direction the frequencies were swept. Sticking contacts remember it.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 2.3.2.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduction.array_type import Vector
+from reduction.joint_law.friction_contact import friction_contacts
+from reduction.jointed_system import JointedSystem
+from transient.equilibrium import quasi_static
+from transient.state import TransientState
+from transient.virtual_bench.campaign import Sweep
+from transient.virtual_bench.sweep import Readings, SweptBench
+
+#: Shares of the preload that it shoots over and under to, at most so many times.
+OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3
+#: Largest share of its friction limit that a line is left with as its body is put in place.
+PLACED = 0.9
+#: Periods after which a point is taken as it is.
+MOST_PERIODS = 6000
+#: Chance that the preload is taken off in part, or that a level is overshot, before it is measured; to these levels.
+CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadingHistory:
+    """What happens before a level is measured."""
+
+    loads: tuple[float, ...]
+    """Shares of the static load in their order, the last one 1; none if it is left alone [-]."""
+    overshoot: float
+    """Share of the level that is run before it, at the first frequency; 1 for none [-]."""
+
+
+def random_history(random: np.random.Generator, *, first: bool) -> LoadingHistory:
+    """A loading history; the first of a repeat always puts the preload on."""
+    unloaded, overshot, size = random.uniform(size=3)
+    shots = random.uniform(size=(int(random.integers(SHOTS + 1)), 2))
+    loads = [part for over, under in shots for part in (_between(OVER, over), _between(UNDER, under))]
+    return LoadingHistory(
+        loads=(*loads, 1.0) if first or unloaded < CHANCE else (),
+        overshoot=_between(OVERSHOOT, size) if overshot < CHANCE else 1.0,
+    )
+
+
+def repeated_tests(
+    system: JointedSystem,
+    sensors: Mapping[str, Vector],
+    frequencies: Sequence[float],
+    levels: Sequence[float],
+    *,
+    n_repeat: int,
+    seed: int,
+    steps_per_period: int = 256,
+    tolerance: float = 1e-4,
+) -> Iterator[Sweep]:
+    """Sweeps up and down at each level of each repeat, free of noise; friction is carried from level to level.
+
+    Parameters
+    ----------
+    system
+        Its first joints are friction contacts, the first word of a name being the line, with one tangent each.
+    sensors
+        Rows by name, each of shape (r,) [-].
+    frequencies
+        Ascending [Hz]; points are given in this order, then in the opposite one.
+    levels
+        Scales of the harmonic force, in the order of the test [-].
+    n_repeat, seed
+        How many repeats, and of what is random in them.
+    steps_per_period, tolerance
+        Of the integration, and of a steady state, relative to the motion [-].
+
+    Raises
+    ------
+    TransientError
+        No equilibrium on the way of the preload.
+    """
+    random = np.random.default_rng(seed)
+    bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
+    line = np.array([item.name.split()[0] for item in friction_contacts(system.joints)])
+    for repeat in range(1, n_repeat + 1):
+        # The hand that puts a body in its place leaves each line a share of its limit.
+        shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line.tolist())}
+        slider = bench.random_start(np.array([shares[name] for name in line.tolist()])).slider
+        for number, level in enumerate(levels):
+            history = random_history(random, first=number == 0)
+            state = quasi_static(system, history.loads or (1.0,), slider)
+            if history.overshoot > 1:
+                state = sweep_settled(bench, frequencies[:1], history.overshoot * level, state, tolerance).final
+            readings = sweep_settled(bench, [*frequencies, *reversed(frequencies)], level, state, tolerance)
+            slider = readings.final.slider
+            yield Sweep(configuration="jointed", repeat=repeat, level=float(level), readings=readings)
+
+
+def sweep_settled(
+    bench: SweptBench, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
+) -> Readings:
+    """Steady states at one frequency [Hz] after the other, integrated until the motion repeats: it alone drags sliders.
+
+    The tolerance is what may be left of the transient, relative to the motion, if it decays as slowly as the structure
+    can [-].
+    """
+    state, points, n = start, [], bench.system.n_dof
+    for frequency in frequencies:
+        stepper = bench.stepper(frequency)
+        stepper.level = level
+        stepper.place(state)
+        slowest = float(np.exp(-0.5 * np.diag(bench.structure.damping).min() / frequency))
+        n_period, left = 0, np.inf
+        while left > tolerance and n_period < MOST_PERIODS:
+            n_period += 1
+            before = stepper.vector
+            record = stepper.record()
+            motion = record.amplitude
+            left = float(np.linalg.norm((stepper.vector - before) * bench.weight)) / motion / (1 - slowest)
+        state = stepper.state
+        points.append((*bench.read(record), n_period, left <= tolerance, before[2 * n :]))
+    return Readings.of(points, state)
+
+
+def _between(ends: tuple[float, float], share: float) -> float:
+    return float(ends[0] + share * (ends[1] - ends[0]))

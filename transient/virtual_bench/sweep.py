@@ -1,0 +1,336 @@
+r"""Stepped-sine sweeps of the virtual test bench: steady states by time integration, each started from the last one.
+
+A period of the excitation maps the state z = (q, v, w) at its phase 0 to P(z). The steady state P(z) = z of the
+structure is approached by Broyden's method, which starts from the exact monodromy of the beam with sticking contacts,
+
+.. math:: z \leftarrow z + s, \quad J s = -(P(z) - z), \quad J_0 = \mathrm{diag}(e^{A T} - 1, -1), \quad
+          J \leftarrow J + \frac{(y - J s) s^T}{s^T s}
+
+y being the change of P(z) - z by s. A step of the method is no motion of the bench, and no contact may remember one: in
+place of the part of P(z) that belongs to w stands where the motion of this period drags the sliders that the *point
+before* has left (`transient.joint_forces.drag`). At the end P(z) = z, because with one tangent a second period drags no
+further, and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the
+same.
+
+Where the search finds no steady state, it goes there from the last point in smaller and smaller steps of frequency and
+level; where that does not help, as beyond a fold, the bench goes there slowly and waits until the motion repeats.
+
+References
+----------
+Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from reduction.array_type import Array, Matrix, Vector, Whole
+from reduction.joint_law.friction_contact import friction_contacts
+from reduction.jointed_system import JointedSystem
+from transient.equilibrium import equilibrium
+from transient.errors import TransientError
+from transient.joint_arrays import joint_table
+from transient.joint_forces import drag
+from transient.rank_one_update import UpdatedFactor
+from transient.state import TransientState
+from transient.state_transition import ModalStructure, decompose
+from transient.stepper import Record, Stepper
+
+STEPS_PER_PERIOD = 128
+#: Distance to the steady state, relative to the motion, at which a point is taken: a tenth of what noise leaves.
+TOLERANCE = 1e-4
+#: Periods of a search for a point, and of waiting for it.
+MAX_PERIOD, MAX_WAIT = 80, 2000
+#: Steps from the last point to one that was not found at once, and the periods that each of the smallest takes of a
+#: bench that goes slowly: a transient of 0.15 % damping falls to a third, so that it drags sliders hardly further.
+STEPS, SLOWLY = (2, 4, 8), 100
+#: Longest step towards the steady state but the first, as a share of the motion.
+LONGEST = 0.5
+
+#: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
+Point = tuple[Array, Array, float, int, bool, Vector]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Readings:
+    """What the sensors saw along a sweep."""
+
+    motion: Complex[Array, "p s 2"]
+    """Harmonics 1 and 3 of each motion sensor, shape (point, sensor, 2) [m]."""
+    force: Complex[Array, "p l 3"]
+    """Harmonics 0, 1 and 3 of each line's tangential and normal force (left T, left N, right T, right N), shape
+    (point, 4 or 0, 3) [N]."""
+    slip_share: Vector
+    """Share of the period in which a contact slips, mean over the contacts, shape (point,) [-]."""
+    n_period: Whole
+    """Periods integrated for each point, shape (point,) [-]."""
+    periodic: NDArray[np.bool_]
+    """Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period."""
+    slider: Matrix
+    """Where the sliders were at the phase 0 of each point, shape (point, slider) [m]."""
+    final: TransientState
+    """The state in which the sweep ended."""
+
+    @classmethod
+    def of(cls, points: Sequence[Point], final: TransientState) -> "Readings":
+        """Readings of points one after the other."""
+        motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
+        return cls(
+            motion=motion, force=force, slip_share=slip, n_period=n_period, periodic=periodic, slider=slider,
+            final=final,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Approach:
+    """What a point starts from: the last one's weighted state, Broyden's correction of J_0, sliders left, motion."""
+
+    frequency: float
+    level: float
+    state: Vector
+    correction: Matrix
+    slider: Vector
+    motion: float
+
+
+class SweptBench:
+    """One specimen on the bench with its motion sensors; steps of time are prepared once a frequency.
+
+    Parameters
+    ----------
+    system
+        Beam, contacts and then other joints, and loads for a level of 1 N; the first word of a contact's name is its
+        line.
+    sensors
+        Rows of the motion sensors by name, each of shape (r,) [-].
+    steps_per_period
+        [-].
+
+    Raises
+    ------
+    TransientError
+        A Jenkins element, or a contact with two tangents.
+    """
+
+    def __init__(
+        self, system: JointedSystem, sensors: Mapping[str, Vector], steps_per_period: int = STEPS_PER_PERIOD
+    ) -> None:
+        self.system = system
+        self.steps_per_period = steps_per_period
+        self._contacts = friction_contacts(system.joints)
+        for joint in system.joints:
+            if joint.n_slider != int(joint.normal_direction is not None):
+                raise TransientError(
+                    f'the bench follows the friction of contacts with one tangent, "{joint.name}" is none: make it one'
+                )
+        self.structure = structure = _stuck_structure(system)
+        self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
+        self._lines = _line_sums(system)
+        self._rest = equilibrium(structure)
+        self._steppers: dict[float, tuple[Stepper, Matrix]] = {}
+        frequency = np.sqrt(structure.eigenvalue)
+        stiffness = [joint.tangential_stiffness for joint in self._contacts]
+        # Roots of the energies of displacements, velocities and sliders: z is weighted with them.
+        self.weight = np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
+        r = len(frequency)
+        generator = np.zeros((2 * r, 2 * r))
+        generator[:r, r:] = np.diag(frequency)
+        generator[r:, :r] = -np.diag(frequency)
+        generator[r:, r:] = -structure.damping
+        self._rate, self._vectors = np.linalg.eig(generator)
+        self._inverse_vectors = np.linalg.inv(self._vectors)
+
+    def sweep(
+        self,
+        frequencies: Sequence[float],
+        level: float,
+        multipliers: Vector | None = None,
+        *,
+        tolerance: float = TOLERANCE,
+    ) -> Readings:
+        """Steady states at one frequency [Hz] after the other, at a level of the force [N], the first one from rest.
+
+        `multipliers` are the friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what
+        the preload leaves by default. The tolerance is `TOLERANCE` [-].
+        """
+        stepper = self.stepper(frequencies[0])
+        rest = self._rest if multipliers is None else self.random_start(multipliers)
+        stepper.place(rest)
+        n = len(self.weight)
+        approach = _Approach(
+            frequency=frequencies[0], level=0.0, state=stepper.vector * self.weight, correction=np.zeros((n, n)),
+            slider=stepper.state.slider, motion=0.0,
+        )  # fmt: skip
+        points = []
+        for frequency in frequencies:
+            point, approach = self._reach(frequency, level, approach, tolerance)
+            points.append(point)
+        return Readings.of(points, self.stepper(frequencies[-1]).state)
+
+    def stepper(self, frequency: float) -> Stepper:
+        """Steps at a frequency [Hz]: the one object, whoever asks."""
+        return self._stepper(frequency)[0]
+
+    def _stepper(self, frequency: float) -> tuple[Stepper, Matrix]:
+        if frequency not in self._steppers:
+            stepper = Stepper(self.structure, 2 * np.pi * frequency, self.steps_per_period, self._rest)
+            turn = (self._vectors * np.expm1(self._rate / frequency)) @ self._inverse_vectors
+            slope = -np.eye(len(self.weight))
+            slope[: len(turn), : len(turn)] = turn.real
+            self._steppers[frequency] = stepper, slope
+        return self._steppers[frequency]
+
+    def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[Point, _Approach]:
+        """The steady state at a frequency and a level, and what the next point starts from."""
+        point, result = self._settle(frequency, level, last, tolerance)
+        spent = point[3]
+        for n_step in STEPS:
+            if result is not None:
+                break
+            result = last
+            for between, grown in _way(last, frequency, level, n_step):
+                point, result = self._settle(between, grown, result, tolerance)
+                spent += point[3]
+                if result is None:
+                    break
+        if result is None:
+            point, result = self._wait(frequency, level, last, tolerance)
+            spent += point[3]
+        motion, force, slip, _, periodic, slider = point
+        return (motion, force, slip, spent, periodic, slider), result or last
+
+    def _settle(
+        self, frequency: float, level: float, approach: _Approach, tolerance: float
+    ) -> tuple[Point, _Approach | None]:
+        """What the search for a steady state comes to, and what the next point starts from if it is one."""
+        stepper, slope = self._stepper(frequency)
+        stepper.level = level
+        weight, n = self.weight, 2 * self.system.n_dof
+        z, longest = approach.state, np.inf
+        last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
+        correction = approach.correction.copy()
+        jacobian = UpdatedFactor(slope + correction)
+        n_period = 0
+        while True:
+            n_period += 1
+            stepper.vector = z / weight
+            # Sliders beyond their limits have moved at once.
+            z = stepper.vector * weight
+            record = stepper.record()
+            change = stepper.vector * weight - z
+            slider = self._dragged(stepper, record, approach.slider)
+            change[n:] = slider * weight[n:] - z[n:]
+            motion = record.amplitude
+            if last_step.any():
+                miss = change - last_change - (slope + correction) @ last_step
+                correction += np.outer(miss, last_step) / (last_step @ last_step)
+                jacobian.update(miss / (last_step @ last_step), last_step)
+            step = -jacobian.solve(change)
+            length = float(np.linalg.norm(step))
+            distance = max(length, float(np.linalg.norm(change))) / motion
+            if distance <= tolerance or n_period == MAX_PERIOD:
+                break
+            if length > longest:
+                step *= longest / length
+            # The first step is that of the structure as it was: what follows corrects it.
+            longest = LONGEST * max(motion, approach.motion)
+            last_step, last_change = step, change
+            z = z + step
+        settled = distance <= tolerance
+        point = (*self.read(record), n_period, settled, record.slider[:, 0])
+        if not settled:
+            return point, None
+        return point, _Approach(
+            frequency=frequency, level=level, state=z, correction=correction, slider=slider, motion=motion
+        )
+
+    def _wait(
+        self, frequency: float, level: float, last: _Approach, tolerance: float
+    ) -> tuple[Point, _Approach | None]:
+        """The motion that a slow change of frequency and level ends in, and what the next point starts from."""
+        reached = last.state / self.weight
+        for between, grown in _way(last, frequency, level, STEPS[-1]):
+            stepper, _ = self._stepper(between)
+            stepper.level, stepper.vector = grown, reached
+            for _ in range(SLOWLY):
+                stepper.advance()
+            reached = stepper.vector
+        # A transient decays at least as fast as the structure alone; what is left of it is the sum of all changes.
+        decay = -float(np.expm1(self._rate.real.max() / frequency))
+        n_period = STEPS[-1] * SLOWLY
+        while True:
+            n_period += 1
+            z = stepper.vector * self.weight
+            record = stepper.record()
+            motion = record.amplitude
+            settled = bool(np.linalg.norm(stepper.vector * self.weight - z) <= tolerance * decay * motion)
+            if settled or n_period >= MAX_WAIT:
+                break
+        point = (*self.read(record), n_period, settled, record.slider[:, 0])
+        if not settled:
+            return point, None
+        return point, replace(
+            last, frequency=frequency, level=level, state=z, slider=record.slider[:, 0], motion=motion
+        )
+
+    def _dragged(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
+        """Where a period of this motion drags the sliders that the point before has left."""
+        end = self.structure.rows @ stepper.vector[: self.system.n_dof]
+        position = np.concatenate([record.displacement.T, end[None]])
+        return drag(self.structure.table.packed, position, left, stepper.step)
+
+    def read(self, record: Record) -> tuple[Array, Array, float]:
+        """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
+        n = self.steps_per_period
+        motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1) * (2 / n)
+        force = np.fft.rfft(self._lines @ record.force, axis=1) * (2 / n)
+        force[:, 0] /= 2
+        return motion[:, [1, 3]], force[:, [0, 1, 3]], self._slip_share(record)
+
+    def _slip_share(self, record: Record) -> float:
+        count = len(self._contacts)
+        if not count:
+            return 0.0
+        # A slider that moves while its contact is closed; in lift-off it is dragged along without force.
+        moved = np.abs(np.diff(record.slider, axis=1, append=record.slider[:, :1]))
+        swing = np.ptp(record.displacement[: 2 * count : 2], axis=1, keepdims=True)
+        closed = record.force[1 : 2 * count : 2] > 0
+        return float(np.mean((moved > 1e-6 * swing) & closed))
+
+    def random_start(self, multipliers: Vector) -> TransientState:
+        """The rest, with sliders whose friction forces are these shares of their limits, shape (contact,) [-]."""
+        sliders = self._rest.slider.copy()
+        for number, (joint, share) in enumerate(zip(self._contacts, multipliers, strict=True)):
+            tangential = float(joint.tangents[0] @ self._rest.displacement)
+            closing = float(joint.normal @ self._rest.displacement) - joint.gap
+            normal = max(joint.preload + joint.normal_stiffness * closing, 0.0)
+            sliders[number] = tangential - share * joint.friction_coefficient * normal / joint.tangential_stiffness
+        return TransientState(displacement=self._rest.displacement, velocity=self._rest.velocity, slider=sliders)
+
+
+def _way(last: _Approach, frequency: float, level: float, n_step: int) -> list[tuple[float, float]]:
+    """Frequencies [Hz] and levels [N] on the way to a point, the point included."""
+    way = np.linspace((last.frequency, last.level), (frequency, level), n_step + 1)[1:]
+    return [(float(between), float(grown)) for between, grown in way]
+
+
+def _stuck_structure(system: JointedSystem) -> ModalStructure:
+    """Modes with sticking contacts, full damping: such contacts then move exactly, whatever the step."""
+    table = joint_table(system)
+    contact = [joint.normal_direction is not None for joint in system.joints for _ in joint.directions]
+    offset = np.where(contact, table.stuck_stiffness, 0.0)
+    return replace(decompose(system, table, offset), diagonal=False)
+
+
+def _line_sums(system: JointedSystem) -> Matrix:
+    """Tangential and normal sums over each line, over the directions of all joints, shape (4 or 0, d) [-]."""
+    names = [joint.name.split()[0] for joint in friction_contacts(system.joints)]
+    sums = np.zeros((2 * len(set(names)), sum(len(joint.directions) for joint in system.joints)))
+    for row, line in enumerate(dict.fromkeys(names)):
+        for contact, name in enumerate(names):
+            if name == line:
+                sums[2 * row, 2 * contact] = sums[2 * row + 1, 2 * contact + 1] = 1.0
+    return sums
