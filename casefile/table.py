@@ -179,6 +179,8 @@ def _read(path: str | Path) -> CaseSource:
         raise refuse("this is a folder; name the .toml file in it") from None
     except OSError as error:
         raise refuse(f"cannot be read ({error.strerror}); check its permissions") from None
+    if b"\0" in raw:
+        raise refuse("this is a binary file; name a case file, a TOML text")
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError as error:

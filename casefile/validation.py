@@ -115,6 +115,8 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: CaseSource) 
         return _unknown_kind(path, details, source)
     value = find_value(source.data, path)
     if details["type"] in {"model_type", "model_attributes_type", "dict_type"}:
+        if any(isinstance(key, int) for key in path):  # a table within a list has no header of its own
+            return source.problem(path, "must be a table; write its keys in braces, { key = value }")
         return source.problem(path, f"must be a table; write [{dotted(path)}] and its keys below it")
     if details["type"] in {"list_type", "tuple_type"} and _models_at(model, path):
         return source.problem(path, f"must be a list of tables; write [[{dotted(path)}]] above the keys of each")

@@ -10,7 +10,7 @@ U = TypeVar("U")
 
 
 class ModelDefinitionError(InputError):
-    """A test model that contradicts itself: a sensor, line or part that does not fit the structure."""
+    """A model that contradicts itself: a sensor, line or part that does not fit the structure."""
 
 
 class CampaignError(InputError):

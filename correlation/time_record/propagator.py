@@ -1,4 +1,4 @@
-"""A test model as a march through time needs it: its matrices over one step, its joints' laws, its sensors' rows.
+"""A model as a march through time needs it: its matrices over one step, its joints' laws, its sensors' rows.
 
 A record drives the model along the force of a level of 1 N; the numbers of the force channel multiply it.
 """

@@ -75,7 +75,7 @@ class OwnEffect:
         changed: object = _called(lambda: self.effect.apply(model, values), self.origin, what)
         if not isinstance(changed, Model):
             raise EffectError(
-                f"{self.origin}: {what} returns a {type(changed).__name__}: return a changed test model, as from "
+                f"{self.origin}: {what} returns a {type(changed).__name__}: return a changed model, as from "
                 "model.with_system(...)"
             )
         return changed

@@ -67,13 +67,18 @@ def slider_table(balance: HarmonicBalance) -> SliderTable:
     for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
         intervals, line = joint.slider_intervals, re.sub(r"[\s._-]*\d+$", "", joint.name)
         if isinstance(intervals, str):
-            raise BalanceError(f'limits need a limit for each tangent, but "{joint.name}" {intervals}')
+            raise BalanceError(
+                f'response limits need an interval in which each slider sticks, but "{joint.name}" {intervals}'
+            )
         for item in intervals:
             normal = -1 if item.normal < 0 else int(first) + item.normal
             rows.append(item._replace(tangent=int(first) + item.tangent, normal=normal))
             lines.append(line if item.normal < 0 else f"{line} {item.tangent}")
     if not rows:
-        raise BalanceError("the system has no sliders, so its response does not depend on friction history")
+        raise BalanceError(
+            "the system has no sliders, so its response does not depend on friction history: "
+            "add a joint that slides, or compute its response curves"
+        )
     columns = [np.array(item) for item in zip(*rows, strict=True)]
     names = list(dict.fromkeys(lines))
     return SliderTable(

@@ -155,7 +155,7 @@ class FrictionContact(Joint):
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
         """Limits that follow the normal; a disc has no interval."""
         if self.coupled:
-            return "couples its two by Coulomb's disc: give it Friction.UNCOUPLED, or one tangent"
+            return "couples its two tangents by one Coulomb limit: take uncoupled friction, or one tangent"
         kt, mu, kn = self.tangential_stiffness, self.friction_coefficient, self.normal_stiffness
         constant, normal = mu * (self.preload - kn * self.gap), len(self.tangents)
         return tuple(SliderInterval(tangent, normal, kt, constant, mu * kn) for tangent in range(normal))

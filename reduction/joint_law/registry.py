@@ -221,7 +221,7 @@ class Joint(ABC):
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
         """Where each slider sticks, or why that is no interval, as the end of a sentence with its remedy."""
-        return "remembers more than that: take a law with sliders" if self.n_slider else ()
+        return "has none: leave it out, or take another law" if self.n_slider else ()
 
     def exported(self, program: str) -> "Joint":
         """The same joint in the words that other programs have.

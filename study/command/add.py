@@ -28,7 +28,7 @@ def add(
             negative="",
             allow_leading_hyphen=True,
             show_default=False,
-            help="Its strength with a unit, instead of the diagnosis's; one for each parameter.",
+            help="Value of its parameter with a unit, instead of that of the diagnosis; repeated for each parameter.",
         ),
     ] = (),
     options: Options = DEFAULTS,

@@ -103,7 +103,7 @@ def test_the_shipped_file_is_what_it_says(bench: Model) -> None:
         (GOOD.replace("(PARAMETER,)", "(1.0,)"), r'the parameters of "louder exciter" are \(1\.0,\)'),
         (GOOD.replace("def apply", "def applied"), r'"louder exciter" has no method apply'),
         (GOOD.replace("values[0]", "values[1]"), r'line 16: `apply` of "louder exciter" fails with IndexError'),
-        (GOOD.replace("return model.with", "model.with"), r"returns a NoneType: return a changed test model"),
+        (GOOD.replace("return model.with", "model.with"), r"returns a NoneType: return a changed model"),
         (GOOD.replace("harmonic_force=", "mass=").replace("dynamic", "mass + 1"), r"changes the mass at its vanishing"),
         (GOOD.replace("return model.with_system(", "return model\n("), r"line 17: it fails with Syn"),
         (
