@@ -1,5 +1,5 @@
 #!/bin/sh
-# All checks, as they run before every merge: style, types, imports between rooms, tests.
+# All checks, as they run before every merge: style, types, imports between packages, tests.
 # Every one runs even if another fails; the exit code is 1 if any did. Arguments go to pytest: `sh check.sh tests/fe`.
 set -u
 cd "$(dirname "$0")" || exit 1

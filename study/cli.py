@@ -35,29 +35,29 @@ class ExitCode(IntEnum):
 # Name, where it is, and the line in the list of commands.
 COMMANDS = (
     ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
-    ("modes", "study.command.modes:app", "Draw the mode shapes of a blade or of your own mesh."),
+    ("modes", "study.command.modes:app", "Compute natural frequencies, and draw the mode shapes of a blade or mesh."),
     ("reduce", "study.command.reduce:app", "Reduce a blade, a rig, your own part or matrices by Craig-Bampton."),
-    (
-        "solve",
-        "study.command.solve:app",
-        "Compute response curves of a rig, or of a structure with friction and gaps.",
-    ),
+    ("solve", "study.command.solve:app", "Compute response curves of a structure with friction and gaps."),
     ("limits", "study.command.limits:app", "Find the band of responses that unknown friction history can produce."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
-    ("add", "study.command.add:app", "Write an effect that is missing into a case."),
+    ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the mended model."),
     ("undo", "study.command.undo:app", "Take the effect that was added last out of a case."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )
 
-HELP = "From the CAD model of a blade, a rig or your own part to reduced models and the response with friction."
+HELP = """\
+Predict how structures with friction joints vibrate, compare the prediction with measurements, and name the effect \
+that the model lacks."""
 
 EPILOGUE = """\
 Examples:
 
     stickslip table1 --out table1
     stickslip modes part.inp --length-unit mm --fix CLAMP
+    stickslip solve my.toml --out solved
+    stickslip diagnose my.toml campaign --out diagnosed
     stickslip doctor
     stickslip cache --clear
     stickslip COMMAND --help
