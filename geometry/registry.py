@@ -15,6 +15,7 @@ import importlib
 import importlib.machinery
 import importlib.util
 import pkgutil
+import re
 import sys
 import traceback
 import warnings
@@ -31,7 +32,9 @@ M = TypeVar("M")
 
 #: Modules of users' files are called by this and their path in hexadecimal digits.
 PREFIX = "stickslip_outside_"
-
+#: What Python says of a call without all its arguments.
+MISSING = re.compile(r"(?P<called>\w+)(?:\.__init__)?\(\) missing \d+ required .*arguments?: (?P<names>.+)")
+QUOTED = re.compile(r"'(.+?)'")
 
 #: All registries that were made: results depend on the files of their outside members.
 REGISTRIES: "list[Registry[Any]]" = []
@@ -316,8 +319,17 @@ def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
     what = " ".join(message.split()) or "no message"
     if isinstance(error, RegistryError):
         return f"{place}: {what}"
+    if isinstance(error, TypeError) and (missing := MISSING.search(what)):
+        return f"{place}: {_lacks(missing['called'], QUOTED.findall(missing['names']))}"
     named = "" if origin in place else f" ({origin})"
     return f"{place}: {type(error).__name__}: {what}{named}: correct the file, or leave it out"
+
+
+def _lacks(called: str, names: Sequence[str]) -> str:
+    """What a call without some of its arguments lacks; of a member's facts also what they are."""
+    facts = {fact: meaning for registry in REGISTRIES for fact, meaning in registry.facts.items()}
+    wanted = ", ".join(f"{name} ({facts[name]})" if name in facts else name for name in names)
+    return f"{called} lacks {wanted}: add it"
 
 
 class _FileFinder:

@@ -185,6 +185,8 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
 def _refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:
     if file.resolve() == own.resolve():
         raise ModelDefinitionError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
+    if not file.is_file():
+        raise ModelDefinitionError(f'refined: there is no file "{file}": check its name and folder')
     opened = open_case(file)
     finer = model_of_case(opened.case, opened.kind.structure(opened, run))
     missing = [item.name for item in model.sensors if item.name not in {other.name for other in finer.sensors}]

@@ -96,6 +96,20 @@ def test_a_file_that_fails_is_one_sentence(springs: Registry[Any], tmp_path: Pat
     assert springs.names() == ["soft", "stiff"]
 
 
+def test_a_data_class_without_a_fact_lacks_it_in_plain_words(springs: Registry[Any], tmp_path: Path) -> None:
+    text = """
+        from dataclasses import dataclass
+        @dataclass(frozen=True, kw_only=True)
+        class Coil:
+            name: str
+            stiffness: float
+            length: float
+        SPRINGS.register(Coil(name="coil"))
+        """
+    with pytest.raises(RegistryError, match=r"mine\.py, line 9: Coil lacks stiffness \(N per m\), length: add it$"):
+        springs.load(written(tmp_path, text))
+
+
 def test_what_a_failing_file_registered_before_does_not_stay(springs: Registry[Any], tmp_path: Path) -> None:
     with pytest.raises(RegistryError, match="line 3: ZeroDivisionError"):
         springs.load(written(tmp_path, "SPRINGS.register(Spring(name='mine', stiffness=2))\n1 / 0"))
