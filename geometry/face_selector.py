@@ -113,8 +113,10 @@ class KnownFace:
 
     def __str__(self) -> str:
         x, y, z = self.shape.Center().toTuple()
-        said = f"{self.shape.geomType().lower()} of {self.shape.Area():.4g} mm^2 around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
-        return said + (f' "{self.name}"' if self.name else "") + (f" {self.colour}" if self.colour else "")
+        description = (
+            f"{self.shape.geomType().lower()} of {self.shape.Area():.4g} mm^2 around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+        )
+        return description + (f' "{self.name}"' if self.name else "") + (f" {self.colour}" if self.colour else "")
 
     def _turned(self, normal: tuple[float, float, float]) -> Iterator[tuple[float, str]]:
         if self.shape.geomType() != "PLANE":

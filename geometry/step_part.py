@@ -87,17 +87,17 @@ def read_body(path: Path) -> StepBody:
     shape = cq.Shape.cast(reader.OneShape())
     original = shape.Faces()
     known = list(zip(face_names(reader, original), face_colours(reader, original), strict=True))
-    said = dict(zip(original, known, strict=True))
+    attributes = dict(zip(original, known, strict=True))
     solids, healing = shape.Solids(), []
     if len(solids) > 1:
         raise InputError(f"{path} holds {len(solids)} solids{_overlap(solids)}: export the one body that you mean")
     if solids:
         solid: Shape = solids[0]
-        kept = {face: said[face] for face in solid.Faces() if face in said}
+        kept = {face: attributes[face] for face in solid.Faces() if face in attributes}
     else:
         if not original:
             raise InputError(f"{path} holds no faces (curves or points alone): export the body as a solid")
-        solid, kept = _sewn(path, original, said)
+        solid, kept = _sewn(path, original, attributes)
         healing.append(f"{len(original)} loose faces were sewn to a solid")
     if not solid.isValid():
         raise InputError(f"{path} holds a solid that is not valid (its faces cross or do not meet): repair it in CAD")
@@ -118,9 +118,9 @@ def _overlap(solids: Sequence[Shape]) -> str:
 
 
 def _sewn(
-    path: Path, faces: Sequence[Shape], said: Mapping[Shape, tuple[str, str]]
+    path: Path, faces: Sequence[Shape], attributes: Mapping[Shape, tuple[str, str]]
 ) -> tuple[Shape, dict[Shape, tuple[str, str]]]:
-    """A solid of loose faces, and what was said of each of them."""
+    """A solid of loose faces, with the name and colour of each."""
     import cadquery as cq
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
     from OCP.BRepLib import BRepLib
@@ -142,7 +142,7 @@ def _sewn(
     made = BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(shells[0].wrapped)).Solid()
     BRepLib.OrientClosedSolid_s(made)
     solid = cq.Shape.cast(made)
-    changed = {cq.Shape.cast(sewing.Modified(face.wrapped)): said[face] for face in faces if face in said}
+    changed = {cq.Shape.cast(sewing.Modified(face.wrapped)): attributes[face] for face in faces if face in attributes}
     return solid, {face: changed[face] for face in solid.Faces() if face in changed}
 
 

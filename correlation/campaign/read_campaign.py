@@ -60,10 +60,10 @@ def _read(format_: CampaignFormat, path: Path) -> Campaign:
     except CampaignError:
         raise
     except Exception as error:
-        said = " ".join(str(error).split()) or "no message"
+        message = " ".join(str(error).split()) or "no message"
         raise CampaignError(
             f'{path}: the format "{format_.name}" ({FORMATS.entry(format_.name).place}) fails with '
-            f"{type(error).__name__} ({said}): correct the file, or the format"
+            f"{type(error).__name__} ({message}): correct the file, or the format"
         ) from error
     wrong = _wrong(campaign)
     if wrong:

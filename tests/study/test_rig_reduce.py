@@ -86,9 +86,9 @@ def test_the_command_writes_all_files_and_counts_what_it_kept(folder: Path, docu
     kept = {"blade": 3 * 18, "damper": 3 * 17, "decoupler": 3 * 8}
     bodies = document["bodies"]
     assert tuple(bodies) == BODIES
-    assert all(row["n_kept"] == kept[body.partition("_")[0]] for body, row in bodies.items())
+    assert all(row["n_boundary"] == kept[body.partition("_")[0]] for body, row in bodies.items())
     assert sum(row["n_mode"] for row in bodies.values()) == N_MODE
-    assert document["n_reduced"] == sum(row["n_kept"] + row["n_mode"] for row in bodies.values())
+    assert document["n_reduced"] == sum(row["n_boundary"] + row["n_mode"] for row in bodies.values())
     assert document["n_dof"] == sum(row["n_dof"] for row in bodies.values())
     assert all(0.5 < row["least_scaled_jacobian"] <= 1 for row in bodies.values())
 

@@ -77,7 +77,7 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     bodies = {
         body: {
             "n_dof": len(rom.free),
-            "n_kept": rom.n_boundary,
+            "n_boundary": rom.n_boundary,
             "n_mode": rom.n_dof - rom.n_boundary,
             "least_scaled_jacobian": result.least_scaled_jacobian[body],
         }
@@ -101,7 +101,7 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
 def _text(document: dict[str, Any], notes: list[str], checks: list[str]) -> str:
     """The document as tables, with notes on it and what was checked."""
     bodies, shares = document["bodies"], document["energy_share"]
-    total = {name: sum(body[name] for body in bodies.values()) for name in ("n_dof", "n_kept", "n_mode")}
+    total = {name: sum(body[name] for body in bodies.values()) for name in ("n_dof", "n_boundary", "n_mode")}
     worst = min(body["least_scaled_jacobian"] for body in bodies.values())
     rows = {**bodies, "all": {**total, "least_scaled_jacobian": worst}}
     stuck = zip(document["stuck_frequency_hz"], *shares.values(), strict=True)
@@ -112,9 +112,10 @@ def _text(document: dict[str, Any], notes: list[str], checks: list[str]) -> str:
             f"{document['n_dof']} degrees of freedom reduced to {document['n_reduced']}",
             *notes,
             "",
-            "  body              full    kept   modes   least scaled Jacobian",
+            "  body              full  boundary  modes   least scaled Jacobian",
             *(
-                f"  {body:15} {row['n_dof']:6} {row['n_kept']:7} {row['n_mode']:7} {row['least_scaled_jacobian']:23.2f}"
+                f"  {body:15} {row['n_dof']:6} {row['n_boundary']:9} {row['n_mode']:6} "
+                f"{row['least_scaled_jacobian']:23.2f}"
                 for body, row in rows.items()
             ),
             "",
