@@ -22,7 +22,7 @@ from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 from study.case.setup import Setup, read_case
 from study.diagnose.thresholds import shipped_thresholds
 from study.shipped_cases import BEAM

@@ -20,8 +20,8 @@ from diagnosis.fit.refit import baseline_fit, choose_finalists, is_lost, multist
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
+from diagnosis.threshold.detection_threshold import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
-from diagnosis.threshold.thresholds import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
 from fe.blas_threads import on_one_blas_thread
 
 P = TypeVar("P", bound=Problem, covariant=True)

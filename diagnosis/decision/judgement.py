@@ -16,7 +16,7 @@ from diagnosis.fit.refit import baseline_fit, refit_anew
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score
 from diagnosis.step import RunStep
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 
 T = TypeVar("T")
 

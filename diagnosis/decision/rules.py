@@ -22,7 +22,7 @@ from diagnosis.fit.refit import fit_effect
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.step import RunStep
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 
 #: Largest distance of an effect's falls of chi^2 behind the best for it to be named as well: odds of 20 to 1.
 BEHIND = 6.0

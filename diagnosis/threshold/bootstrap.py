@@ -27,8 +27,8 @@ from diagnosis.fit.arrangement import arrange_anew
 from diagnosis.fit.refit import baseline_fit, choose_finalists, fit_effect, refit, shortlist
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
+from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.threshold.thresholds import Thresholds
 
 #: Number of simulated campaigns per layout.
 TRIALS = 40

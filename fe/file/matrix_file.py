@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from fe.errors import MatrixFileError
-from fe.file.format import format_of, suffixes
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix
+from fe.file.registry import format_of, suffixes
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,9 +26,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.format import format_of, suffixes
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import solid_mesh
+from fe.file.registry import format_of, suffixes
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 

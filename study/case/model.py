@@ -13,7 +13,7 @@ from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from study.case.joint_table import DIRECTION, LineTable
 from study.case.place import PlaceFinder
-from study.case.sensor import LineSensorTable, MotionSensorTable
+from study.case.sensor_table import LineSensorTable, MotionSensorTable
 from study.case.structure import Structure
 from study.case.tables import Case, StructureTable
 

@@ -12,10 +12,10 @@ from pydantic import ConfigDict, Field, model_validator
 from casefile.quantity import Ratio
 from casefile.table import CaseModel
 from study.case.joint_table import LineTable, Name, NotNegative
-from study.case.load import DeadWeightTable, LoadTable, StaticLoadTable
+from study.case.load_table import DeadWeightTable, LoadTable, StaticLoadTable
 from study.case.place import PlaceTable
-from study.case.sensor import SensorTable
-from study.case.sweep import Sweep
+from study.case.sensor_table import SensorTable
+from study.case.sweep_table import Sweep
 from study.limits.table import LimitsTable
 
 #: Advice to who takes too few samples per period: so many at least, and so many per harmonic.

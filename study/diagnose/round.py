@@ -17,8 +17,8 @@ from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.step import RunStep
+from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.threshold.thresholds import Thresholds
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 from pipeline.output import replace_file
 from pipeline.progress import LineProgress, Progress
 from pipeline.store import Store, default_folder

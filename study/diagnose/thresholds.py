@@ -11,8 +11,8 @@ from correlation.campaign.measurement import Campaign
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.threshold.bootstrap import Trial, fit_thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.threshold.thresholds import Thresholds
 from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress
 from pipeline.store import Store

@@ -20,7 +20,7 @@ from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
-from study.case.sweep import FrequencySweepTable, LevelSweepTable
+from study.case.sweep_table import FrequencySweepTable, LevelSweepTable
 from study.limits.table import FORCES, MOST_POINTS, LimitsTable
 from study.solve.model import SolveModel
 from study.solve.result import find_main_harmonic

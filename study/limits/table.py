@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from casefile.quantity import Dimension, Frequency
 from casefile.table import CaseModel
 from casefile.validation import require_different
-from study.case.sweep import Level
+from study.case.sweep_table import Level
 
 #: Points of one level; more are a mistake in the step.
 MOST_POINTS = 2000

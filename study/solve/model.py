@@ -9,7 +9,7 @@ from correlation.model import Sensor
 from reduction.errors import JointError
 from reduction.jointed_system import JointedSystem
 from study.case.setup import ReadCase, require_loads
-from study.case.sweep import LevelSweepTable
+from study.case.sweep_table import LevelSweepTable
 from study.kind.registry import OpenCase
 from study.solve.curve import Curve, Row
 

@@ -19,7 +19,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
-from diagnosis.threshold.thresholds import Thresholds, compute_linear_thresholds
+from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8

@@ -12,7 +12,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import MOST_RUGGED, baseline_fit, refit, shortlist
 from diagnosis.screening import Score, make_calibration_basis, screen
-from diagnosis.threshold.thresholds import draw_null_gains, find_threshold
+from diagnosis.threshold.detection_threshold import draw_null_gains, find_threshold
 
 #: What `heavy` hides [kg], of 0.8.
 MASS, WHERE = 5e-3, "mass at tip z"

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.format import FileFormat
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
+from fe.file.registry import FileFormat
 from fe.mesh import Mesh
 
 SETS = ("node_sets", "face_sets", "cell_sets")

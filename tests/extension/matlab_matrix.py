@@ -7,9 +7,9 @@ import scipy.io
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, real_matrix
+from fe.file.registry import FileFormat
 
 
 def read(path: Path) -> Mapping[str, FileMatrix]:

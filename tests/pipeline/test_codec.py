@@ -16,7 +16,7 @@ from scipy import sparse
 
 from casefile.errors import Problem
 from diagnosis.candidate.user_effect import read_effects
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 from fe.system import LinearSystem
 from hbsolve.aft import Start
 from hbsolve.limits.local_search import LimitSide

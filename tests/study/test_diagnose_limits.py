@@ -10,7 +10,7 @@ import pytest
 from correlation.campaign.measurement import HeldOut
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.step import compute_step
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study.case.added import case_catalogue

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from fe.file.format import FileFormat, format_registry
 from fe.file.matrix_content import FileMatrix
+from fe.file.registry import FileFormat, format_registry
 from geometry.registry import Registry
 
 MATRIX_FORMATS: Registry[FileFormat[Mapping[str, FileMatrix]]] = format_registry("matrix")

@@ -9,9 +9,9 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.dof_table import LARGEST_LABEL
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, both_triangles
+from fe.file.registry import FileFormat
 
 
 def read_calculix(path: Path) -> Mapping[str, FileMatrix]:

@@ -24,9 +24,9 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DofLabels
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, fortran_real
+from fe.file.registry import FileFormat
 
 _SYMMETRIC, _REAL = 6, {1, 2}
 #: Characters of a field, and of a line in a message.

@@ -17,9 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals
+from fe.file.registry import FileFormat
 
 _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fe.errors import MatrixFileError
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, real_matrix
+from fe.file.registry import FileFormat
 
 
 def read_matrix_market(path: Path) -> Mapping[str, FileMatrix]:

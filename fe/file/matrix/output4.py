@@ -19,9 +19,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals
+from fe.file.registry import FileFormat
 
 _PACKED = 65536
 _SYMMETRIC = 6

@@ -6,9 +6,9 @@ from pathlib import Path
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import FileFormat
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, real_matrix
+from fe.file.registry import FileFormat
 
 
 def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.file.calculix_deck import mesh_text
-from fe.file.format import FileFormat
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
+from fe.file.registry import FileFormat
 from fe.mesh import Mesh
 
 #: Labels of faces, in the order of their numbers.

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from fe.element import Element
 from fe.errors import MeshError
-from fe.file.format import FileFormat
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
+from fe.file.registry import FileFormat
 from fe.mesh import Mesh
 
 #: Gmsh's triangle or quadrangle by its number of nodes, and its point.

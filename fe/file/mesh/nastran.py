@@ -13,10 +13,10 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.format import FileFormat
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
+from fe.file.registry import FileFormat
 
 #: Cards that meshio reads; with a star, in fields of 16 characters, it passes over elements without a word.
 SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CPYRA")

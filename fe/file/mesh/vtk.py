@@ -14,10 +14,10 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.format import FileFormat
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import import_meshio, read_with_meshio
+from fe.file.registry import FileFormat
 from fe.mesh import Mesh
 
 NODE_SET, CELL_SET, FACE_SET = "node_set:", "cell_set:", "face_set:"

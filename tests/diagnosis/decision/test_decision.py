@@ -25,7 +25,7 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
-from diagnosis.threshold.thresholds import Thresholds
+from diagnosis.threshold.detection_threshold import Thresholds
 
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0

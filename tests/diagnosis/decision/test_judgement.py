@@ -20,7 +20,7 @@ from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import compute_step
-from diagnosis.threshold.thresholds import compute_linear_thresholds
+from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
 MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8

@@ -13,7 +13,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_effect, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
-from diagnosis.threshold.thresholds import Thresholds, compute_linear_thresholds
+from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
-from diagnosis.threshold.thresholds import DRAWS, draw_null_gains, find_threshold
+from diagnosis.threshold.detection_threshold import DRAWS, draw_null_gains, find_threshold
 
 BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
 UP = EffectParameter(name="p", unit="-", lower=0.0, upper=1.0, typical=0.1)

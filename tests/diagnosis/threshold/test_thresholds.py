@@ -11,7 +11,13 @@ from scipy.stats import chi2
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from diagnosis.step import compute_step
-from diagnosis.threshold.thresholds import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Thresholds, compute_linear_thresholds
+from diagnosis.threshold.detection_threshold import (
+    LEAST_MISFIT,
+    MARGIN,
+    UNKNOWN_FORCE,
+    Thresholds,
+    compute_linear_thresholds,
+)
 
 BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
 

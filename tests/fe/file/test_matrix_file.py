@@ -9,10 +9,10 @@ import scipy.io
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import suffixes
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, fortran_real
 from fe.file.matrix_file import MatrixSource, read_matrix
+from fe.file.registry import suffixes
 
 RNG = np.random.default_rng(7)
 #: Symmetric, with an empty column, a dense block and negative entries of many magnitudes.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.errors import InvertedCell, MeshError
-from fe.file.format import suffixes
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_file import read_mesh, write_mesh
+from fe.file.registry import suffixes
 from fe.mesh import Mesh
 from fe.mesh_quality import measure_cell_quality
 from fe.mesher.block import Block, mesh_blocks

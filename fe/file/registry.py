@@ -58,7 +58,7 @@ def format_registry(what: str) -> Registry[Format]:
         f"{what} format",
         package=f"fe.file.{what}",
         group=f"stickslip.{what}_formats",
-        facts=dict.fromkeys(FileFormat.__dataclass_fields__, "see `fe.file.format.FileFormat`"),
+        facts=dict.fromkeys(FileFormat.__dataclass_fields__, "see `fe.file.registry.FileFormat`"),
         check=wrong,
     )
     return registry
