@@ -147,7 +147,23 @@ def open_case(path: Path | str) -> OpenCase:
         load_case(path, _AnyCase)  # says what is wrong with the file
         raise AssertionError(f"{path}: the kind {name!r} was accepted")
     kind = CASE_KINDS[name]
-    return OpenCase(path=path, case=load_case(path, make_case_model(kind)), kind=kind)
+    try:
+        return OpenCase(path=path, case=load_case(path, make_case_model(kind)), kind=kind)
+    except CaseError:
+        _refuse_kind(path, kind, set(cast(Mapping[str, Any], structure)))
+        raise
+
+
+def _refuse_kind(path: Path, kind: CaseKind, keys: set[str]) -> None:
+    """Refuse a kind that does not know the keys of its ``[structure]`` where other kinds know them all."""
+    others = [f'"{other.name}"' for other in CASE_KINDS if keys <= set(other.table.model_fields)]
+    foreign = sorted(keys - set(kind.table.model_fields))
+    if foreign and others:
+        source = load_case(path, _AnyCase).source
+        assert source is not None
+        belong = "belongs" if len(foreign) == 1 else "belong"
+        text = f"{', '.join(foreign)} {belong} to kind = {' or '.join(others)}: write that, or describe {kind.summary}"
+        raise CaseError([source.problem(("structure", "kind"), text)])
 
 
 def make_case_model(kind: CaseKind) -> type[Case[Any]]:

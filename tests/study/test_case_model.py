@@ -341,3 +341,13 @@ def test_the_case_of_the_document_can_be_read(tmp_path: Path) -> None:
     assert [model.contact(name).preload for name in model.lines["wall"]] == [4.0, 16.0, 4.0]
     assert [model.contact(name).gap for name in model.lines["wall"]] == [0.0, 5e-7, 1e-6]
     np.testing.assert_array_equal(model.system.static, [0, 4, 0, 16, 0, 4, 0, 0])
+
+
+def test_a_structure_of_another_kind_is_one_sentence_with_the_right_one(tmp_path: Path) -> None:
+    text = 'schema = 2\n[structure]\nkind = "rig"\nfile = "beam.npz"\ndof = "dof.csv"\n'
+    with pytest.raises(CaseError) as error:
+        open_case(written(tmp_path, text))
+    (problem,) = error.value.problems
+    assert (problem.line, problem.key) == (3, "structure.kind")
+    assert "dof, file" in problem.text
+    assert '"plain"' in problem.text
