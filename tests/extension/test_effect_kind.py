@@ -45,6 +45,6 @@ def test_it_stands_in_the_list_of_all(effect_kind: EffectKind, bench: Model) -> 
 def test_a_file_without_a_fact_is_refused_in_a_sentence(tmp_path: Path) -> None:
     file = tmp_path / "half.py"
     file.write_text(FILE.read_text(encoding="utf-8").replace("        physics=Modulus.physics,\n", ""))
-    with pytest.raises(RegistryError, match=r"half\.py, line \d+: TypeError: .*'physics': correct the file"):
+    with pytest.raises(RegistryError, match=r"half\.py, line \d+: .*lacks physics .*: add it"):
         EFFECTS.load(file)
     assert file not in EFFECTS.outside_files()
