@@ -196,7 +196,18 @@ class HarmonicBalance:
         return np.repeat(self.table.direction[:-1], count), np.repeat(count, count)
 
     def at(self, angular_frequency: float) -> Condensed:
-        """The linear structure at one Omega [rad/s]; one that is not positive, or too high, is a `BalanceError`."""
+        """The linear structure at one frequency.
+
+        Parameters
+        ----------
+        angular_frequency
+            Omega [rad/s].
+
+        Raises
+        ------
+        BalanceError
+            A frequency that is not positive, or too high to compute with.
+        """
         omega = real_number(angular_frequency, "angular_frequency", BalanceError)
         if not (np.isfinite(omega) and omega > 0):
             raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
@@ -210,9 +221,16 @@ class HarmonicBalance:
         return real_from_complex(condensed.static + scale * condensed.dynamic)
 
     def response(self, condensed: Condensed, g: Real, recovery: Recovery | None = None) -> Coefficients:
-        """Full response to the loads and the joint forces beyond D x, g of shape (d, nh) [N], shape (H + 1, r) [m].
+        """Full response to the loads and the joint forces, shape (H + 1, r) [m].
 
-        `recovery` is that of the structure at this Omega, where it serves several states.
+        Parameters
+        ----------
+        condensed
+            The linear structure at Omega.
+        g
+            Joint force beyond D x, shape (d, nh) [N].
+        recovery
+            Recovery of the structure at this Omega, where it serves several states; computed by default.
         """
         structure = self.structure
         if recovery is None:

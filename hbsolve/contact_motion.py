@@ -43,7 +43,13 @@ class ContactMotion:
 
 
 def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[ContactMotion, ...]:
-    """Every joint over the steady period of a state; that of another balance is a `BalanceError`."""
+    """Every joint over the steady period of a state.
+
+    Raises
+    ------
+    BalanceError
+        A state of another balance.
+    """
     forces, u = _forces(balance, state)
     time = 2 * np.pi / state.angular_frequency * np.arange(balance.n_sample) / balance.n_sample
     force = forces.force + balance.table.reference[:, None] * u

@@ -161,15 +161,23 @@ class DynamicStiffness:
         return np.asarray(np.moveaxis(moved @ V[chosen_rows].T, 0, 2))
 
     def response(self, angular_frequency: Frequencies, force: Complex[Array, "... p r"]) -> Complex[Array, "... p r"]:
-        """Displacement alpha(omega) f [m] for one or several force vectors at each frequency, without forming alpha.
+        """Displacement alpha(omega) f for one or several force vectors at each frequency, without forming alpha.
 
-        Of omega, shape (p,) [rad/s], and complex amplitudes, shape (p, r), or (n, p, r) [N]. It is exactly zero where
-        the force is, also statically for a body that nothing holds.
+        Parameters
+        ----------
+        angular_frequency
+            omega, shape (p,) [rad/s].
+        force
+            Complex amplitudes, shape (p, r), or (n, p, r) [N].
+
+        Returns
+        -------
+        Array of the shape of the force [m]; exactly zero where the force is, also statically without a support.
 
         Raises
         ------
         ForceError
-            A static force on a body that nothing holds, or an undamped resonance.
+            A static force on a body without support, or an undamped resonance.
         """
         omega = np.asarray(angular_frequency, dtype=np.float64)
         displacement = np.zeros(force.shape, dtype=np.complex128)
@@ -188,7 +196,18 @@ class DynamicStiffness:
         return displacement
 
     def static_response(self, force: Complex[Array, "... r"]) -> Amplitudes:
-        """Displacement K^-1 f of a supported body, shape (n, r) [m]; a free one is a `ForceError`."""
+        """Displacement K^-1 f of a supported body, shape (n, r) [m].
+
+        Parameters
+        ----------
+        force
+            f, shape (n, r) [N].
+
+        Raises
+        ------
+        ForceError
+            A body without support.
+        """
         self._refuse_free_static(np.zeros(1))
         # Real and imaginary parts beside each other: a complex right side would make the factor complex.
         n = len(force)
@@ -209,8 +228,24 @@ class DynamicStiffness:
     ) -> Complex[Array, "... p r"]:
         """Response to a force and to what answers the motion that it would make, of modes that damping leaves alone.
 
-        Frequencies, forces and errors are as for `response`. `reaction` takes the displacement of the directions B,
-        shape (d, r), and gives the forces against them, shape (..., p, d) [m and N].
+        Parameters
+        ----------
+        angular_frequency, force
+            As for `response`; several forces at once have shape (n, p, r).
+        directions
+            B, shape (d, r) [-].
+        reaction
+            Function of the displacement of the directions under the force alone, shape (..., p, d) [m]; it returns the
+            forces against them, of the same shape [N].
+
+        Returns
+        -------
+        Array of the shape of the force [m].
+
+        Raises
+        ------
+        ForceError
+            As `response`.
         """
         omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
         seen = self._seen(directions)
@@ -230,8 +265,18 @@ class DynamicStiffness:
 
         .. math:: A = B \alpha B^T, \quad dA/d\omega = -B \alpha (i C - 2 \omega M) \alpha B^T, \quad x = B \alpha f
 
-        Of frequencies, shape (p,) [rad/s], directions B, shape (d, r) [-], and forces f, shape (p, r) [N]. Returns A
-        and dA/domega, shape (p, d, d), x and dx/domega, shape (p, d).
+        Parameters
+        ----------
+        angular_frequency
+            omega, shape (p,) [rad/s].
+        directions
+            B, shape (d, r) [-].
+        force
+            f, shape (p, r) [N].
+
+        Returns
+        -------
+        A [m/N] and dA/domega, shape (p, d, d), x [m] and dx/domega, shape (p, d).
 
         Raises
         ------

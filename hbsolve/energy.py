@@ -51,7 +51,10 @@ class EnergyBalance:
 def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalance:
     """Energies of a state over its period; input and dissipation are equal up to the residual.
 
-    A state of another balance is a `BalanceError`.
+    Raises
+    ------
+    BalanceError
+        A state of another balance.
     """
     check_state(balance, state)
     q, system = state.coefficients, balance.system

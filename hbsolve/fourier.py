@@ -31,10 +31,23 @@ def harmonics(angular_frequency: float, n_harmonic: int) -> Float[Real, " harmon
 
 
 def samples_from_coefficients(coefficients: Coefficients, n_sample: int) -> Samples:
-    """Values of a motion at n_sample equidistant instants of one period, t_j = j T / n_sample, shape (n_sample, ...).
+    """Values of a motion at n_sample equidistant instants of one period, t_j = j T / n_sample.
 
-    Of coefficients q_k, shape (n_harmonic, ...), in their unit. Fewer than 2 H + 1 samples, which would fold a harmonic
-    onto another, are an `InputError`.
+    Parameters
+    ----------
+    coefficients
+        q_k, shape (n_harmonic, ...) [any unit].
+    n_sample
+        Number of instants, at least 2 H + 1, so that no harmonic is folded onto another [-].
+
+    Returns
+    -------
+    Values, shape (n_sample, ...) [the same unit].
+
+    Raises
+    ------
+    InputError
+        Too few samples for the harmonics, or no harmonic at all.
     """
     _check(len(coefficients), n_sample)
     # irfft mirrors all harmonics but the mean, so those carry half.
@@ -44,10 +57,25 @@ def samples_from_coefficients(coefficients: Coefficients, n_sample: int) -> Samp
 
 
 def coefficients_from_samples(samples: Samples, n_harmonic: int) -> Coefficients:
-    """Coefficients 0 to H = n_harmonic - 1 of a motion sampled equidistantly over one period, shape (n_harmonic, ...).
+    """Coefficients 0 to H = n_harmonic - 1 of a motion sampled equidistantly over one period.
 
-    Of samples, shape (n_sample, ...), in their unit. Exact for a motion without harmonics above n_sample - H - 1;
-    higher ones are folded onto these. Fewer than 2 H + 1 samples are an `InputError`.
+    Exact for a motion without harmonics above n_sample - H - 1; higher ones are folded onto these.
+
+    Parameters
+    ----------
+    samples
+        Values, shape (n_sample, ...) [any unit], n_sample at least 2 H + 1.
+    n_harmonic
+        H + 1 [-].
+
+    Returns
+    -------
+    q_k, shape (n_harmonic, ...) [the same unit].
+
+    Raises
+    ------
+    InputError
+        Too few samples for the harmonics, or n_harmonic below 1.
     """
     n_sample = len(samples)
     _check(n_harmonic, n_sample)

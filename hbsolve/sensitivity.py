@@ -134,7 +134,10 @@ def damper(row: Row) -> MatrixParameter:
 def scaled(balance: HarmonicBalance, *names: str) -> MatrixParameter:
     """A common factor on "mass", "damping" or "stiffness", such as both of the latter for Young's modulus [-].
 
-    Another name is a `BalanceError`.
+    Raises
+    ------
+    BalanceError
+        Another name.
     """
     for name in names:
         if name not in {"mass", "damping", "stiffness"}:
@@ -148,7 +151,14 @@ def sensitivity(
 ) -> Complex[Array, "parameter harmonic r"]:
     """Derivative of all coefficients with respect to each parameter, shape (n_parameter, H + 1, r) [m / its unit].
 
-    The state has converged with this balance; at a kink (a contact about to change) the derivative is that of one side.
+    Parameters
+    ----------
+    balance
+        Balance with which the state was found.
+    state
+        Converged state; at a kink (a contact about to change) the derivative is that of one side.
+    parameters
+        What to derive by.
 
     Raises
     ------

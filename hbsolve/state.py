@@ -53,7 +53,20 @@ class SteadyState:
         return real_from_complex(self.displacement)
 
     def amplitude(self, row: int | Float[Real, " r"], harmonic: int = 1) -> float:
-        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m]; see `harmonic_at`."""
+        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m].
+
+        Parameters
+        ----------
+        row
+            A degree of freedom, or weights of all of them, shape (r,) [-].
+        harmonic
+            k, from 0 to H.
+
+        Raises
+        ------
+        BalanceError
+            A harmonic or a degree of freedom that the state does not have, or a row of another size.
+        """
         return float(abs(harmonic_at(self.coefficients, row, harmonic)))
 
 
@@ -106,9 +119,22 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
 
 
 def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None, multiplier: bool = False) -> Start:
-    """Sliders that a caller gives; none means unstressed springs at rest.
+    """Sliders that a caller gives, checked.
 
-    Another number of them, or a multiplier beyond Coulomb's cone, is refused (`BalanceError`).
+    Parameters
+    ----------
+    balance
+        The system with n_slider sliders.
+    slider
+        Positions, one per tangent in order of joints, shape (s,) [m], or multipliers [-]; none means unstressed springs
+        at rest.
+    multiplier
+        Whether the values are shares of Coulomb's limit (eq. 11), from -1 to 1.
+
+    Raises
+    ------
+    BalanceError
+        Another number than the system's sliders, or a multiplier beyond Coulomb's cone.
     """
     n = balance.n_slider
     given = np.zeros(n) if slider is None else slider

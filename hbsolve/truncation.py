@@ -25,8 +25,12 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     """Estimate both errors of a state; zero where there are no joints.
 
     The state is put into a balance with more harmonics, or more samples, and the first Newton step there is what the
-    finer balance would change. It is an estimate: contacts may change their state on the way. A state of another
-    balance is a `BalanceError`.
+    finer balance would change. It is an estimate: contacts may change their state on the way.
+
+    Raises
+    ------
+    BalanceError
+        A state of another balance.
     """
     check_state(balance, state)
     if not balance.n_direction or not np.linalg.norm(state.motion):  # nothing moves, as far as squares show

@@ -18,10 +18,21 @@ ASYMMETRY = 1e-9
 
 
 def real_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
-    """An array of real numbers, of an array or nested lists; complex ones pass where no imaginary part would be lost.
+    """An array of real numbers; complex ones pass where no imaginary part would be lost.
 
-    `what` is how the message calls it, such as "the mass". A ragged list, a sparse matrix, or an entry that is no real
-    number raises the `InputError` given as `error`.
+    Parameters
+    ----------
+    values
+        An array, or nested lists.
+    what
+        Name in the message, such as "the mass".
+    error
+        Class of the error to raise.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`: a ragged list, a sparse matrix, or an entry that is no real number.
     """
     given = _numbers(values, what, error)
     if np.iscomplexobj(given) and given.imag.any():
@@ -80,7 +91,22 @@ def refuse_massless(mass: Matrix, error: type[InputError]) -> None:
 
 
 def real_number(value: object, what: str, error: type[InputError]) -> float:
-    """A real number, of Python or of NumPy; a truth value is none. Anything else raises `error`."""
+    """A real number, of Python or of NumPy; a truth value is none.
+
+    Parameters
+    ----------
+    value
+        The number.
+    what
+        Name in the message.
+    error
+        Class of the error to raise.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`: anything else.
+    """
     plain = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(plain, bool) or not isinstance(plain, Real):
         raise error(f"{what} = {value!r} must be a real number")
@@ -96,7 +122,22 @@ def finite_number(value: object, what: str, error: type[InputError]) -> float:
 
 
 def whole_number(value: object, what: str, error: type[InputError]) -> int:
-    """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one. Anything else raises `error`."""
+    """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one.
+
+    Parameters
+    ----------
+    value
+        The number.
+    what
+        Name in the message.
+    error
+        Class of the error to raise.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`: anything else.
+    """
     try:
         if isinstance(value, bool):
             raise TypeError

@@ -66,7 +66,13 @@ class ReducedAssembly:
         return sum(rom.n_dof - rom.n_boundary for rom in self.bodies.values())
 
     def columns(self, body: str) -> slice:
-        """Where the coordinates of a body are; a `RomError` for no such body lists those that exist."""
+        """Where the coordinates of a body are.
+
+        Raises
+        ------
+        RomError
+            No such body; the message lists those that exist.
+        """
         start = 0
         for name, rom in self.bodies.items():
             if name == body:
@@ -75,14 +81,30 @@ class ReducedAssembly:
         raise RomError(f'the assembly has no body "{body}": it has {", ".join(self.bodies)}')
 
     def rows(self, body: str, name: str, direction: int | None = None) -> Int[Whole, " k"]:
-        """Rows of a boundary set of a body, as `ReducedModel.rows` gives or refuses them."""
+        """Rows of a boundary set of a body, as `ReducedModel.rows` gives them.
+
+        Raises
+        ------
+        RomError
+            No such body, set or direction.
+        """
         start: int = self.columns(body).start
         return np.asarray(start + self.bodies[body].rows(name, direction))
 
     def load(self, body: str, nodal: Float[Real, "node 3"]) -> Float[Real, " r"]:
         """Forces on the nodes of a body's mesh, as the reduced coordinates take them, shape (r,).
 
-        Forces that are not those of its mesh are a `RomError`.
+        Parameters
+        ----------
+        body
+            Name of the body.
+        nodal
+            Forces, shape (n_node, 3) [N].
+
+        Raises
+        ------
+        RomError
+            No such body, or forces that are not those of its mesh.
         """
         columns = self.columns(body)
         rom = self.bodies[body]
@@ -95,7 +117,10 @@ class ReducedAssembly:
     def displacement(self, reduced: Float[Real, "r ..."] | Complex[Array, "r ..."]) -> dict[str, Field]:
         """Reduced coordinates as fields on the meshes of all bodies, each of shape (n_node, 3, ...) [m].
 
-        Another first axis than the assembly's is a `RomError`.
+        Raises
+        ------
+        RomError
+            Another first axis than the assembly's r coordinates.
         """
         if not np.shape(reduced) or len(reduced) != self.n_dof:
             raise RomError(
@@ -107,7 +132,14 @@ class ReducedAssembly:
     def on_whole_mesh(self, reduced: Num[NDArray[Scalar], "r m"]) -> Num[NDArray[Scalar], "m node 3"]:
         """Columns of reduced coordinates as fields on the nodes of all bodies in their order, as in one mesh of them.
 
-        Of shape (m, n_node, 3) [m]; errors are those of `displacement`.
+        Returns
+        -------
+        Array of shape (m, n_node, 3) [m].
+
+        Raises
+        ------
+        RomError
+            Another first axis than the assembly's r coordinates.
         """
         fields: Any = list(self.displacement(reduced).values())
         return np.moveaxis(np.concatenate(fields), 2, 0)
@@ -154,7 +186,15 @@ def reduce_bodies(
 
 
 def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, ReducedModel]:
-    """The same bodies with the lowest of all their fixed-interface modes, `n_mode` of them together [-]."""
+    """The same bodies with those fixed-interface modes alone that are the lowest of all.
+
+    Parameters
+    ----------
+    bodies
+        Reduced models by name, each with as many modes as it can be left with.
+    n_mode
+        Number of modes of all bodies together [-].
+    """
     frequency = np.concatenate([rom.fixed_interface_frequency for rom in bodies.values()])
     owner = np.repeat(np.arange(len(bodies)), [len(rom.fixed_interface_frequency) for rom in bodies.values()])
     retained = np.bincount(owner[np.argsort(frequency, kind="stable")[:n_mode]], minlength=len(bodies))
@@ -162,7 +202,13 @@ def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, R
 
 
 def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:
-    """The reduced model with its lowest fixed-interface modes alone; more than it has are a `RomError`."""
+    """The reduced model with its lowest fixed-interface modes alone.
+
+    Raises
+    ------
+    RomError
+        More modes than the model has.
+    """
     if not 0 <= n_mode <= len(rom.fixed_interface_frequency):
         raise RomError(
             f"{n_mode} modes were asked of a reduced model with {len(rom.fixed_interface_frequency)}: ask for fewer"

@@ -75,7 +75,18 @@ class Joined:
         return stuck_stiffness(self.stiffness, self.contacts)
 
     def rest(self, load: Row) -> StaticState:
-        """How dead weights press the contacts; see `reduction.static_contact.static_state`, also for its errors."""
+        """How dead weights press the contacts; see `reduction.static_contact.static_state`.
+
+        Parameters
+        ----------
+        load
+            Dead weights, shape (r,) [N].
+
+        Raises
+        ------
+        JointError
+            A body leaves its groove under this load, or finds no rest.
+        """
         return static_state(self.stiffness, self.contacts, load, self.lines)
 
 
@@ -173,12 +184,20 @@ def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> In
 def vibrating(
     bodies: Joined, rest: StaticState, damping_ratio: float, harmonic_force: Complex[Array, "harmonic r"]
 ) -> JointedSystem:
-    """The system about its rest under the dead weights, from where motion is reckoned.
+    """The system about its rest.
 
-    The damping ratio is that of the first mode with all contacts closed and stuck that the force drives [-], see
-    `reduction.stuck.stuck_damping`; what is proportional to stiffness is so to that of the bodies and of tangents that
-    do not slide, so that modes without contacts stay uncoupled. The force is that at level 1, shape (n_harmonic, r)
-    [N].
+    Parameters
+    ----------
+    bodies
+        Bodies and contacts.
+    rest
+        State at rest under the dead weights, from where motion is reckoned.
+    damping_ratio
+        Ratio on the first mode with all contacts closed and stuck that the force drives [-], see
+        `reduction.stuck.stuck_damping`; what is proportional to stiffness is so to that of the bodies and of tangents
+        that do not slide, so that modes without contacts stay uncoupled.
+    harmonic_force
+        Force at level 1, shape (n_harmonic, r) [N].
     """
     return JointedSystem(
         mass=bodies.mass,

@@ -48,11 +48,21 @@ class LineStiffness:
 def contact_directions(
     n_dof: int, line: ContactLine, rows: Int[Whole, "station 3"], other_rows: Int[Whole, "station 3"]
 ) -> Directions:
-    """Relative displacements of two bodies at the stations of a line, shape (n_station, 3, r) [-].
+    """Relative displacements of two bodies at the stations of a line.
 
+    Parameters
+    ----------
+    n_dof
+        Number of coordinates of the whole model, r [-].
+    line
+        Line of the first body: its normals point into the second one.
+    rows, other_rows
+        Coordinates of x, y, z at each station, of the first body and of the second, shape (n_station, 3) [-].
+
+    Returns
+    -------
     For each station the rows of the approach along the normal, and of the first body's motion against the second along
-    the two tangents. The line is that of the first body: its normals point into the second one. `rows` and `other_rows`
-    are the coordinates of x, y, z at each station, of both bodies; the whole model has `n_dof` of them.
+    the two tangents, shape (n_station, 3, r) [-].
     """
     result = np.zeros((line.n_station, 3, n_dof))
     frames = np.concatenate([line.normal[:, None, :], line.tangents], axis=1)
@@ -85,14 +95,27 @@ def line_contacts(
 
     Parameters
     ----------
-    name, line, directions
-        Of the pair of bodies; the line; and what `contact_directions` gives.
-    stiffness, friction_coefficient
-        Of the line [N/m], and mu [-].
-    tangents, friction
-        In which tangents the stations slide, and how two of them share the limit.
+    name
+        Name of the pair of bodies.
+    line
+        The line.
+    directions
+        Result of `contact_directions`, shape (n_station, 3, r) [-].
+    stiffness
+        Stiffness of the line.
+    friction_coefficient
+        mu [-].
+    tangents
+        Tangents in which the stations slide.
     gaps
-        Initial gap at each station [m], any other number of them is a `JointError`; none by default.
+        Initial gap at each station, shape (n_station,) [m]; none by default.
+    friction
+        How two tangents share the limit.
+
+    Raises
+    ------
+    JointError
+        Gaps that are not one per station.
     """
     opening = np.zeros(line.n_station) if gaps is None else np.asarray(gaps, dtype=np.float64)
     if opening.shape != (line.n_station,):

@@ -39,19 +39,32 @@ class LineReaction(NamedTuple):
 
 
 def decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> LineReaction:
-    """Forces between damper and de-coupler from those of the load cells along the two arms [N], eq. 1.
+    """Forces between damper and de-coupler from those of the load cells, eq. 1.
 
-    `theta` is the taper of the contact line, `alpha` the angle of the arms [rad].
+    Parameters
+    ----------
+    r3, r4
+        Forces along the two arms [N].
+    theta
+        Taper of the contact line [rad].
+    alpha
+        Angle of the arms [rad].
     """
     along, up = (np.asarray(r3) + r4) * cos(alpha), (np.asarray(r3) - r4) * sin(alpha)
     return along_line(along, up, theta)
 
 
 def blade_contact(decoupler: LineReaction, dead_weight: Force, theta: float) -> LineReaction:
-    """Forces between damper and blade from T' and N' between damper and de-coupler [N], eq. 2.
+    """Forces between damper and blade from those between damper and de-coupler, eq. 2.
 
-    `dead_weight` is CF, what pulls the damper up [N]; of harmonics, it belongs to the mean alone. `theta` is the taper
-    of the contact lines [rad].
+    Parameters
+    ----------
+    decoupler
+        T' and N' [N].
+    dead_weight
+        CF, what pulls the damper up [N]; of harmonics, it belongs to the mean alone.
+    theta
+        Taper of the contact lines [rad].
     """
     T, N = decoupler
     along = T * cos(theta) + N * sin(theta)

@@ -65,10 +65,16 @@ CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "me
 
 
 def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
-    """Bytes that reducing a system takes beside the system itself, of whose stiffness the shape is (n, n).
+    """Bytes that reducing a system takes beside the system itself.
 
-    `n_boundary` degrees of freedom are retained, and `n_mode` fixed-interface modes [-]. `is_compact` says that the
-    retained ones are all those of some nodes, so that a half-stored matrix stays one.
+    Parameters
+    ----------
+    matrix
+        Stiffness of the system, shape (n, n).
+    n_boundary, n_mode
+        Number of degrees of freedom that are retained, and of fixed-interface modes [-].
+    is_compact
+        Whether the retained ones are all those of some nodes, so that a half-stored matrix stays one.
     """
     if isinstance(matrix, UpperBlocks):
         n_entry, width, copies = matrix.nnz, NODE * _level_width(matrix.graph()), COMPACT_COPY
@@ -79,7 +85,17 @@ def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_comp
 
 
 def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
-    """Bytes that assembling and reducing a mesh take together, without assembling it; see `reduction_memory`."""
+    """Bytes that assembling and reducing a mesh take together, found without assembling it.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    n_boundary, n_mode
+        As in `reduction_memory` [-].
+    is_compact
+        Whether what is retained are nodes of the mesh, in all directions, and no stations between them.
+    """
     ends, columns = [], []
     for cells in mesh.cells.values():
         ends.append(np.full(len(cells), cells.shape[1]))
@@ -96,10 +112,18 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = 
 def tetrahedra_memory(
     volume: float, longest: float, size: float, n_boundary: int, n_mode: int, *, is_compact: bool = True
 ) -> float:
-    """Bytes that a solid in tetrahedra of ten nodes takes at least, before there is a mesh; see `reduction_memory`.
+    """Bytes that a solid in tetrahedra of ten nodes takes at least, before there is a mesh.
 
-    `volume` [m^3] and `longest` [m] are those of the solid and the longest side of the box around it, `size` is that of
-    the cells [m].
+    Parameters
+    ----------
+    volume, longest
+        Volume of the solid, and the longest side of the box around it [m^3, m].
+    size
+        Size of the cells [m].
+    n_boundary, n_mode
+        As in `reduction_memory` [-].
+    is_compact
+        As in `mesh_memory`.
     """
     n_dof = DOFS_PER_CUBE * volume / size**3
     width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
@@ -108,9 +132,19 @@ def tetrahedra_memory(
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
-    """Refuse what needs more memory [byte] than is free (`RomError`).
+    """Refuse what would not fit.
 
-    `what` begins the sentence, such as "reducing 300000 degrees of freedom".
+    Parameters
+    ----------
+    needed
+        Memory, as the functions of this module estimate it [byte].
+    what
+        Beginning of the sentence, such as "reducing 300000 degrees of freedom".
+
+    Raises
+    ------
+    RomError
+        More memory than is free.
     """
     free = available_memory()
     if needed > free:
@@ -123,7 +157,10 @@ def refuse_beyond_memory(needed: float, what: str) -> None:
 def available_memory(system: Path = Path("/")) -> float:
     """Bytes that this process can take without swapping: of the machine, and of the control group it runs in.
 
-    `system` is the root of the files in which Linux says so; where they are not, there is no limit.
+    Parameters
+    ----------
+    system
+        Root of the files in which Linux says so; where they are not, there is no limit.
     """
     result = [float("inf")]
     meminfo = system / "proc/meminfo"

@@ -34,7 +34,14 @@ from reduction.jointed_system import JointedSystem
 
 
 def save_nlvib(system: JointedSystem, path: Path | str) -> None:
-    """Write structure, joints and the load of harmonic 1 for NLvib: a ``.mat`` file, which is replaced in one step.
+    """Write a structure with joints for NLvib.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and the load of harmonic 1.
+    path
+        A ``.mat`` file, which is replaced in one step.
 
     Raises
     ------

@@ -62,10 +62,16 @@ class RigidBody:
 
 
 def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], springs: Matrix) -> RigidBody:
-    """How the contact springs hold a body of a model.
+    """How the contact springs hold a body.
 
-    `points` are those of the body's mesh, shape (n_node, 3) [m]; `springs` is the stiffness of all contacts, with no
-    other body's elasticity in it, shape (r, r) [N/m].
+    Parameters
+    ----------
+    assembly, body
+        The model, and the name of the body.
+    points
+        Nodes of the body's mesh, shape (n_node, 3) [m].
+    springs
+        Stiffness of all contacts, with no other body's elasticity in it, shape (r, r) [N/m].
 
     Raises
     ------
@@ -98,7 +104,13 @@ def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3
 
 
 def check_held(bodies: Sequence[RigidBody]) -> None:
-    """Refuse bodies of which something is free (`RomError`); the message lists all motions that nothing resists."""
+    """Refuse bodies of which something is free.
+
+    Raises
+    ------
+    RomError
+        Every motion that nothing resists, by body.
+    """
     loose = [f"{item.body}: {' and '.join(item.free)}" for item in bodies if item.free]
     if loose:
         raise RomError(
@@ -112,7 +124,14 @@ def rigid_motions(
 ) -> Float[Real, "r 6"]:
     """Reduced coordinates of the six unit motions `MOTIONS` of a body, shape (r, 6) [m/m and m/rad].
 
-    Those of the boundary; fixed-interface modes stay at rest. The axes of rotation meet at `about`, shape (3,) [m].
+    Those of the boundary; fixed-interface modes stay at rest.
+
+    Parameters
+    ----------
+    assembly, body, points
+        As for `rigid_body`.
+    about
+        Point where the axes of rotation meet, shape (3,) [m].
     """
     rom, own = assembly.bodies[body], assembly.columns(body)
     motion = np.zeros((assembly.n_dof, 6))

@@ -95,8 +95,14 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Rea
 def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
     """Residuals of the fixed-interface modes of a reduced model, and a count of those it should have.
 
-    It factorises the system that was reduced twice, once for the residuals and once for the count: more than half of
-    what the reduction took.
+    It factorises twice, once for the residuals and once for the count: more than half of what the reduction took.
+
+    Parameters
+    ----------
+    system
+        The system that was reduced.
+    rom
+        The reduced model, with at least one mode.
 
     Raises
     ------

@@ -32,10 +32,15 @@ ROUND_OFF = 1e-8
 
 
 def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
-    """Contacts of unloaded bodies with the gaps that are left where each body is seated.
+    """Contacts with the gaps that are left where each body is seated.
 
-    `motions` are the rigid motions of each body that contact alone holds, by name; contacts that none of them moves
-    stay as they are.
+    Parameters
+    ----------
+    bodies
+        Bodies and contacts, unloaded.
+    motions
+        Rigid motions of each body that contact alone holds, by name, shape (r, 6); contacts that none of them moves
+        stay as they are.
     """
     gaps = np.array([item.gap for item in bodies.contacts])
     normals = np.array([item.normal for item in bodies.contacts])

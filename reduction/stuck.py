@@ -20,7 +20,12 @@ SEEN, LOOKED_AT = 0.01, 10
 def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
     """Stiffness with the springs of all sliders, and with all contacts closed, shape (r, r) [N/m].
 
-    Of the structure without its joints, shape (r, r), and joints; those that neither stick nor press add nothing.
+    Parameters
+    ----------
+    stiffness
+        Stiffness of the structure without its joints, shape (r, r) [N/m].
+    joints
+        Joints of the structure; those that neither stick nor press add nothing.
     """
     stuck = np.array(stiffness)
     for joint in joints:
@@ -32,7 +37,7 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
 def stuck_damping(
     mass: Matrix, stiffness: Matrix, stuck: Matrix, ratio: float, seen: Real | Array | None = None
 ) -> Matrix:
-    r"""Rayleigh damping with a given ratio zeta on the first elastic mode of the stuck structure, shape (r, r) [N s/m].
+    r"""Rayleigh damping with a given ratio on the first elastic mode of the stuck structure, shape (r, r) [N s/m].
 
     C = alpha M + beta K. K is the structure without its contact springs, so that contacts that slide or open take no
     damping with them; what they would have had of the mode's damping is given to the mass,
@@ -40,11 +45,20 @@ def stuck_damping(
     .. math:: \alpha = \zeta \omega (2 - s), \quad \beta = \zeta / \omega, \quad
               s = \varphi^T K \varphi / \omega^2, \quad \varphi^T M \varphi = 1 .
 
-    Without contacts it is half from each; where contacts alone hold the body in this mode, the mass has it all. Mass
-    and stiffness are those without contacts, shape (r, r) [kg, N/m], `stuck` is the stiffness with them, see
-    `stuck_stiffness`. `seen` is a row or several, such as the coefficients of the force, shape (r,) or (n, r): the mode
-    is the first one that they work on. A damper that rolls about its line of contact is lower than the blade, and no
-    force on the blade drives it. Any elastic mode by default.
+    Without contacts it is half from each; where contacts alone hold the body in this mode, the mass has it all.
+
+    Parameters
+    ----------
+    mass, stiffness
+        Matrices without contacts, shape (r, r) [kg, N/m].
+    stuck
+        Stiffness with contacts, see `stuck_stiffness`, shape (r, r) [N/m].
+    ratio
+        zeta [-].
+    seen
+        A row or several, such as the coefficients of the force, shape (r,) or (n, r): the mode is the first one that
+        they work on. A damper that rolls about its line of contact is lower than the blade, and no force on the blade
+        drives it. Any elastic mode by default.
 
     Raises
     ------

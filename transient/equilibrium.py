@@ -48,15 +48,22 @@ LONG = 100.0
 
 
 def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> TransientState:
-    """State at rest under the static load, scaled by `load`, sliders at 0 before.
+    """State at rest under the static load, sliders at 0 before.
 
     If no joint slips under all of the load at once, sliders stay at 0; else the load is put on in equal parts on the
     preloaded joints. Which modes a `ModalStructure` has does not matter.
 
+    Parameters
+    ----------
+    system
+        Structure, joints and loads, or its modal structure.
+    load
+        Scale of the static load [-].
+
     Raises
     ------
     TransientError
-        A body that neither a support nor a sticking joint holds, or no equilibrium found.
+        A body that neither a support nor a sticking joint fixes, or no equilibrium found.
     """
     search = _Search(modal_structure(system), load)
     return search.rest([] if not search.loaded or search.sticks() else [n / N_PART for n in range(1, N_PART + 1)])
@@ -67,9 +74,20 @@ def quasi_static(
 ) -> TransientState:
     """State at rest after the static load has gone slowly from one share to the next, each way in equal parts.
 
-    `loads` are shares of the static load in their order, at least one, such as (1.3, 0.8, 1.0) [-]; the first is
-    reached from nothing, or from 1 where `slider` is given: where a rest under the whole load has left the sliders,
-    shape (s,) [m]. Errors are those of `equilibrium`.
+    Parameters
+    ----------
+    system
+        Structure, joints and loads, or its modal structure.
+    loads
+        Shares of the static load in their order, at least one, such as (1.3, 0.8, 1.0) [-]; the first is reached from
+        nothing, or from 1 where sliders are given.
+    slider
+        Positions where a rest under the whole load has left the sliders, shape (s,) [m].
+
+    Raises
+    ------
+    TransientError
+        As `equilibrium`.
     """
     search = _Search(modal_structure(system), 1.0)
     ramps = [np.linspace(before, after, N_PART + 1)[1:] for before, after in pairwise((0.0, *loads))]

@@ -49,8 +49,18 @@ def follow(
 ) -> TransientState:
     """State at the end of a loading history.
 
-    Segments follow one another, the excitation passing its phase 0 between them. The history starts from a state, by
-    default the equilibrium under `first_load`, at the scales `first_level` and `first_load` of the loads [-].
+    Parameters
+    ----------
+    system
+        Structure, joints and loads.
+    segments
+        Parts of the history, one after the other; the excitation passes its phase 0 between them.
+    start
+        State to start from; by default the equilibrium under `first_load`.
+    steps_per_period
+        Number of time steps per period of the excitation [-].
+    first_level, first_load
+        Scales of the harmonic force and of the static load at the start [-].
 
     Raises
     ------

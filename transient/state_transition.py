@@ -88,8 +88,12 @@ class Transition(NamedTuple):
 def modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
     """Modes of the structure with sticking joints if they make the damping diagonal, else without joints if those do.
 
-    A modal structure is returned as it is. A mass that is not positive definite, or a matrix that is not symmetric or
-    not finite, is refused (`TransientError`).
+    A modal structure is returned as it is.
+
+    Raises
+    ------
+    TransientError
+        A mass that is not positive definite, or a matrix that is not symmetric or not finite.
     """
     if isinstance(system, ModalStructure):
         return system

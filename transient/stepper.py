@@ -50,9 +50,25 @@ class Record(JointHistory):
 
 
 class Stepper:
-    """Marches over whole periods of an excitation, Omega [rad/s], at a level [-], and stores the state between calls.
+    """Marches over whole periods and stores the state between calls.
 
-    It starts at phase 0, by default from the equilibrium under the static load.
+    Parameters
+    ----------
+    system
+        Structure, joints and loads, or its modal structure where that is known already.
+    angular_frequency
+        Omega of the excitation [rad/s].
+    steps_per_period
+        Number of time steps per period, at least 8 [-].
+    start
+        State at phase 0; the equilibrium under the static load by default.
+    level
+        Scale of the harmonic force [-].
+
+    Raises
+    ------
+    TransientError
+        A frequency that is not positive, too few steps, or a state that does not fit the system.
     """
 
     def __init__(
@@ -103,7 +119,15 @@ class Stepper:
     def advance(self, level: Vector | None = None, load: Vector | None = None) -> None:
         """March over one period without a record.
 
-        `level` and `load` scale the harmonic force and the static load in the middle of each step, shape (t,) [-].
+        Parameters
+        ----------
+        level, load
+            Scale of the harmonic force and of the static load in the middle of each step, shape (t,) [-].
+
+        Raises
+        ------
+        StepError
+            Joint forces that were not found within a step.
         """
         self._march(NONE, NONE, NONE, level, load)
 

@@ -143,7 +143,13 @@ class JointPath(Path):
         return f"({self.parameter} of {self.joint})"
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
-        """See `Path`."""
+        """See `Path`.
+
+        Raises
+        ------
+        BalanceError
+            A value that the joint cannot have.
+        """
         number, index = joint_index(self.balance, self.joint, self.parameter)
         try:
             self.balance.system.joints[number].with_values({self.parameter: value})

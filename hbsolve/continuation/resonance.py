@@ -49,8 +49,16 @@ class ResonantState:
 def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: Real | None = None) -> ResonantState:
     """The peak of a frequency response, between its points: where the exact derivative of the amplitude vanishes.
 
-    Balance and sliders are those with which `frequency_response` gave the branch; `row` is a degree of freedom, or the
-    row of an output.
+    Parameters
+    ----------
+    balance
+        Balance with which the branch was found.
+    branch
+        Result of `frequency_response`.
+    row
+        A degree of freedom, or the row of an output, shape (r,) [-].
+    slider
+        Initial sliders of the branch, shape (s,) [m]; unstressed springs at rest by default.
 
     Raises
     ------

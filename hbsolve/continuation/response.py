@@ -28,7 +28,14 @@ PartialBranch = tuple[list[tuple[float, SteadyState]], ContinuationState]
 def begin(
     continuation: Continuation, start: Real | None = None, slider: Real | None = None
 ) -> tuple[SteadyState, ContinuationState]:
-    """Find the first point of a branch; start and sliders are as for `hbsolve.steady_state.steady_state`.
+    """Find the first point of a branch.
+
+    Parameters
+    ----------
+    continuation
+        Lambda, and its range.
+    start, slider
+        As for `hbsolve.steady_state.steady_state`.
 
     Raises
     ------

@@ -37,7 +37,13 @@ class LossFactor:
     """Eta of eq. 10 [-]."""
 
     def check(self, balance: HarmonicBalance) -> None:
-        """See `Objective`: the energy of each joint must be that of springs in series with sliders."""
+        """See `Objective`.
+
+        Raises
+        ------
+        BalanceError
+            A joint whose energy is not that of springs in series with sliders.
+        """
         for joint in balance.system.joints:
             if not joint.series_springs:
                 raise BalanceError(

@@ -114,7 +114,13 @@ class OutputHarmonic:
     harmonic: int = 1
 
     def check(self, balance: HarmonicBalance) -> None:
-        """See `Objective`: the degree of freedom, the size of the row, and the harmonic."""
+        """See `Objective`.
+
+        Raises
+        ------
+        BalanceError
+            A degree of freedom or a harmonic that the balance does not have, or a row of another size.
+        """
         self._weights(balance)
         checked_harmonic(self.harmonic, balance.n_harmonic)
 
@@ -161,7 +167,13 @@ class ContactForceHarmonic:
     harmonic: int = 0
 
     def check(self, balance: HarmonicBalance) -> None:
-        """See `Objective`: contacts, direction and harmonic."""
+        """See `Objective`.
+
+        Raises
+        ------
+        BalanceError
+            A contact, direction or harmonic that the balance does not have.
+        """
         self._directions(balance)
         checked_harmonic(self.harmonic, balance.n_harmonic)
 

@@ -15,8 +15,19 @@ LARGE = 2**31
 def write_npz(file: Path | IO[bytes], arrays: Mapping[str, ArrayLike], compression: int = ZIP_STORED) -> None:
     """As `numpy.savez` writes them, but with no time of writing, and never with pickled objects.
 
-    The file has its suffix, or is open for writing bytes; `compression` is a constant of `zipfile`, and with
-    ``ZIP_DEFLATED`` this is `numpy.savez_compressed`. An array of Python objects is a ValueError.
+    Parameters
+    ----------
+    file
+        Path with its suffix; or what is open for writing bytes.
+    arrays
+        Arrays by name.
+    compression
+        One of the constants of `zipfile`; ``ZIP_DEFLATED`` is `numpy.savez_compressed`.
+
+    Raises
+    ------
+    ValueError
+        An array of Python objects.
     """
     with ZipFile(file, "w", compression) as archive:
         for name, given in arrays.items():

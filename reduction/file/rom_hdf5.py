@@ -129,7 +129,14 @@ def load_rom(path: Path | str) -> ReducedModel:
 
 
 def save_assembly(assembly: ReducedAssembly, path: Path | str) -> None:
-    """Write a reduced assembly, one group per body; see `save_rom`.
+    """Write a reduced assembly, one group per body; a file of that name is replaced in one step.
+
+    Parameters
+    ----------
+    assembly
+        The model.
+    path
+        The file; its folder must exist.
 
     Raises
     ------

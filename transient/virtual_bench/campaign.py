@@ -137,10 +137,20 @@ def sweeps(
     jitter: float = 1.0,
     tolerance: float = TOLERANCE,
 ) -> Iterator[Sweep]:
-    """All sweeps of a campaign on a specimen and what is hidden in it, free of noise.
+    """All sweeps of a campaign, free of noise.
 
-    `random` draws jitter and histories, as many numbers whatever the effect; `jitter` scales both jitters [-];
-    `tolerance` is that of a steady state, see `transient.virtual_bench.sweep.TOLERANCE` [-].
+    Parameters
+    ----------
+    beam, parameters, effect
+        The specimen and what is hidden in it.
+    points
+        Where to measure.
+    random
+        Generator of jitter and histories; as many numbers are drawn whatever the effect.
+    jitter
+        Scale of both jitters [-].
+    tolerance
+        Tolerance of a steady state, see `transient.virtual_bench.sweep.TOLERANCE` [-].
     """
     for repeat in range(1, points.n_repeat + 1):
         load, shift, shift_free = 1 + jitter * random.standard_normal(3) * [

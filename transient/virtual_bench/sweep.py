@@ -151,10 +151,19 @@ class SweptBench:
         *,
         tolerance: float = TOLERANCE,
     ) -> Readings:
-        """Steady states at one frequency [Hz] after the other, at a level of the force [N], the first one from rest.
+        """Steady states at one frequency after the other, the first one from rest.
 
-        `multipliers` are the friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what
-        the preload leaves by default. The tolerance is `TOLERANCE` [-].
+        Parameters
+        ----------
+        frequencies
+            Frequencies in the order of the sweep [Hz].
+        level
+            Amplitude of the force [N].
+        multipliers
+            Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the preload
+            leaves by default.
+        tolerance
+            Tolerance of a steady state, see `TOLERANCE` [-].
         """
         stepper = self.stepper(frequencies[0])
         rest = self._rest if multipliers is None else self.random_start(multipliers)
