@@ -158,7 +158,9 @@ def _refuse_kind(path: Path, kind: CaseKind, keys: set[str]) -> None:
     """Refuse a kind that does not know the keys of its ``[structure]`` where other kinds know them all."""
     others = [f'"{other.name}"' for other in CASE_KINDS if keys <= set(other.table.model_fields)]
     foreign = sorted(keys - set(kind.table.model_fields))
-    if foreign and others:
+    lacking = [name for name, info in kind.table.model_fields.items() if info.is_required() and name not in keys]
+    misspelt = any(did_you_mean(key, [*kind.table.model_fields]) for key in foreign)
+    if foreign and lacking and others and not misspelt:
         source = load_case(path, _AnyCase).source
         assert source is not None
         belong = "belongs" if len(foreign) == 1 else "belong"
