@@ -54,6 +54,13 @@ class MeasuredSensor:
         Contact line of a contact force, and "tangential" or "normal".
     uncertainty
         Relative systematic standard uncertainty of its gain [-]; 0 if none is given.
+    has_phase
+        Whether its values are complex; without, they are amplitudes, real and positive.
+    calibrated
+        Whether its values are in the SI unit of its quantity; without, they are up to one unknown real factor.
+    noise
+        Standard deviation of one reading that the test engineer states: relative [-] and absolute [SI unit]; zeros
+        leave it to the data.
     """
 
     name: str
@@ -64,6 +71,9 @@ class MeasuredSensor:
     line: str | None = None
     component: str | None = None
     uncertainty: float = 0.0
+    has_phase: bool = True
+    calibrated: bool = True
+    noise: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         if self.coordinates is not None:
@@ -74,6 +84,25 @@ class MeasuredSensor:
         """SI unit of its values."""
         rotates = self.direction in {"rx", "ry", "rz"}
         return ROTATION_UNIT[self.quantity] if rotates else SI_UNIT[self.quantity]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """What the levels of a campaign are.
+
+    Parameters
+    ----------
+    quantity
+        "force" at the loads of the case, or "base acceleration" of its supports.
+    unit
+        Unit of the levels: "N" or "m/s^2"; as the files say, such as "V", if it is not calibrated.
+    calibrated
+        Whether levels are in SI; without, they are up to one unknown real factor.
+    """
+
+    quantity: str = "force"
+    unit: str = "N"
+    calibrated: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -179,6 +208,8 @@ class Campaign:
         Time records.
     suspicions
         Suspected mistakes in the data.
+    drive
+        What the levels are.
     """
 
     title: str
@@ -189,6 +220,7 @@ class Campaign:
     held_out: HeldOut
     records: tuple[TimeRecord, ...] = ()
     suspicions: tuple[Suspicion, ...] = ()
+    drive: Drive = Drive()
 
     @property
     def levels(self) -> Float[NDArray[np.float64], " l"]:
