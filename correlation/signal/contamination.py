@@ -1,0 +1,96 @@
+"""What else is in a steady state: the power of noise near a line, foreign tones, and a crest that is cut off."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.signal.record import Channels, Samples
+
+#: Lines of the spectrum beside a harmonic that measure the noise there; the nearest are emptied by the fit [-].
+NEAREST, FARTHEST = 3, 15
+#: A foreign tone is reported above this share of a channel's amplitude [-].
+LEAST_TONE = 0.01
+#: Of white noise, the largest of n lines is above the mean by the factor ln n + 7 in 1 of 1000 records.
+BEYOND_CHANCE = 7.0
+#: Samples at a crest beside those at the next value below it: a sine has at most 2.4 times as many, see `_clipped`.
+CREST = 6.0
+#: Fewest samples that make a flat crest, and their share of the record [-].
+FEWEST_FLAT, LEAST_FLAT = 8, 2e-3
+
+
+def noise_power(
+    time: Samples, residual: Channels, frequency: float, n_harmonic: int
+) -> Float[NDArray[np.float64], "c harmonic"]:
+    """Mean square of white noise that would have the residual's power near each harmonic, shape (c, H + 1).
+
+    Where a harmonic has too few lines of its own around it, it is the mean square of the whole residual.
+    """
+    n, span = residual.shape[1], float(time[-1] - time[0])
+    mean_square = (residual**2).mean(axis=1)
+    power = np.repeat(mean_square[:, None], n_harmonic + 1, axis=1)
+    per_line = frequency * span  # lines of the spectrum between two harmonics
+    reach = min(FARTHEST, int(per_line / 2))
+    if reach < NEAREST + 3:
+        return power
+    window = np.hanning(n)
+    spectrum = np.abs(np.fft.rfft(residual * window, axis=1)) ** 2 / (window**2).sum()
+    for k in range(n_harmonic + 1):
+        line = round(k * per_line)
+        beside = np.arange(line - reach, line + reach + 1)
+        chosen = beside[(np.abs(beside - line) >= NEAREST) & (beside > 0) & (beside < spectrum.shape[1])]
+        if len(chosen) >= 6:
+            power[:, k] = spectrum[:, chosen].mean(axis=1)
+    return power
+
+
+def find_contamination(time: Samples, channels: Channels, residual: Channels, frequency: float) -> list[str]:
+    """Foreign tones and flat crests of each channel in words, with their evidence."""
+    found = []
+    for row, (values, left) in enumerate(zip(channels, residual, strict=True)):
+        amplitude = np.sqrt(2) * values.std()
+        if not amplitude > 0:
+            continue
+        tone = _tone(time, left)
+        if tone is not None and tone[1] > LEAST_TONE * amplitude:
+            ratio = tone[0] / frequency
+            kind = "a subharmonic or combination tone" if abs(2 * ratio - round(2 * ratio)) < 0.02 else "hum or a beat"
+            found.append(
+                f"channel {row}: what the harmonics leave has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
+                f"frequency) of {tone[1] / amplitude:.2g} of the amplitude: {kind}"
+            )
+        for side, sign in (("upper", 1.0), ("lower", -1.0)):
+            flat = _clipped(sign * values)
+            if flat:
+                found.append(
+                    f"channel {row}: {flat} samples, {flat / len(values):.2g} of all, stand at the {side} end "
+                    f"{sign * (sign * values).max():.6g} exactly: "
+                    "the signal is clipped, and its amplitude is a lower bound"
+                )
+    return found
+
+
+def _tone(time: Samples, residual: Samples) -> tuple[float, float] | None:
+    """Frequency [Hz] and amplitude of the largest tone of a residual, if it is no chance of noise."""
+    n = len(residual)
+    window = np.hanning(n)
+    spectrum = np.abs(np.fft.rfft(residual * window))
+    power = spectrum**2
+    top = int(np.argmax(power))
+    # A tone has its three lines of Hann's window to itself: the mean without them is that of the noise.
+    others = np.delete(power, np.arange(max(top - 2, 0), min(top + 3, len(power))))
+    if not len(others) or power[top] <= others.mean() * (np.log(n) + BEYOND_CHANCE) or top == 0:
+        return None
+    line = np.fft.rfftfreq(n, float(time[-1] - time[0]) / (n - 1))
+    return float(line[top]), float(2 * spectrum[top] / window.sum())
+
+
+def _clipped(values: Samples) -> int:
+    """Number of samples at the largest value, if a smooth crest would not have so many; else 0.
+
+    A converter with steps q sees a sine of amplitude A within q of its crest during sqrt(2 q / A) / pi of the time, and
+    within the next step during (sqrt 2 - 1) of that: counts of two neighbouring values differ by a factor up to 2.4.
+    """
+    value, count = np.unique(values, return_counts=True)
+    if len(value) < 4 or count[-1] < max(FEWEST_FLAT, LEAST_FLAT * len(values)):
+        return 0
+    return int(count[-1]) if count[-1] > CREST * count[-3:-1].max() else 0

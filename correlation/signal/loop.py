@@ -1,0 +1,262 @@
+r"""Force-displacement loops: work per cycle, secant stiffness, offsets and closing error of every period.
+
+.. math:: W = \oint F\, \mathrm{d}x, \qquad k_s = \frac{F_+ - F_-}{x_+ - x_-}
+
+with the ends :math:`x_\pm` of the displacement and the force there. Periods run from one highest displacement
+to the next; they need no clock.
+Neighbouring periods of one amplitude form a plateau; ramps between plateaus, and the ramps in and out, belong to none.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from correlation.errors import CampaignError
+from correlation.signal.record import Samples, check_channels
+from geometry.read_only_array import freeze_fields
+
+Values = Float[NDArray[np.float64], " p"]
+
+#: Turning points count if the motion between them is beyond so many standard deviations of noise, this share of the
+#: whole range, and this share of the motion between their neighbours [-].
+BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
+#: Amplitudes of neighbouring periods of one plateau differ by less than this share [-].
+SAME_AMPLITUDE = 0.02
+#: Periods of a plateau at least; the first of them still carries the loading history and does not count [-].
+FEWEST_PERIODS = 2
+#: Force at the ends of the displacement: a straight line through the samples of the last share of the stroke [-].
+END_SHARE = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plateau:
+    """Settled periods of one amplitude: means, with the standard deviation of each mean.
+
+    Parameters
+    ----------
+    first, last
+        First and last period that counts, by their numbers in `Loops`.
+    amplitude, work, secant_stiffness, force_offset, displacement_offset, closing_error
+        Mean and its standard deviation [m, J, N/m, N, m, -]; the deviation is NaN of a single period.
+    """
+
+    first: int
+    last: int
+    amplitude: tuple[float, float]
+    work: tuple[float, float]
+    secant_stiffness: tuple[float, float]
+    force_offset: tuple[float, float]
+    displacement_offset: tuple[float, float]
+    closing_error: tuple[float, float]
+
+    @property
+    def n_period(self) -> int:
+        """Number of its periods [-]."""
+        return self.last - self.first + 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Loops:
+    """All periods of a record.
+
+    Parameters
+    ----------
+    first
+        First sample of each period, shape (p,); the last period ends at `end`.
+    end
+        Sample at which the last period ends.
+    amplitude
+        Half the stroke, shape (p,) [m].
+    work
+        Work per cycle, positive where the joint takes up energy, shape (p,) [J].
+    secant_stiffness
+        Shape (p,) [N/m].
+    force_offset, displacement_offset
+        Middle of the forces at both ends of the stroke, and of the ends, shape (p,) [N, m].
+    closing_error
+        Force at the end minus force at the start over the range of the force, shape (p,) [-].
+    plateau
+        Number of the plateau of each period, -1 on a ramp, shape (p,).
+    plateaus
+        Means over settled periods.
+    play
+        Share of the stroke over which the force stays near zero in both directions [-]; 0 without backlash.
+    suspicions
+        Backlash, negative work, loops that do not close and the like, in words.
+    """
+
+    first: Int[NDArray[np.int64], " p"]
+    end: int
+    amplitude: Values
+    work: Values
+    secant_stiffness: Values
+    force_offset: Values
+    displacement_offset: Values
+    closing_error: Values
+    plateau: Int[NDArray[np.int64], " p"]
+    plateaus: tuple[Plateau, ...]
+    play: float = 0.0
+    suspicions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "first", "plateau", kind=np.int64)
+        freeze_fields(
+            self, "amplitude", "work", "secant_stiffness", "force_offset", "displacement_offset", "closing_error"
+        )
+
+    def samples(self, period: int) -> slice:
+        """Samples of one period, its closing point included."""
+        ends = [*self.first[1:], self.end]
+        return slice(int(self.first[period]), int(ends[period]) + 1)
+
+
+def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLITUDE) -> Loops:
+    """Periods of a force-displacement record, with their plateaus.
+
+    Parameters
+    ----------
+    displacement
+        Relative displacement of the two sides of a joint, shape (n,) [m].
+    force
+        Force that resists it, shape (n,) [N].
+    tolerance
+        Relative difference of amplitudes of neighbouring periods of one plateau [-].
+
+    Raises
+    ------
+    CampaignError
+        Samples that are no numbers, a constant channel, or not one whole period.
+    """
+    x, f = check_pair(displacement, force)
+    first = find_periods(x)
+    table = np.array([_period(x[a : b + 1], f[a : b + 1]) for a, b in pairwise(first)])
+    plateau, plateaus = _plateaus(table, tolerance)
+    suspicions = _suspicions(table, plateaus)
+    return Loops(
+        first=first[:-1],
+        end=int(first[-1]),
+        amplitude=table[:, 0],
+        work=table[:, 1],
+        secant_stiffness=table[:, 2],
+        force_offset=table[:, 3],
+        displacement_offset=table[:, 4],
+        closing_error=table[:, 5],
+        plateau=plateau,
+        plateaus=plateaus,
+        suspicions=tuple(suspicions),
+    )
+
+
+def check_pair(displacement: Any, force: Any) -> tuple[Samples, Samples]:
+    """Both signals, of one length, neither constant (`CampaignError`)."""
+    x, f = check_channels(displacement, "the displacement"), check_channels(force, "the force")
+    if x.shape != f.shape or len(x) != 1:
+        raise CampaignError(
+            f"displacement and force have shapes {np.shape(displacement)} and {np.shape(force)}: give two signals of "
+            "one length, shape (n,)"
+        )
+    for name, signal in (("displacement", x[0]), ("force", f[0])):
+        if not np.ptp(signal) > 0:
+            raise CampaignError(f"the {name} is {signal[0]:.6g} throughout: there is no loop")
+    return x[0], f[0]
+
+
+def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
+    """Samples at which periods begin and the last ends: highest displacements, shape (n_period + 1,).
+
+    Raises
+    ------
+    CampaignError
+        Less than one whole period.
+    """
+    high, _ = _turning_points(displacement)
+    if len(high) < 2:
+        raise CampaignError(
+            f"the displacement turns {len(high)} times at its upper end: a loop needs one whole period "
+            "between two of them"
+        )
+    return np.asarray(high, dtype=np.int64)
+
+
+def _turning_points(displacement: Samples) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Highest and lowest points of every period: larger than noise, and than a share of their neighbours."""
+    # The second difference of white noise has six times its variance, that of a smooth motion is small.
+    noise = float(np.diff(displacement, 2).std()) / np.sqrt(6)
+    least = max(BEYOND_NOISE * noise, SMALLEST * float(np.ptp(displacement)))
+    points = []
+    for sign in (1.0, -1.0):
+        places, facts = find_peaks(sign * displacement, prominence=least)
+        size = facts["prominences"]
+        around = np.array([size[max(i - 2, 0) : i + 3].max() for i in range(len(size))])
+        points.append(places[size > PROMINENCE * around] if len(size) else places)
+    return points[0], points[1]
+
+
+def _period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
+    """Amplitude, work, secant stiffness, offsets of force and displacement, closing error of one period."""
+    stroke = np.ptp(x)
+    work = float(np.sum((f[1:] + f[:-1]) / 2 * np.diff(x)) - (f[0] + f[-1]) / 2 * (x[-1] - x[0]))
+    top, bottom = _force_at_end(x, f, x.max()), _force_at_end(x, f, x.min())
+    force_range = np.ptp(f)
+    return np.array(
+        [
+            stroke / 2,
+            work,
+            (top - bottom) / stroke,
+            (top + bottom) / 2,
+            (x.max() + x.min()) / 2,
+            (f[-1] - f[0]) / force_range if force_range > 0 else 0.0,
+        ]
+    )
+
+
+def _force_at_end(x: Samples, f: Samples, end: float) -> float:
+    """Mean force of the samples nearest to one end of the stroke."""
+    near = np.abs(x - end) <= END_SHARE * np.ptp(x)
+    return float(f[near].mean())
+
+
+def _plateaus(
+    table: Float[NDArray[np.float64], "p 6"], tolerance: float
+) -> tuple[Int[NDArray[np.int64], " p"], tuple[Plateau, ...]]:
+    """Plateau of each period, and the means of each plateau."""
+    plateau = np.full(len(table), -1, dtype=np.int64)
+    plateaus: list[Plateau] = []
+    start = 0
+    while start < len(table):
+        stop = start + 1
+        while stop < len(table) and abs(table[stop, 0] / np.median(table[start:stop, 0]) - 1) < tolerance:
+            stop += 1
+        if stop - start >= FEWEST_PERIODS or len(table) == 1:
+            first = start + 1 if stop - start > FEWEST_PERIODS else start
+            plateau[first:stop] = len(plateaus)
+            plateaus.append(_means(table[first:stop], first, stop - 1))
+        start = stop
+    return plateau, tuple(plateaus)
+
+
+def _means(table: Float[NDArray[np.float64], "p 6"], first: int, last: int) -> Plateau:
+    mean = table.mean(axis=0)
+    deviation = table.std(axis=0, ddof=1) / np.sqrt(len(table)) if len(table) > 1 else np.full(6, np.nan)
+    pairs = [(float(a), float(b)) for a, b in zip(mean, deviation, strict=True)]
+    return Plateau(
+        first=first, last=last, amplitude=pairs[0], work=pairs[1], secant_stiffness=pairs[2], force_offset=pairs[3],
+        displacement_offset=pairs[4], closing_error=pairs[5],
+    )  # fmt: skip
+
+
+def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...]) -> list[str]:
+    """What the periods say against the record, in words."""
+    suspicions = []
+    if not plateaus:
+        suspicions.append("no two neighbouring periods have one amplitude: there is no settled loop, ramps alone")
+    if np.median(table[:, 1]) < 0:
+        suspicions.append(
+            "the loops run the other way round, as if the joint gave energy: one of the signals has the wrong sign"
+        )
+    return suspicions

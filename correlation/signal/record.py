@@ -1,0 +1,87 @@
+"""Checks of measured signals at the door: what the functions of this folder expect of their arrays."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+
+Samples = Float[NDArray[np.float64], " n"]
+Channels = Float[NDArray[np.float64], "c n"]
+
+#: Instants of a uniform clock lie within this share of a step of their places: files round times [-].
+ROUNDING = 0.2
+
+
+def check_channels(values: Any, what: str = "values") -> Channels:
+    """Signals as an array of shape (c, n), finite.
+
+    Parameters
+    ----------
+    values
+        Shape (n,) or (c, n).
+    what
+        Name in messages.
+
+    Raises
+    ------
+    CampaignError
+        Another shape, or values that are not finite.
+    """
+    channels = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    if channels.ndim != 2 or not channels.size:
+        raise CampaignError(f"{what} have shape {np.shape(values)}: give (n,) or (c, n), one row per channel")
+    wrong = np.argwhere(~np.isfinite(channels))
+    if len(wrong):
+        row, sample = wrong[0]
+        raise CampaignError(
+            f"{what}: sample {sample} of channel {row} is {channels[row, sample]}, and {len(wrong)} samples in total "
+            "are no numbers: cut the record before them, or repeat the measurement"
+        )
+    return channels
+
+
+def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
+    """Instants of samples, rising, shape (n,) [s].
+
+    Raises
+    ------
+    CampaignError
+        Another number of instants than of samples, too few, or times that do not rise.
+    """
+    instants = np.asarray(time, dtype=np.float64)
+    if instants.shape != (n_sample,):
+        raise CampaignError(
+            f"time has shape {instants.shape}, the signals {n_sample} samples: give one instant per sample"
+        )
+    if n_sample < fewest:
+        raise CampaignError(f"the record has {n_sample} samples: at least {fewest} are needed")
+    if not np.isfinite(instants).all():
+        raise CampaignError(f"the time of sample {int(np.argmin(np.isfinite(instants)))} is no number: correct it")
+    step = np.diff(instants)
+    if (step <= 0).any():
+        first = int(np.argmax(step <= 0)) + 1
+        raise CampaignError(
+            f"time does not rise at sample {first} ({instants[first - 1]:.9g} s, then {instants[first]:.9g} s): sort "
+            "the samples, or cut the record there"
+        )
+    return instants
+
+
+def uniform_step(time: Samples) -> float:
+    """Step of a uniform clock [s].
+
+    Raises
+    ------
+    CampaignError
+        Samples that are missing, or steps that change.
+    """
+    step = float((time[-1] - time[0]) / (len(time) - 1))
+    if np.abs(time - time[0] - step * np.arange(len(time))).max() > ROUNDING * step:
+        steps = np.diff(time)
+        raise CampaignError(
+            f"the steps of time range from {steps.min():.6g} to {steps.max():.6g} s: sample at one rate, or resample"
+        )
+    return step

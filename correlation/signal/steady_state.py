@@ -1,0 +1,178 @@
+r"""Harmonics of a steady state relative to its force: the settled part of a record, with the force's phase as zero.
+
+A structure that has just been given another frequency carries a decaying motion at its own frequencies. It shows in two
+ways: harmonics that drift over the record, and a residual that is larger in the first half than in the second. The
+longest part up to the end of the record that shows neither is used. A record without such a part is not averaged away:
+its last part is returned, and says that it has not settled.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from correlation.errors import CampaignError
+from correlation.signal.harmonics import DriftingFit, Harmonics, find_frequency, fit_drifting, refine_frequency
+from correlation.signal.record import Channels, Samples, check_channels, check_time
+
+#: Shares of the record at which the settled part may begin [-].
+STARTS = tuple(np.linspace(0.0, 0.75, 16))
+#: Periods that a settled part has at least [-]: fewer show no drift.
+FEWEST_PERIODS = 4.0
+#: Of noise, a residual fades as much by chance in 1 of 1000 records.
+CHANCE = 1e-3
+
+
+def fit_steady_state(
+    time: Any,
+    values: Any,
+    reference: Any,
+    n_harmonic: int,
+    *,
+    frequency: float | None = None,
+    tolerance: float = 0.01,
+) -> Harmonics:
+    """Harmonics of channels whose phase counts from the first harmonic of a reference, the force.
+
+    Parameters
+    ----------
+    time
+        Rising instants, shape (n,) [s].
+    values
+        Shape (n,) or (c, n) [any unit].
+    reference
+        Force, drive or base acceleration, shape (n,) [any unit].
+    n_harmonic
+        H, the highest harmonic [-].
+    frequency
+        Omega / 2 pi [Hz]; by default that of the reference.
+    tolerance
+        Relative drift that still counts as settled, extrapolated to half of the record [-]. A residual that fades by
+        less than this share of the amplitude does so too.
+
+    Returns
+    -------
+    Coefficients with the reference's own as `reference`; `start` says where the settled part begins.
+
+    Raises
+    ------
+    CampaignError
+        As `fit_harmonics`; a reference of zeros.
+    """
+    channels = check_channels(values)
+    force = check_channels(reference, "the reference")
+    instants = check_time(time, channels.shape[1])
+    if force.shape != (1, len(instants)):
+        raise CampaignError(f"the reference has shape {np.shape(reference)}: give ({len(instants)},), one per instant")
+    if not force.std() > 0:
+        raise CampaignError(
+            f"the reference is {force[0, 0]:.6g} throughout: name the channel of the force, or fit without a phase "
+            "(`fit_harmonics`)"
+        )
+    everything = np.vstack([force, channels])
+    start = find_frequency(instants, force) if frequency is None else float(frequency)
+    first, fit = _settled_part(instants, everything, start, n_harmonic, frequency is None, tolerance)
+    used = slice(first, None)
+    described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * tolerance)
+    fading = fading_residual(fit, instants[used])
+    relative = fading * described.residual
+    suspicions = [
+        *described.suspicions,
+        *(
+            f"channel {row}: what the harmonics leave fades by {relative[row]:.2g} of the amplitude within the part "
+            "used: a motion from before has not decayed"
+            for row in np.flatnonzero(relative > tolerance)
+        ),
+    ]
+    return _in_phase(
+        replace(
+            described,
+            settled=described.settled and not (relative > tolerance).any(),
+            suspicions=tuple(_named(sentence) for sentence in suspicions),
+        )
+    )
+
+
+def fading_residual(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64], " c"]:
+    """By how much the residual's root mean square falls from the first half to the second, relative, shape (c,) [-].
+
+    It is zero where chance explains the difference: halves count as many independent values as noise of the residual's
+    bandwidth has, not as many as samples.
+    """
+    half = len(time) // 2
+    first = (fit.residual[:, :half] ** 2).mean(axis=1)
+    second = (fit.residual[:, -half:] ** 2).mean(axis=1)
+    both = np.where(first + second > 0, (first + second) / 2, 1)
+    left = fit.residual
+    correlation = np.array([_correlation_sum(row) for row in left])
+    count = np.maximum(half / correlation, 2)
+    limit = f_distribution.isf(CHANCE, count, count)
+    faded = first > limit * second
+    return np.where(faded, np.sqrt(np.maximum(first - second, 0) / both), 0.0)
+
+
+def _correlation_sum(values: Samples) -> float:
+    """Sum of the squared autocorrelation: samples per independent value of a square [-]."""
+    spectrum = np.abs(np.fft.rfft(values)) ** 2
+    total = spectrum.sum()
+    return float(max(len(spectrum) * (spectrum**2).sum() / total**2 / 2, 1.0)) if total > 0 else 1.0
+
+
+def _settled_part(
+    time: Samples, channels: Channels, frequency: float, n_harmonic: int, refine: bool, tolerance: float
+) -> tuple[int, DriftingFit]:
+    """First sample of the longest settled part up to the end, and the fit to it; the last quarter if there is none."""
+    last: tuple[int, DriftingFit] | None = None
+    for share in STARTS:
+        first = int(share * len(time))
+        part = time[first:]
+        if last is not None and (part[-1] - part[0]) * frequency < FEWEST_PERIODS:
+            break
+        fit = fit_drifting(part, channels[:, first:], frequency, n_harmonic)
+        if refine:
+            fit = refine_frequency(part, channels[:, first:], fit, n_harmonic)
+        last = first, fit
+        described = fit.describe(part, channels[:, first:], _share(part, time) * tolerance)
+        if described.settled and not (fading_residual(fit, part) * described.residual > tolerance).any():
+            break
+    assert last is not None  # the first share is always fitted, or refused
+    return last
+
+
+def _share(part: Samples, whole: Samples) -> float:
+    """Length of a part beside the whole: a slow drift must not pass for none because the part is short [-]."""
+    return float((part[-1] - part[0]) / (whole[-1] - whole[0]))
+
+
+def _in_phase(whole: Harmonics) -> Harmonics:
+    """The channels behind the first, turned so that the first harmonic of the first is real and positive."""
+    order = np.arange(whole.coefficients.shape[1])
+    fundamental = whole.coefficients[0, 1]
+    size = np.abs(fundamental)
+    if not size > 0:
+        raise CampaignError("the reference has no first harmonic at this frequency: name the channel of the force")
+    turn = (np.conj(fundamental) / size) ** order
+    turned = whole.coefficients * turn
+    # The reference's own phase is known to its relative deviation; harmonic k turns k times as much.
+    own = order * np.abs(turned) * whole.deviation[0, 1] / size / np.sqrt(2)
+    deviation = np.hypot(whole.deviation, own)
+    return replace(
+        whole,
+        coefficients=turned[1:],
+        deviation=deviation[1:],
+        drift=whole.drift[1:],
+        drift_deviation=whole.drift_deviation[1:],
+        residual=whole.residual[1:],
+        reference=turned[0],
+        reference_deviation=whole.deviation[0],
+    )
+
+
+def _named(sentence: str) -> str:
+    """A suspicion in which row 0 is the reference, and channels count without it."""
+    head, _, rest = sentence.partition(":")
+    row = int(head.removeprefix("channel "))
+    return ("the reference" if row == 0 else f"channel {row - 1}") + ":" + rest
