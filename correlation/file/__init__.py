@@ -1,0 +1,1 @@
+"""Files of test programs as named columns: `read_file` takes any registered format."""

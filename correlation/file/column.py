@@ -1,0 +1,182 @@
+"""What a test file contains: named columns, nodes and measured shapes, in the units of the file."""
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.file.unit_label import split_label
+
+Node = Float[NDArray[np.float64], "3"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Point:
+    """Where something was measured or excited.
+
+    Parameters
+    ----------
+    node
+        Number of the node; None if the file gives none.
+    direction
+        "+x", "-rz" and the like; empty if it is unknown or the quantity has none.
+    name
+        Name of the channel or part.
+    """
+
+    node: int | None
+    direction: str
+    name: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Column:
+    """One quantity of a file, in the unit of the file.
+
+    Parameters
+    ----------
+    name
+        Name, unique within the file.
+    values
+        Real or complex values, shape (n,); NaN where a field is empty.
+    unit
+        Unit as text that `correlation.campaign.measurement_unit` understands; empty if it is unknown.
+    abscissa
+        Name of the column over which this one is given; None if the file does not say.
+    function
+        "time", "frequency response", "coherence" and the like; empty if it is unknown.
+    response, reference
+        Where it was measured, and where the structure was excited.
+    facts
+        What the file says besides: date, sampling rate, text of the identification lines.
+    where
+        Place in the file for messages, such as "dataset 3, line 120".
+    words
+        For a column of text, its different words; `values` are then indices into them.
+    """
+
+    name: str
+    values: NDArray[Any]
+    unit: str = ""
+    abscissa: str | None = None
+    function: str = ""
+    response: Point | None = None
+    reference: Point | None = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+    where: str = ""
+    words: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        kind = np.complex128 if np.iscomplexobj(self.values) else np.float64
+        values = np.asarray(self.values, dtype=kind).reshape(-1).view()  # a copy of 1e6 rows would cost memory
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredShape:
+    r"""Values at the nodes of a structure: a mode shape, or a deflection shape at one frequency.
+
+    Parameters
+    ----------
+    kind
+        "normal mode", "complex mode", "frequency response", "static" and the like.
+    frequency
+        Natural or exciting frequency [Hz]; NaN if there is none. Of a complex mode :math:`|\lambda| / 2 \pi`.
+    damping_ratio
+        Viscous damping ratio [-]; NaN if the file gives none.
+    nodes
+        Numbers of the nodes, shape (n,).
+    values
+        Values x, y, z, rx, ry, rz, real or complex, shape (n, 1 to 6) [unit].
+    unit
+        Unit of the values; empty if it is unknown.
+    facts
+        Identification lines and parameters.
+    where
+        Place in the file.
+    """
+
+    kind: str
+    frequency: float
+    damping_ratio: float
+    nodes: NDArray[np.int64]
+    values: NDArray[Any]
+    unit: str = ""
+    facts: Mapping[str, str] = field(default_factory=dict)
+    where: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredFile:
+    """A file of a test program.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    format
+        Name of its format.
+    title
+        Title that stands in it; empty if there is none.
+    columns
+        Columns in the order of the file.
+    nodes
+        Coordinates of nodes by their numbers, each of shape (3,) [m].
+    shapes
+        Measured shapes.
+    facts
+        What the file says of all columns.
+    """
+
+    path: Path
+    format: str
+    title: str = ""
+    columns: tuple[Column, ...] = ()
+    nodes: Mapping[int, Node] = field(default_factory=dict)
+    shapes: tuple[MeasuredShape, ...] = ()
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    def column(self, name: str) -> Column:
+        """A column by its name; a unit in brackets at the end of a header may be left out.
+
+        Raises
+        ------
+        CampaignError
+            There is none, or several differ only by their units; the message lists close names.
+        """
+        exact = [column for column in self.columns if column.name == name]
+        short = [column for column in self.columns if split_label(column.name)[0] == name]
+        matching = exact or short
+        if len(matching) == 1:
+            return matching[0]
+        names = [column.name for column in self.columns]
+        if matching:
+            listed = ", ".join(f'"{column.name}"' for column in matching)
+            raise CampaignError(f'{self.path.name}: the column "{name}" may be {listed}: write its whole name')
+        lower = {known.lower(): known for known in names}
+        close = [lower[key] for key in difflib.get_close_matches(name.lower(), lower, 3, 0.5)]
+        listed = ", ".join(f'"{known}"' for known in close or names[:12])
+        more = f" and {len(names) - 12} more" if not close and len(names) > 12 else ""
+        choice = f"did you mean {listed}?" if close else f"it has {listed or 'no columns'}{more}"
+        raise CampaignError(f'{self.path.name}: has no column "{name}"; {choice}')
+
+
+def unique_names(names: list[str]) -> list[str]:
+    """The same names; a repeated one gets the number of its occurrence, such as "acc (2)"."""
+    taken: set[str] = set()
+    unique: list[str] = []
+    for name in names:
+        number, candidate = 1, name
+        while candidate in taken:
+            number += 1
+            candidate = f"{name} ({number})"
+        taken.add(candidate)
+        unique.append(candidate)
+    return unique

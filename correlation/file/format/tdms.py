@@ -1,0 +1,124 @@
+"""TDMS files of LabVIEW: groups of channels with their properties."""
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.file.column import Column, MeasuredFile, unique_names
+from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
+from correlation.file.unit_label import split_label, unit_text
+
+
+def recognise(head: bytes) -> bool:
+    """Whether a file begins with a segment of TDMS."""
+    return head[:4] == b"TDSm"
+
+
+def read(path: Path) -> MeasuredFile:
+    """Channels as columns ``group/channel``; channels with equal sampling share a column of time."""
+    from nptdms import TdmsFile
+
+    warned = _Warnings(logging.WARNING)
+    loggers = [logging.getLogger(f"nptdms.{module}") for module in ("reader", "tdms_segment", "types", "tdms")]
+    handlers = [logger.handlers for logger in loggers]
+    try:
+        for logger in loggers:
+            logger.handlers = [warned]
+        content = TdmsFile.read(path)
+        _check_complete(path, content)
+        columns = _columns([channel for group in content.groups() for channel in group.channels()])
+        facts = {key: str(value) for key, value in content.properties.items()}
+    except CampaignError:
+        raise
+    except Exception as error:  # The library fails on damaged files in many ways.
+        raise _damaged(path, f"{type(error).__name__}: {error}") from None
+    finally:
+        for logger, before in zip(loggers, handlers, strict=True):
+            logger.handlers = before
+    if warned.messages:  # it goes on after a warning, with what it could make of the bytes
+        raise _damaged(path, warned.messages[0])
+    return MeasuredFile(
+        path=path, format="tdms", title=facts.get("title", facts.get("name", "")), columns=columns, facts=facts
+    )
+
+
+class _Warnings(logging.Handler):
+    """Warnings of the library, which would otherwise stand on the screen."""
+
+    def __init__(self, level: int) -> None:
+        super().__init__(level)
+        self.messages: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Note one."""
+        self.messages.append(record.getMessage())
+
+
+def _damaged(path: Path, reason: str) -> CampaignError:
+    shown = " ".join(reason.split())[:200]
+    return CampaignError(f"{path.name}: is a damaged TDMS file ({shown}); copy it again")
+
+
+def _check_complete(path: Path, content: Any) -> None:
+    """Refuse a file whose last segment is cut."""
+    status = content.file_status
+    if status.incomplete_final_segment:
+        lost = [
+            f"{name} has {channel.read_length} of {channel.expected_length} values"
+            for name, channel in (status.channel_statuses or {}).items()
+        ]
+        raise CampaignError(f"{path.name}: is cut: {'; '.join(lost[:3]) or 'its last segment'}; copy it again")
+
+
+def _columns(channels: list[Any]) -> tuple[Column, ...]:
+    columns: list[Column] = []
+    times: dict[tuple[float, float, int], str] = {}
+    for channel in channels:
+        properties = {key: str(value) for key, value in channel.properties.items()}
+        name = f"{channel.group_name}/{channel.name}"
+        values, words = _values(channel[:])
+        if values is None:
+            continue
+        label = properties.get("unit_string") or properties.get("NI_UnitDescription") or ""
+        step = float(channel.properties.get("wf_increment", 0) or 0)
+        abscissa = None
+        if step > 0 and len(values):
+            start = float(channel.properties.get("wf_start_offset", 0) or 0)
+            key = (start, step, len(values))
+            if key not in times:
+                times[key] = abscissa = "time" + (f" ({len(times) + 1})" if times else "")
+                time = start + step * np.arange(len(values))
+                columns.append(Column(name=abscissa, values=time, unit="s", function="time"))
+            abscissa = times[key]
+        columns.append(
+            Column(
+                name=name, values=values, unit=unit_text(label, name=name) or split_label(name)[1], abscissa=abscissa,
+                function="time" if abscissa else "", facts=properties, where=name, words=words,
+            )
+        )  # fmt: skip
+    names = unique_names([column.name for column in columns])
+    return tuple(Column(**{**vars(column), "name": name}) for name, column in zip(names, columns, strict=True))
+
+
+def _values(values: NDArray[Any]) -> tuple[NDArray[Any] | None, tuple[str, ...]]:
+    """Numbers of a channel, or its words; instants become seconds after the first."""
+    values = np.asarray(values)
+    if values.dtype.kind == "M":
+        since = (values - values[:1]).astype("timedelta64[ns]") if len(values) else values
+        return since.astype(np.float64) * 1e-9, ()
+    if values.dtype.kind in "biufc":
+        return values.astype(np.complex128 if values.dtype.kind == "c" else np.float64), ()
+    if values.dtype.kind in "OUS":
+        texts = [str(text) for text in values]
+        known = {word: number for number, word in enumerate(dict.fromkeys(texts))}
+        return np.array([known[text] for text in texts], dtype=np.float64), tuple(known)
+    return None, ()
+
+
+MEASURED_FILES.register(
+    MeasuredFileFormat(name="tdms", holds="a TDMS file (.tdms)", suffixes=(".tdms",), recognise=recognise, read=read)
+)

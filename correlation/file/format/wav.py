@@ -1,0 +1,51 @@
+"""WAV files: time histories of channels that are sampled together."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from correlation.errors import CampaignError
+from correlation.file.column import Column, MeasuredFile
+from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
+
+
+def recognise(head: bytes) -> bool:
+    """Whether a file has the header of a WAV file."""
+    return head[:4] in {b"RIFF", b"RIFX", b"RF64"} and head[8:12] == b"WAVE"
+
+
+def read(path: Path) -> MeasuredFile:
+    """Time and channels; whole numbers stay counts of the converter, whose scale the file does not say."""
+    from scipy.io import wavfile
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", wavfile.WavFileWarning)
+            warnings.filterwarnings("ignore", "Chunk .non-data. not understood", wavfile.WavFileWarning)
+            rate, samples = wavfile.read(path)
+    except Exception as error:  # The library fails on damaged files in many ways.
+        reason = "it has no samples" if isinstance(error, UnboundLocalError) else " ".join(str(error).split())[:200]
+        raise CampaignError(f"{path.name}: is a damaged or cut WAV file ({reason}); copy it again") from None
+    if rate <= 0 or not samples.size:
+        raise CampaignError(f"{path.name}: has {len(samples)} samples at {rate} Hz; record it again")
+    table = samples.reshape(len(samples), -1)
+    facts = {"sampling rate": f"{rate} Hz", "stored as": str(samples.dtype)}
+    time = Column(name="time", values=np.arange(len(table)) / rate, unit="s", function="time", facts=facts)
+    if table.dtype.kind == "f" and not np.isfinite(table).all():
+        raise CampaignError(f"{path.name}: has samples that are no finite numbers; record or copy it again")
+    channels = (
+        Column(
+            name=f"channel {number + 1}", values=table[:, number].astype(np.float64), abscissa="time", function="time",
+            facts=facts, where=f"channel {number + 1}",
+        )
+        for number in range(table.shape[1])
+    )  # fmt: skip
+    return MeasuredFile(path=path, format="wav", columns=(time, *channels), facts=facts)
+
+
+MEASURED_FILES.register(
+    MeasuredFileFormat(
+        name="wav", holds="a WAV file (.wav)", suffixes=(".wav", ".wave"), recognise=recognise, read=read
+    )
+)

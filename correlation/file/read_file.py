@@ -1,0 +1,82 @@
+"""Any test file: its format is recognised by its content first, then by its suffix; other text is taken for a table."""
+
+from pathlib import Path
+
+from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
+from correlation.file.format import HEAD, MEASURED_FILES, MeasuredFileFormat
+
+#: Format of text with an unknown suffix.
+TEXT = "csv"
+
+
+def read_file(path: Path) -> MeasuredFile:
+    """Read a test file of any registered format.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    Its columns in the units of the file, its nodes and its measured shapes.
+
+    Raises
+    ------
+    CampaignError
+        No such file, no known format, or a damaged file: one sentence with file, place, value and remedy.
+    """
+    format_ = file_format(path)
+    try:
+        measured = format_.read(path)
+    except CampaignError as error:
+        if str(error).isprintable():
+            raise
+        shown = "".join(letter if letter.isprintable() else "·" for letter in str(error))
+        raise CampaignError(shown) from None
+    except MemoryError:
+        raise CampaignError(f"{path.name}: needs more memory than there is; split the file, or add memory") from None
+    except Exception as error:  # Libraries that parse damaged files fail in many ways.
+        place = MEASURED_FILES.entry(format_.name)
+        reason = " ".join(str(error).split())[:200] or "no message"
+        raise CampaignError(
+            f'{path.name}: is damaged, or its reader "{format_.name}" ({Path(place.file).name}) fails with '
+            f"{type(error).__name__} ({reason}); export the file again"
+        ) from error
+    if not (measured.columns or measured.shapes or measured.nodes):
+        reasons = "; ".join(f"{name}: {text}" for name, text in measured.facts.items() if text.startswith("not read"))
+        raise CampaignError(f"{path.name}: has no numbers ({reasons[:200] or 'no channels'}); give another file")
+    return measured
+
+
+def file_format(path: Path) -> MeasuredFileFormat:
+    """The format of an existing file.
+
+    Raises
+    ------
+    CampaignError
+        No such file, an empty one, or one of no known format.
+    """
+    if path.is_dir():
+        raise CampaignError(f"{path.name}: is a folder; give one file")
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(HEAD)
+    except FileNotFoundError:
+        raise CampaignError(f'{path.name}: there is no such file in "{path.parent}"; correct its name') from None
+    except OSError as error:
+        raise CampaignError(f"{path.name}: cannot be read ({error.strerror}); check its permissions") from None
+    if not head:
+        raise CampaignError(f"{path.name}: is empty; export it again")
+    recognised = [format_ for format_ in MEASURED_FILES if format_.recognise(head)]
+    by_suffix = [format_ for format_ in MEASURED_FILES if path.name.lower().endswith(format_.suffixes)]
+    both = [format_ for format_ in recognised if format_ in by_suffix]
+    for candidates in (both, recognised, by_suffix):
+        if candidates:
+            return candidates[0]
+    if not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head) and TEXT in MEASURED_FILES:
+        return MEASURED_FILES[TEXT]
+    known = ", ".join(format_.holds for format_ in MEASURED_FILES)
+    hint = "; it is a spreadsheet or an archive: save its sheets as CSV" if head.startswith(b"PK\x03\x04") else ""
+    raise CampaignError(f"{path.name}: is of no known format{hint or f': give {known}'}")

@@ -1,0 +1,1 @@
+"""Tables of text: separators, decimal signs, headers and rows."""

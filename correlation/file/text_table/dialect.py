@@ -1,0 +1,197 @@
+"""How a table of text is written, judged from its first lines: separator, decimal sign, columns, header."""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.errors import CampaignError
+from correlation.file.number import DECIMAL_COMMA, MISSING, read_number
+from correlation.file.text_table.open_text import clean
+from correlation.file.unit_label import unit_text
+
+#: Lines from which the dialect is judged.
+SAMPLE = 200
+COMMENT = ("#", "%", "//", "!")
+#: Separators, the first of equally good ones; "" are blanks.
+SEPARATORS = (";", "\t", ",", "|", "")
+WORDS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", "": "blanks"}
+
+Line = tuple[int, str]
+Row = tuple[int, list[str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dialect:
+    """How the rows are written.
+
+    Parameters
+    ----------
+    separator
+        Between fields; empty for blanks.
+    decimal_comma
+        Whether decimals are commas.
+    paired
+        Whether commas separate fields and decimals: every number is two fields.
+    closed
+        Whether every row ends with a separator.
+    numeric
+        Whether each column has numbers, not words.
+    """
+
+    separator: str
+    decimal_comma: bool
+    paired: bool
+    closed: bool
+    numeric: tuple[bool, ...]
+
+    def fields(self, text: str) -> list[str]:
+        """Fields of a line.
+
+        Raises
+        ------
+        ValueError
+            A quotation mark is not closed.
+        """
+        fields = split_fields(text, self.separator)
+        if self.closed and fields and not fields[-1].strip():
+            fields.pop()
+        if self.paired and len(fields) == 2 * len(self.numeric):
+            return [f"{whole}.{part}" for whole, part in zip(fields[::2], fields[1::2], strict=True)]
+        return fields
+
+
+def split_fields(text: str, separator: str) -> list[str]:
+    """Fields of a line; raises ValueError if a quotation mark is not closed."""
+    if '"' not in text:
+        return text.split(separator) if separator else text.split()
+    try:
+        rows = list(csv.reader([text], delimiter=separator or " ", strict=True, skipinitialspace=True))
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
+    return rows[0] if rows else []
+
+
+def judge(file: str, sample: Sequence[Line]) -> tuple[Dialect, list[Row]]:
+    """Dialect of a table, and the rows of its header.
+
+    Parameters
+    ----------
+    file
+        Name of the file, for messages.
+    sample
+        First lines with their numbers, without comments and blank lines.
+
+    Raises
+    ------
+    CampaignError
+        No rows of numbers, or a header that does not fit them.
+    """
+    separator, comma = _separator(sample)
+    rows = _split(file, sample, separator)
+    later = rows[len(rows) // 2 :]
+    width = Counter(len(fields) for _, fields in later).most_common(1)[0][0]
+    closed = width > 1 and all(not fields[-1].strip() for _, fields in rows if len(fields) == width)
+    width -= closed
+    # A header line may lack the closing separator, a preamble has another width.
+    cut = [(number, fields[:width] if closed else fields) for number, fields in rows]
+    of_width = [fields for _, fields in cut[len(rows) // 2 :] if len(fields) == width]
+    numeric = tuple(
+        2 * sum(read_number(fields[column], decimal_comma=comma) is not None for fields in of_width) > len(of_width)
+        for column in range(width)
+    )
+    if not any(numeric):
+        raise CampaignError(f"{file}: has no column of numbers; give a table with numbers below a line of names")
+
+    def is_data(fields: Sequence[str]) -> bool:
+        return len(fields) == width and all(
+            read_number(field, decimal_comma=comma) is not None
+            for field, number in zip(fields, numeric, strict=True)
+            if number
+        )
+
+    first = next((index for index, (_, fields) in enumerate(cut) if is_data(fields)), len(cut))
+    if first == len(cut):
+        raise CampaignError(f"{file}: has no rows of numbers below its header")
+    paired = _is_paired(cut, first, width, separator, numeric)
+    header = _header(file, cut[:first], width // 2 if paired else width, separator)
+    numeric = numeric[::2] if paired else numeric
+    return Dialect(separator=separator, decimal_comma=comma, paired=paired, closed=closed, numeric=numeric), header
+
+
+def _split(file: str, sample: Sequence[Line], separator: str) -> list[Row]:
+    rows = []
+    for number, text in sample:
+        try:
+            rows.append((number, split_fields(text, separator)))
+        except ValueError:
+            raise CampaignError(
+                f'{file}, line {number}: a quotation mark (") is not closed; close or remove it'
+            ) from None
+    return rows
+
+
+def _separator(sample: Sequence[Line]) -> tuple[str, bool]:
+    """Separator, and whether decimals are commas: those that make most fields numbers, of rows of one length."""
+    best: tuple[float, str, bool] = (-1.0, "", False)
+    texts = [text for _, text in sample][len(sample) // 3 :]
+    for separator in SEPARATORS:
+        rows = []
+        for text in texts:
+            try:
+                rows.append(split_fields(text, separator))
+            except ValueError:
+                continue
+        width, count = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
+        if width < (1 if separator == "" else 2):
+            continue
+        fields = [field.strip() for row in rows if len(row) == width for field in row]
+        commas = sum(DECIMAL_COMMA.fullmatch(field) is not None for field in fields)
+        points = sum("." in field and read_number(field) is not None for field in fields)
+        comma = commas > points
+        if comma and not separator and "," in sample[0][1]:
+            continue  # names between commas, or two numbers of a table without names
+        numbers = sum(bool(field) and read_number(field, decimal_comma=comma) is not None for field in fields)
+        share = count / len(texts) * (numbers / max(len(fields), 1)) * (1.0 if width > 1 else 0.999)
+        if share > best[0] + 1e-12:
+            best = (share, separator, comma)
+    return best[1], best[2]
+
+
+def _is_paired(rows: Sequence[Row], first: int, width: int, separator: str, numeric: Sequence[bool]) -> bool:
+    """Whether a header of n names stands over rows of 2 n whole numbers: decimals are commas, as the separators."""
+    if separator != "," or first == 0 or width % 2 or not all(numeric):
+        return False
+    if len(rows[first - 1][1]) != width // 2:
+        return False
+    return all(
+        len(fields) == width
+        and all(re.fullmatch(r"\s*[+-]?\d+", whole) for whole in fields[::2])
+        and all(re.fullmatch(r"\d+(?:[eE][+-]?\d+)?\s*", part) for part in fields[1::2])
+        for _, fields in rows[first:]
+    )
+
+
+def _header(file: str, above: Sequence[Row], width: int, separator: str) -> list[Row]:
+    """Rows of names and units directly above the numbers; lines of another width before them are a preamble."""
+    header: list[Row] = []
+    for number, fields in reversed(above):
+        if len(fields) != width or len(header) == 3:
+            break
+        header.insert(0, (number, [clean(field.strip()) for field in fields]))
+    if above and not header and width > 1 and len(above[-1][1]) > 1 and separator:
+        number, fields = above[-1]
+        raise CampaignError(
+            f"{file}, line {number}: has {len(fields)} fields between {WORDS[separator]}, the rows below have {width}; "
+            + ("are its decimals commas?" if 2 * len(fields) >= width > len(fields) else "give one name per column")
+        )
+    for number, fields in header[1:]:  # A damaged row of numbers is no row of units.
+        wrong = next((field for field in fields if not _may_be_label(field)), None)
+        if wrong is not None:
+            raise CampaignError(f'{file}, line {number}: "{wrong}" is no number; correct it')
+    return header
+
+
+def _may_be_label(field: str) -> bool:
+    return field.lower() in MISSING or field[:1].isalpha() or field[:1] in "[(°%µ" or bool(unit_text(field))

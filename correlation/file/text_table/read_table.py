@@ -1,0 +1,205 @@
+"""Rows of a table of text, in blocks: columns of numbers, and columns of words as indices."""
+
+import itertools
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.file.column import Column, MeasuredFile, unique_names
+from correlation.file.number import read_number
+from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
+from correlation.file.text_table.open_text import clean, open_text
+from correlation.file.unit_label import split_label, unit_text
+
+#: Rows that are converted together: the text of no more is in memory.
+BLOCK = 20_000
+#: Longer lines are no table.
+LONGEST = 1_000_000
+KEY_VALUE = re.compile(r"^\W*([\w][\w .()/-]{0,40}?)\s*[:=;,\t]\s*(.{1,200}?)[\s;,]*$")
+
+
+def read_table(path: Path, *, format_name: str) -> MeasuredFile:
+    """Columns of a table of text.
+
+    Parameters
+    ----------
+    path
+        Path of the file, plain or gzip.
+    format_name
+        Name of the format.
+
+    Raises
+    ------
+    CampaignError
+        A row with another number of fields, a field that is no number, or no table: with file and line.
+    """
+    with open_text(path) as stream:
+        comments: list[str] = []
+        lines = _lines(path.name, stream, comments)
+        sample = list(itertools.islice(lines, SAMPLE))
+        if not sample:
+            raise CampaignError(f"{path.name}: has no rows; give a table with numbers below a line of names")
+        remarks = list(comments)
+        dialect, header = judge(path.name, sample)
+        first = header[-1][0] if header else 0
+        preamble = [text for number, text in sample if number < (header[0][0] if header else 0)]
+        if not header:
+            header = _commented_header(remarks, dialect)
+            preamble = _preamble_without_header(sample, dialect)
+            first = sample[len(preamble) - 1][0] if preamble else 0
+        body = itertools.chain((line for line in sample if line[0] > first), lines)
+        blocks = _Blocks(path.name, dialect)
+        while rows := list(itertools.islice(body, BLOCK)):
+            blocks.add(rows)
+    names, units = _names_and_units(header, len(dialect.numeric))
+    columns = tuple(
+        Column(name=name, values=values, unit=unit, words=words, where=f"column {number + 1}")
+        for number, (name, unit, (values, words)) in enumerate(zip(names, units, blocks.columns(), strict=True))
+    )
+    facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)])}
+    if dialect.decimal_comma or dialect.paired:
+        facts["decimal sign"] = "comma"
+    return MeasuredFile(path=path, format=format_name, title=facts.get("title", ""), columns=columns, facts=facts)
+
+
+def _lines(file: str, stream: IO[str], comments: list[str]) -> Iterator[Line]:
+    """Lines with their numbers; comments are put aside, blank ones left out."""
+    number = 0
+    while text := stream.readline(LONGEST):
+        number += 1
+        if len(text) >= LONGEST:
+            raise CampaignError(f"{file}, line {number}: is longer than {LONGEST} characters; give a table of text")
+        stripped = text.strip()
+        if not stripped:
+            continue
+        if stripped.startswith(COMMENT):
+            comments.append(clean(stripped))
+            continue
+        if "\0" in text:
+            raise CampaignError(f"{file}, line {number}: is no text; save the file as CSV in UTF-8")
+        yield number, text.rstrip("\r\n")
+
+
+class _Blocks:
+    """Columns that grow block by block."""
+
+    def __init__(self, file: str, dialect: Dialect) -> None:
+        self.file, self.dialect = file, dialect
+        self._parts: list[list[NDArray[Any]]] = [[] for _ in dialect.numeric]
+        self._words: list[dict[str, int]] = [{} for _ in dialect.numeric]
+
+    def add(self, lines: Sequence[Line]) -> None:
+        """Convert the next lines."""
+        width = len(self.dialect.numeric)
+        rows = []
+        for number, text in lines:
+            try:
+                fields = self.dialect.fields(text)
+            except ValueError:
+                raise CampaignError(
+                    f'{self.file}, line {number}: a quotation mark (") is not closed; close or remove it'
+                ) from None
+            if len(fields) != width:
+                raise self._wrong_width(number, fields, width)
+            rows.append(fields)
+        for column, texts in enumerate(zip(*rows, strict=True)):
+            if self.dialect.numeric[column]:
+                self._parts[column].append(self._numbers(column, texts, lines))
+            else:
+                known = self._words[column]
+                codes = [known.setdefault(clean(text.strip()), len(known)) for text in texts]
+                self._parts[column].append(np.array(codes, dtype=np.float64))
+
+    def columns(self) -> Iterator[tuple[NDArray[Any], tuple[str, ...]]]:
+        """Values of every column, and its words."""
+        for parts, words in zip(self._parts, self._words, strict=True):
+            values = np.concatenate(parts)
+            parts.clear()
+            yield values, tuple(words)
+
+    def _numbers(self, column: int, texts: Sequence[str], lines: Sequence[Line]) -> NDArray[Any]:
+        plain: Sequence[str] = texts
+        if self.dialect.decimal_comma:
+            plain = [text.replace(",", ".") for text in texts]
+        try:
+            values = np.array(list(map(float, plain)), dtype=np.float64)
+        except ValueError:
+            values = None
+        # Python also takes 1_000, which no program writes.
+        if values is not None and not any("_" in text for text in plain):
+            return values
+        numbers = [read_number(text, decimal_comma=self.dialect.decimal_comma) for text in texts]
+        for (line, _), text, number in zip(lines, texts, numbers, strict=True):
+            if number is None:
+                raise CampaignError(
+                    f'{self.file}, line {line}, column {column + 1}: "{clean(text.strip())[:40]}" is no number; '
+                    + ("write a decimal point in all rows" if "," in text else "correct it, or leave the field empty")
+                )
+        return np.array(numbers)
+
+    def _wrong_width(self, line: int, fields: Sequence[str], width: int) -> CampaignError:
+        if self.dialect.separator == "," and len(fields) > width:
+            remedy = "are its decimals commas? separate the fields by semicolons, or write decimal points"
+        else:
+            remedy = "is the row cut short?" if len(fields) < width else "remove what is too much"
+        return CampaignError(f"{self.file}, line {line}: has {len(fields)} fields, other rows have {width}: {remedy}")
+
+
+def _preamble_without_header(sample: Sequence[Line], dialect: Dialect) -> list[str]:
+    """Lines before the first row of numbers, where no names stand above them."""
+    preamble = []
+    for _, text in sample:
+        fields = dialect.fields(text)
+        if len(fields) == len(dialect.numeric):
+            break
+        preamble.append(text)
+    return preamble
+
+
+def _commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
+    """Names in the last comment above the numbers, if there are as many as columns."""
+    for comment in reversed(comments):
+        text = re.sub(r"^[#%/!\s]+", "", comment)
+        for separator in dict.fromkeys((dialect.separator or ",", ",", "\t", ";", "")):
+            try:
+                fields = [field.strip() for field in split_fields(text, separator)]
+            except ValueError:
+                continue
+            if len(fields) == len(dialect.numeric) and all(field[:1].isalpha() for field in fields):
+                return [(0, fields)]
+    return []
+
+
+def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str]]:
+    """Names of columns, made unique, and their units: in brackets, or in a row of units."""
+    rows = [fields for _, fields in header]
+    of_units = [row for row in rows[1:] if _is_unit_row(row)]
+    of_names = [row for row in rows if not any(row is other for other in of_units)]
+    names, units = [], []
+    for column in range(width):
+        name = " ".join(dict.fromkeys(row[column] for row in of_names if row[column])) or f"column {column + 1}"
+        names.append(name)
+        below = next((unit_text(row[column], name=name) for row in of_units), "")
+        units.append(below or split_label(name)[1])
+    return unique_names(names), units
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """Whether at least half of the written fields are units."""
+    written = [field for field in row if field]
+    return bool(written) and 2 * sum(bool(unit_text(field)) for field in written) >= len(written)
+
+
+def _facts(texts: Sequence[str]) -> dict[str, str]:
+    """What comments and preamble say as "key: value"."""
+    facts: dict[str, str] = {}
+    for text in texts:
+        match = KEY_VALUE.match(text)
+        if match and len(facts) < 50:
+            facts.setdefault(match[1].strip().lower(), match[2].strip())
+    return facts

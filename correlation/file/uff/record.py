@@ -1,0 +1,68 @@
+"""Records of fixed width, as FORTRAN writes them, and as programs write them that only separate fields by blanks."""
+
+import re
+from collections.abc import Sequence
+
+from correlation.file.uff.dataset import Dataset
+
+
+def read_fields(dataset: Dataset, row: int, widths: Sequence[int], kinds: str) -> list[int | float | str]:
+    """Fields of one line.
+
+    Parameters
+    ----------
+    dataset, row
+        Dataset, and index of the line in it.
+    widths
+        Widths of the fields [characters].
+    kinds
+        One letter per field: "i" whole number, "e" number, "t" text.
+
+    Raises
+    ------
+    CampaignError
+        A field that is no number; absent ones are 0 or empty.
+    """
+    text = dataset.text(row)
+    fixed = _parse(_slices(text, widths), kinds)
+    if fixed is not None:
+        return fixed
+    apart = text.split()
+    parsed = _parse([*apart, *[""] * (len(kinds) - len(apart))], kinds) if len(apart) <= len(kinds) else None
+    if parsed is None or "t" in kinds[: len(apart)]:
+        raise dataset.error(row, f'"{text.strip()[:60]}" is no record of {_described(kinds)}; export the file again')
+    return parsed
+
+
+def read_integers(dataset: Dataset, row: int, widths: Sequence[int]) -> list[int]:
+    """Whole numbers of one line; raises `CampaignError` as `read_fields` does."""
+    return [int(value) for value in read_fields(dataset, row, widths, "i" * len(widths))]
+
+
+def _slices(text: str, widths: Sequence[int]) -> list[str]:
+    fields, start = [], 0
+    for width in widths:
+        fields.append(text[start : start + width].strip())
+        start += width
+    return fields
+
+
+def _parse(fields: Sequence[str], kinds: str) -> list[int | float | str] | None:
+    values: list[int | float | str] = []
+    for field, kind in zip(fields, kinds, strict=True):
+        if kind == "t":
+            values.append(field)
+        elif not field:
+            values.append(0)
+        elif kind == "i" and re.fullmatch(r"[+-]?\d{1,18}", field):
+            values.append(int(field))
+        elif kind == "e" and re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD]?[+-]?\d+)?", field):
+            text = re.sub(r"(?<=[\d.])[dD]|(?<=[\d.])(?=[+-])", "E", field)
+            values.append(float(text))
+        else:
+            return None
+    return values
+
+
+def _described(kinds: str) -> str:
+    return f"{len(kinds)} numbers" if "t" not in kinds else f"{len(kinds)} fields"

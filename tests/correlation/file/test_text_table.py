@@ -1,0 +1,167 @@
+"""Tables of text: separators, decimal signs, headers, units, words, and what is wrong in them."""
+
+import gzip
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
+from correlation.file.read_file import read_file
+
+X = np.array([0.5, -1.25, 3e-7, 40.0, 0.0])
+Y = np.array([1.0, 2.0, -3.5, 1e4, 6.25])
+
+
+def read(tmp_path: Path, text: str | bytes, name: str = "table.csv") -> MeasuredFile:
+    path = tmp_path / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return read_file(path)
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal", "end"),
+    [
+        case
+        for case in itertools.product([",", ";", "\t", " ", "|", ", "], ".,", ["\n", "\r\n"])
+        if case[0][0] != case[1]
+    ],
+)
+def test_any_separator_and_decimal_sign_comes_back(tmp_path: Path, separator: str, decimal: str, end: str) -> None:
+    rows = [separator.join(repr(float(one)) for one in pair).replace(".", decimal) for pair in zip(X, Y, strict=True)]
+    if separator[0] == "," and decimal == ".":
+        rows = [separator.join(repr(float(one)) for one in pair) for pair in zip(X, Y, strict=True)]
+    measured = read(tmp_path, end.join([separator.join(["time", "acc"]), *rows]) + end)
+    assert [column.name for column in measured.columns] == ["time", "acc"]
+    np.testing.assert_array_equal(measured.columns[0].values, X)
+    np.testing.assert_array_equal(measured.columns[1].values, Y)
+
+
+def test_decimal_commas_between_commas_are_read_in_quotation_marks_or_pairs(tmp_path: Path) -> None:
+    quoted = read(tmp_path, 'a,b\n"1,5","2,25"\n"-3,0","4"\n')
+    np.testing.assert_array_equal([column.values for column in quoted.columns], [[1.5, -3.0], [2.25, 4.0]])
+    pairs = read(tmp_path, "a,b\n1,5,2,25\n-3,0,4,125\n")
+    np.testing.assert_array_equal([column.values for column in pairs.columns], [[1.5, -3.0], [2.25, 4.125]])
+    assert pairs.facts["decimal sign"] == "comma"
+    with pytest.raises(
+        CampaignError, match=r"line 1: has 2 fields .* the rows below have 4; are its decimals commas\?"
+    ):
+        read(tmp_path, "a,b\n1,5,2,25\n-3,0,4\n1,5,2,5\n1,5,2,5\n")
+
+
+@pytest.mark.parametrize(
+    ("header", "names", "units"),
+    [
+        ("time [s],acc [m/s^2]", ["time [s]", "acc [m/s^2]"], ["s", "m/s^2"]),
+        ("Time (s),Acc (g)", ["Time (s)", "Acc (g)"], ["s", "g_n"]),
+        ("t (sec),v (mm/s)", ["t (sec)", "v (mm/s)"], ["s", "mm/s"]),
+        ("f,H ((m/s2)/N)", ["f", "H ((m/s2)/N)"], ["", "m/s^2/N"]),
+        ("t,mass (g)", ["t", "mass (g)"], ["", "g"]),
+        ("t,phase (°)", ["t", "phase (°)"], ["", "deg"]),
+        ("omega [rad/s],phase [deg]", ["omega [rad/s]", "phase [deg]"], ["rad/s", "deg"]),
+        ("t,acc (tip)", ["t", "acc (tip)"], ["", ""]),
+        ("time,force\ns,N", ["time", "force"], ["s", "N"]),
+        ("time,force\n[ms],[kN]", ["time", "force"], ["ms", "kN"]),
+        ("Channel 1,Channel 2\ntime,acc\ns,m/s²", ["Channel 1 time", "Channel 2 acc"], ["s", "m/s^2"]),
+        ("acc,acc", ["acc", "acc (2)"], ["", ""]),
+        ("time,", ["time", "column 2"], ["", ""]),
+        ("# time, force", ["time", "force"], ["", ""]),
+    ],
+)
+def test_names_and_units_come_from_the_header(tmp_path: Path, header: str, names: list[str], units: list[str]) -> None:
+    measured = read(tmp_path, header + "\n0.5,1\n0.75,2\n1.0,3\n")
+    assert [column.name for column in measured.columns] == names
+    units_read = [column.unit for column in measured.columns]
+    assert [unit.replace("(m/s^2)/N", "m/s^2/N") for unit in units_read] == units
+    np.testing.assert_array_equal(measured.columns[1].values, [1.0, 2.0, 3.0])
+
+
+def test_a_column_is_found_without_its_unit_and_a_misspelt_one_is_corrected(tmp_path: Path) -> None:
+    measured = read(tmp_path, "time [s],acc [g],acc [m/s^2]\n0,1,2\n1,2,3\n")
+    assert measured.column("time").name == "time [s]"
+    with pytest.raises(CampaignError, match=r'may be "acc \[g\]", "acc \[m/s\^2\]"'):
+        measured.column("acc")
+    with pytest.raises(CampaignError, match=r'has no column "tme \[s\]"; did you mean "time \[s\]"'):
+        measured.column("tme [s]")
+
+
+def test_preamble_and_comments_become_facts(tmp_path: Path) -> None:
+    text = "Title;beam 3\nOperator: X. Y.\n\n% rate: 1000 Hz\nt;x\n0;1\n1;2\n# end\n2;3\n"
+    measured = read(tmp_path, text)
+    assert measured.title == "beam 3"
+    assert measured.facts["operator"] == "X. Y."
+    assert measured.facts["rate"] == "1000 Hz"
+    np.testing.assert_array_equal(measured.column("x").values, [1, 2, 3])
+
+
+def test_rows_without_a_header_get_numbers_as_names(tmp_path: Path) -> None:
+    measured = read(tmp_path, "1 2\n3 4\n", "table.dat")
+    assert [column.name for column in measured.columns] == ["column 1", "column 2"]
+    np.testing.assert_array_equal(measured.columns[0].values, [1, 3])
+
+
+def test_words_are_indices(tmp_path: Path) -> None:
+    measured = read(tmp_path, "sweep,x\nup,1\nup,2\ndown,3\n")
+    assert measured.column("sweep").words == ("up", "down")
+    np.testing.assert_array_equal(measured.column("sweep").values, [0, 0, 1])
+
+
+def test_empty_fields_are_not_measured_and_a_closing_separator_is_no_column(tmp_path: Path) -> None:
+    measured = read(tmp_path, '"V1","V2",\n1,2,\n3,,\nNaN,4,\n')
+    np.testing.assert_array_equal(measured.column("V1").values, [1, 3, np.nan])
+    np.testing.assert_array_equal(measured.column("V2").values, [2, np.nan, 4])
+    assert len(measured.columns) == 2
+
+
+def test_complex_numbers_and_exponents_of_fortran_are_read(tmp_path: Path) -> None:
+    measured = read(tmp_path, "a,b\n1D-3,1+2i\n2d+2,-1.5e1-2j\n")
+    np.testing.assert_array_equal(measured.column("a").values, [1e-3, 200.0])
+    np.testing.assert_array_equal(measured.column("b").values, [1 + 2j, -15 - 2j])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_encodings_and_gzip_do_not_matter(tmp_path: Path, encoding: str) -> None:
+    text = "t [µs],a [m/s²]\n1,2\n3,4\n".encode(encoding)
+    for name, data in (("a.csv", text), ("a.csv.gz", gzip.compress(text))):
+        measured = read(tmp_path, data, name)
+        assert [column.unit for column in measured.columns] == ["µs", "m/s^2"]
+        np.testing.assert_array_equal(measured.columns[1].values, [2, 4])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a,b\n1,2\n3\n4,5\n6,7\n", r"line 3: has 1 fields, other rows have 2: is the row cut short\?"),
+        ("a,b\n1,2\n3,x4\n5,6\n7,8\n", 'line 3, column 2: "x4" is no number'),
+        ("a,b\n1,2\n3,1_000\n5,6\n7,8\n9,9\n", 'line 3, column 2: "1_000" is no number'),
+        ("a;b\n1,5;2\n2,5;3\n1.5;3\n2,5;1\n2,5;2\n1.234,5;1\n", 'line 7, column 1: "1.234,5" is no number'),
+        ("a,b\n0.0x5,1\n2,3\n4,5\n6,7\n", r'line 2: "0\.0x5" is no number'),
+        ("a,b,c\n1,2\n3,4\n", "line 1: has 3 fields between commas, the rows below have 2"),
+        ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quotation mark"),
+        ("a,b\nx,y\n", "no column of numbers"),
+        ("\n\n", "no rows"),
+        ("a,b\n1,\0\n2,3\n", "line 2: is no text"),
+    ],
+)
+def test_damage_is_one_sentence_with_line_and_value(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(CampaignError, match=message) as error:
+        read(tmp_path, text)
+    assert str(error.value).startswith("table.csv")
+    assert "\n" not in str(error.value)
+
+
+def test_a_cut_gzip_file_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match="compressed content is damaged"):
+        read(tmp_path, gzip.compress(b"a,b\n1,2\n")[:-6], "a.csv.gz")
+
+
+def test_numbers_beyond_the_first_block_come_in_order(tmp_path: Path) -> None:
+    count = 45_000  # more than two blocks of 20,000 rows
+    rows = [f"{number};{'up' if number < 30_000 else 'down'};{number / 8:.3f}" for number in range(count)]
+    measured = read(tmp_path, "\n".join(["n;sweep;x", *rows]).replace(".", ","))
+    np.testing.assert_array_equal(measured.column("n").values, np.arange(count))
+    np.testing.assert_array_equal(measured.column("x").values, np.arange(count) / 8)
+    assert measured.column("sweep").words == ("up", "down")
+    np.testing.assert_array_equal(measured.column("sweep").values, np.arange(count) >= 30_000)
