@@ -1,7 +1,7 @@
-"""How long does `stickslip compare` take? Processor time and memory of the whole command, by stage, on three campaigns.
+"""How long does `stickslip compare` take? Processor time and memory of the whole command on three campaigns.
 
-Each campaign has 4 levels x 40 frequencies x 2 sweeps x 5 repeats x 4 sensors, drawn from the model itself with friction
-histories, jitter of preload and frequency, and 0.5 % noise.
+Each campaign has 4 levels x 40 frequencies x 2 sweeps x 5 repeats x 4 sensors, drawn from the model itself with
+friction histories, jitter of preload and frequency, and 0.5 % noise.
 
 beam      the shipped beam: 48 degrees of freedom, 6 contacts, Rayleigh damping, a finer model
 forty     a random chain of 39 degrees of freedom with 6 contacts, whose damping no modes uncouple
@@ -44,13 +44,25 @@ ROOT = Path(__file__).resolve().parents[1]
 LEVELS, N_FREQUENCY, N_REPEAT = (1.0, 3.0, 5.0, 10.0), 40, 5
 BAND = (0.96, 1.04)
 NOISE, PRELOAD_JITTER, FREQUENCY_JITTER = 5e-3, 5e-3, 5e-5
-#: mu N over the force that one contact has to bear at the highest level: some slip, some stick.
-SLIP = 3.0
+#: Masses, contacts, preload of each [N], at which some of them slip at the highest level, and seed.
+CHAINS = {"forty": (13, 6, 1.0, 1), "many": (28, 28, 0.1, 2)}
 COMMAND = "import sys; from study.cli import main; sys.argv = ['stickslip', *sys.argv[1:]]; sys.exit(main())"
 
 
-def chain(n_mass: int, contacts: int, seed: int, *, dashpot: bool) -> Model:
-    """Masses in a chain, three motions each, with contacts to the ground in two or four lines."""
+def chain(n_mass: int, contacts: int, preload: float, seed: int, *, dashpot: bool) -> Model:
+    """Masses in a chain, three motions each, with contacts to the ground in two or four lines.
+
+    Parameters
+    ----------
+    n_mass, contacts
+        Numbers of them.
+    preload
+        Of each contact [N].
+    seed
+        Of masses, springs and directions.
+    dashpot
+        Whether a dashpot at the first mass couples the modes.
+    """
     random = np.random.default_rng([20261124, seed])
     stiffness, spring = random_springs(random, n_mass)
     mass = np.diag(np.repeat(log_uniform(random, 0.2, 5.0, n_mass), 3))
@@ -70,7 +82,7 @@ def chain(n_mass: int, contacts: int, seed: int, *, dashpot: bool) -> Model:
             members.append(
                 FrictionContact(
                     name=f"line{line}.{number + 1}", normal=place[0], tangents=place[1:], normal_stiffness=0.1 * spring,
-                    tangential_stiffness=0.08 * spring, friction_coefficient=0.4, preload=SLIP,
+                    tangential_stiffness=0.08 * spring, friction_coefficient=0.4, preload=preload,
                     friction=Friction.COULOMB,
                 )
             )  # fmt: skip
@@ -112,11 +124,11 @@ def write_chain(model: Model, folder: Path) -> Path:
             f'tangential_stiffness = "{one.tangential_stiffness!r} N/m"\nfriction = "coulomb"\n'
             f'friction_coefficient = {one.friction_coefficient}\npreload = "{one.preload} N"\nbalanced_preload = true\n'
         )
-    for sensor in model.sensors:
-        if isinstance(sensor, LineSensor):
-            text.append(
-                f'[[sensor]]\nname = "{sensor.name}"\nline = "{sensor.line}"\ncomponent = "{sensor.component}"\n'
-            )
+    text += [
+        f'[[sensor]]\nname = "{sensor.name}"\nline = "{sensor.line}"\ncomponent = "{sensor.component}"\n'
+        for sensor in model.sensors
+        if isinstance(sensor, LineSensor)
+    ]
     write_npz(folder / "chain.npz", arrays)
     (folder / "chain.toml").write_text("\n".join(text), encoding="utf-8")
     return folder / "chain.toml"
@@ -152,7 +164,9 @@ def write_measurements(model: Model, names: Sequence[str], folder: Path, seed: i
         before = Predictor(points=points, slider=start, sweeps=(1, -1)).predict(moved, before)
         for way, value in zip((1, -1), before.by_sweep, strict=True):
             noise = random.standard_normal((len(rows), 2)) @ [1.0, 1j] / np.sqrt(2)
-            size = np.maximum(np.abs(value), 1e-3 * np.abs(value).max(where=points.sensor == points.sensor[0], initial=0))
+            size = np.maximum(
+                np.abs(value), 1e-3 * np.abs(value).max(where=points.sensor == points.sensor[0], initial=0)
+            )
             noisy = value + NOISE * size * np.where(points.harmonic == 0, noise.real, noise)
             tables.append((repeat, way, np.where(points.harmonic == 0, noisy.real, noisy)))
     count, n = len(tables), len(rows)
@@ -188,7 +202,7 @@ def build(name: str, folder: Path) -> tuple[Path, Path]:
     if name == "beam":
         model, case, names = beam_model(N_ELEMENT), write_beam_case(folder), ("tip", "mid", "left_T", "left_N")
     else:
-        model = chain(13, 6, 1, dashpot=True) if name == "forty" else chain(28, 28, 2, dashpot=False)
+        model = chain(*CHAINS[name], dashpot=name == "forty")
         case, names = write_chain(model, folder), ("drive", "end", "line0_T", "line1_N")
     write_measurements(model, names, folder / "campaign", 1)
     return case, folder / "campaign"
@@ -240,7 +254,7 @@ def main() -> None:
             case = case or build(name, folder)[0]
             checkouts = {"this": ROOT} if given.base is None else {"base": given.base, "this": ROOT}
             for words, checkout in checkouts.items():
-                print(f"{name}, {words}")
+                print(f"{name}, {words}", flush=True)
                 spent = run(checkout, case, campaign, folder / words, given.profile)
                 print(f"    {spent['seconds']:.1f} s of processor time, {spent['memory']:.0f} MB")
             if given.base is not None:

@@ -18,8 +18,9 @@ from fe.file.calculix_deck import NodeSpring
 from fe.mesh import Mesh
 from fe.mesher.body import join_meshes
 from geometry.rig import Rig, mating_pairs
+from pipeline.cache_folder import default_folder
 from pipeline.progress import LineProgress
-from pipeline.store import Store, default_folder
+from pipeline.store import Store
 from reduction.line_contact import station_stiffness
 from study.case.tables import Case
 from study.kind.registry import open_case

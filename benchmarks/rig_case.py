@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from pipeline.cache_folder import default_folder
 from pipeline.progress import LineProgress
-from pipeline.store import Store, default_folder
+from pipeline.store import Store
 from study.case.setup import ReadCase, read_case
 from study.case.tables import Case
 from study.kind.registry import OpenCase

@@ -26,8 +26,9 @@ from fe.mesher.blade import mesh_blade
 from fe.mesher.body import join_meshes
 from fe.mesher.rig import choose_rig_mesh, mesh_rig
 from fe.modal import modes
+from pipeline.cache_folder import default_folder
 from pipeline.progress import SilentProgress
-from pipeline.store import Store, default_folder
+from pipeline.store import Store
 from reduction.assembly_error import assembly_error
 from reduction.joined import joined
 from study.case.tables import Case

@@ -8,13 +8,15 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.linear_structure import LinearStructure
 from correlation.model import DERIVATIVE, Model, Sensor
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed, Recovery
+from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
-from hbsolve.sampling import complex_from_real
+from hbsolve.follow import Track, Way, empty_track, follow
+from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import ModelParameter, derivatives
-from hbsolve.solution import forces_at, newton_from, solve_at
+from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import rescue
 
@@ -52,10 +54,8 @@ class Configuration:
         As it is in this configuration.
     balance
         Harmonic balance of its system.
-    condensed
-        The linear structure at the frequencies seen so far, by frequency [Hz].
-    recovery
-        Recovery of the full response by frequency [Hz], where it saves time.
+    linear
+        The linear structure at the frequencies seen so far.
     levels
         The balance at the levels seen so far, by level [N].
     slider
@@ -65,20 +65,40 @@ class Configuration:
     free: bool
     model: Model
     balance: HarmonicBalance
-    condensed: dict[float, Condensed]
-    recovery: dict[float, Recovery]
+    linear: LinearStructure
     levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
 
     @classmethod
     def from_model(
-        cls, model: Model, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
+        cls,
+        model: Model,
+        free: bool,
+        slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None,
+        near: "Configuration | None" = None,
     ) -> "Configuration":
-        """Configuration of a model, without contacts if it is `free`; `slider` gives initial slider positions [m]."""
+        """Configuration of a model, without contacts if it is `free`.
+
+        Parameters
+        ----------
+        model
+            What is tested.
+        free
+            Whether its contacts are left out.
+        slider
+            Gives initial positions of the sliders [m]; zero by default.
+        near
+            The same configuration of another model, whose linear structure serves this one too if it is the same.
+        """
         seen = model.free() if free else model
-        balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+        balance = None if near is None else near.linear.balance_of(seen.system, model.n_harmonic, model.n_sample)
+        if balance is None:
+            balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+            near = None
+        shift = model.shift.get("free" if free else "jointed", 0.0)
+        linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, condensed={}, recovery={}, levels={}, slider=start)
+        return cls(free=free, model=seen, balance=balance, linear=linear, levels={}, slider=start)
 
     def starting(self, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None) -> "Configuration":
         """The same with other initial sliders; both share the results of the linear structure."""
@@ -86,19 +106,7 @@ class Configuration:
 
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""
-        if frequency not in self.condensed:
-            self.condensed[frequency] = self.balance.at(2 * np.pi * self.true(frequency))
-        return self.condensed[frequency]
-
-    def _recovery(self, frequency: float) -> Recovery | None:
-        """Recovery of all states at a frequency, where that takes fewer dense solves than state by state."""
-        if self.balance.is_dense and frequency not in self.recovery:
-            self.recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
-        return self.recovery.get(frequency)
-
-    def true(self, frequency: float) -> float:
-        """True frequency of the exciter at a labelled one [Hz]."""
-        return frequency * (1 + self.model.shift.get(self.configuration, 0.0))
+        return self.linear.at(frequency)
 
     @property
     def configuration(self) -> str:
@@ -110,13 +118,14 @@ class Configuration:
         level: float,
         frequency: float,
         slider: NDArray[np.float64],
-        guesses: Sequence[SteadyState | None],
+        guesses: Sequence[SteadyState | NDArray[np.float64] | None],
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
-        balance, condensed, recovery = self._at_level(level), self.at(frequency), self._recovery(frequency)
+        balance, condensed, recovery = self._at_level(level), self.at(frequency), self.linear.recovery(frequency)
         sliders = slider_start(balance, slider)
-        shape = (balance.n_harmonic, balance.n_direction)
-        starts = [each.motion for each in guesses if each is not None and each.displacement.shape == shape]
+        shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
+        motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
+        starts = [motion for motion in motions if motion.shape == shape]
         try:
             return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
         except NoSteadyState:
@@ -127,12 +136,109 @@ class Configuration:
                     return found
         return rescue(balance, condensed, None, sliders)
 
+    def follow(
+        self,
+        level: float,
+        frequencies: Sequence[float],
+        guesses: Sequence[SteadyState | None],
+        *,
+        carried: bool,
+        near: bool,
+    ) -> Track:
+        """The steady states at one level, one after another.
+
+        Parameters
+        ----------
+        level
+            [N].
+        frequencies
+            Of the states, in their order; a frequency may come twice [Hz].
+        guesses
+            States that may be near.
+        carried
+            Whether each begins with the sliders that the one before left.
+        near
+            Whether each starts from its guess, and not from the one before.
+        """
+        balance, linear = self._at_level(level), self.linear.stacked(tuple(sorted(set(frequencies))))
+        place = {frequency: number for number, frequency in enumerate(sorted(set(frequencies)))}
+        d, nh, n = balance.n_direction, 2 * balance.n_harmonic - 1, len(frequencies)
+        guess, twin, seen = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
+        for number, (frequency, state) in enumerate(zip(frequencies, guesses, strict=True)):
+            twin[number] = seen.setdefault(frequency, number) if carried and frequency in seen else -1
+            seen.setdefault(frequency, number)
+            if state is not None and state.displacement.shape == (balance.n_harmonic, d):
+                guess[number] = state.motion
+        at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
+        stuck = real_from_complex(linear.static + level * linear.dynamic)
+        way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
+        track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
+        first, count = balance.joint_of_direction
+        while number < n:
+            number = int(follow(
+                number, carried, near, way, balance.table, first, count, slider, balance.sampling, TOLERANCE,
+                MAX_ITERATION, track,
+            ))  # fmt: skip
+            if number < n:
+                slider = self._rescued(level, frequencies[number], guesses[number], number, track, slider, carried)
+                number += 1
+        return track
+
+    def _rescued(
+        self,
+        level: float,
+        frequency: float,
+        guess: SteadyState | None,
+        number: int,
+        track: Track,
+        slider: NDArray[np.float64],
+        carried: bool,
+    ) -> NDArray[np.float64]:
+        """Write a state into a track that Newton's method alone did not find, and return the sliders that go on."""
+        before = track.motion[number - 1] if number and np.isfinite(track.norm[number - 1]) else None
+        state = self.solve(level, frequency, track.start[number], [before, guess])
+        if state is None:
+            return np.array(track.start[number]) if carried else slider
+        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.start, want=0)
+        track.motion[number], track.force[number] = state.motion, forces.coefficients
+        track.end[number], track.norm[number] = state.slider_at_start, state.residual_norm
+        track.iterations[number] = state.iterations
+        return np.array(state.slider_at_start) if carried else slider
+
+    def state(self, level: float, frequency: float, track: Track, number: int) -> SteadyState:
+        """A state of a track with its full response."""
+        balance, condensed = self._at_level(level), self.at(frequency)
+        return SteadyState(
+            angular_frequency=condensed.angular_frequency,
+            level=level,
+            displacement=complex_from_real(track.motion[number]),
+            coefficients=balance.response(condensed, track.force[number], self.linear.recovery(frequency)),
+            slider=track.start[number].copy(),
+            multiplier=False,
+            slider_at_start=track.end[number].copy(),
+            residual_norm=float(track.norm[number]),
+            iterations=int(track.iterations[number]),
+        )
+
+    def read_track(
+        self, level: float, frequencies: Sequence[float], track: Track
+    ) -> Complex[NDArray[np.complex128], "n h s"]:
+        """Readings of all sensors in the states of a track, shape (n, H + 1, s); NaN where there is no state."""
+        motion, force, order = self._rows
+        static, dynamic, contact, omega = self.linear.read(tuple(frequencies), motion)
+        g = complex_from_real(track.force)
+        read = static + level * dynamic - (contact @ g[..., None])[..., 0]
+        read[:, 0] = read[:, 0].real
+        times = 1j * np.arange(read.shape[1])[None, :, None] * omega[:, None, None]
+        pushed = g + self.balance.table.reference * complex_from_real(track.motion)
+        return np.asarray(read * times**order + pushed @ force.T)
+
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients, self._forces(state), state)
-        return np.asarray(table[harmonics, self._numbers(names)])
+        return np.asarray(table[harmonics, self.numbers(names)])
 
     def slopes(
         self,
@@ -145,7 +251,7 @@ class Configuration:
         """Their derivatives."""
         changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
         found = derivatives(self.balance, state, changes, condensed)
-        numbers, read = self._numbers(names), self.read(state, names, harmonics)
+        numbers, read = self.numbers(names), self.read(state, names, harmonics)
         values = self._readings(found.coefficients, found.force, state)[:, harmonics, numbers].T
         shift = np.array([tangent.shift.get(self.configuration, 0.0) for tangent in tangents])
         rates = np.array(
@@ -154,7 +260,7 @@ class Configuration:
         gain, order = np.array([sensor.gain or 1.0 for sensor in self.model.sensors]), self._rows[2]
         return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
 
-    def _numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
+    def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""
         order = {sensor.name: number for number, sensor in enumerate(self.model.sensors)}
         return np.array([order[str(name)] for name in names], dtype=np.int64)

@@ -8,9 +8,10 @@ Friction remembers: a contact that sticks keeps the force that it was left with.
 point, as they were measured, up and then down; each point begins with the sliders where the last one left them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -21,6 +22,7 @@ from correlation.model import Model
 from correlation.row_table import RowTable
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
+from hbsolve.follow import Track
 from hbsolve.state import SteadyState
 
 
@@ -93,15 +95,15 @@ class Predictor:
     sweeps
         Directions in frequency that are followed one after another, +1 up, -1 down; their mean is predicted. None lets
         every point begin with the initial sliders.
-    linear
-        The jointed structure of the one model that is predicted, from `Configuration.from_model`, for several
-        predictors that differ in their sliders alone; found anew for each model by default.
+    shared
+        Configurations of a model by whether they are free, whose linear structures serve other models too, as far as
+        they are the same.
     """
 
     points: Points
     slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None = None
     sweeps: tuple[int, ...] = ()
-    linear: Configuration | None = None
+    shared: Mapping[bool, Configuration] = field(default_factory=dict)
 
     @on_one_blas_thread
     def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
@@ -114,37 +116,75 @@ class Predictor:
         before
             A prediction for a model nearby.
         """
-        value = np.full(len(self.points), np.nan, dtype=np.complex128)
-        by_sweep = np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
-        both: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
+        states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
+        by_sweep = self._empty()
+        for one in self._tracks(model, before, near=False):
+            for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
+                if np.isfinite(one.track.norm[number]):
+                    key = (one.free, one.level, frequency)
+                    states[sweep][key] = one.solver.state(one.level, frequency, one.track, number)
+            self._read(one, by_sweep)
+        return Prediction(
+            points=self.points, value=_mean(by_sweep), states=states[0], others=states[1], by_sweep=by_sweep
+        )
+
+    @on_one_blas_thread
+    def vary(self, model: Model, before: Prediction) -> Complex[NDArray[np.complex128], " k"]:
+        """Coefficients for a small change of a model, without the states, shape (k,).
+
+        Each state starts from that of `before`, moved by what its neighbour has moved, so that a state beside a fold
+        stays on its branch.
+
+        Parameters
+        ----------
+        model, before
+            Model with the change, and a prediction without it.
+        """
+        by_sweep = self._empty()
+        for one in self._tracks(model, before, near=True):
+            self._read(one, by_sweep)
+        return _mean(by_sweep)
+
+    def _empty(self) -> Complex[NDArray[np.complex128], "S k"]:
+        return np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
+
+    def _tracks(self, model: Model, before: Prediction | None, *, near: bool) -> Iterator["_Track"]:
+        """All states, of one configuration and level after another."""
         known = ({}, {}) if before is None else (before.states, before.others)
         for free, levels in self._configurations:
             solver = self._solver(model, free)
-            ways = (1,) if free or not self.sweeps else self.sweeps
+            swept = bool(self.sweeps) and not free
             for level, groups in levels.items():
-                sliders = solver.slider
-                for number, way in enumerate(ways):
-                    neighbour: SteadyState | None = None
-                    for frequency, rows in groups[::way]:
-                        key = (free, level, frequency)
-                        first = both[0].get(key)
-                        if number and first is not None and np.array_equal(first.slider, sliders):
-                            state: SteadyState | None = first
-                        else:
-                            start = known[number].get(key) or known[0].get(key)
-                            # A sweep comes from the state beside it. Where there are two states, the one that another
-                            # model was in would make a fit depend on its path.
-                            guesses = (neighbour, start) if self.sweeps and not free else (start, neighbour)
-                            state = solver.solve(level, frequency, sliders, guesses)
-                        if state is None:
-                            continue
-                        neighbour = both[number][key] = state
-                        sliders = state.slider_at_start if self.sweeps else sliders
-                        read = solver.read(state, self.points.sensor[rows], self.points.harmonic[rows])
-                        value[rows] = read if number == 0 else (value[rows] + read) / 2
-                        # A test that does not sweep reads the same in all of them.
-                        by_sweep[number if len(ways) > 1 else slice(None), rows] = read
-        return Prediction(points=self.points, value=value, states=both[0], others=both[1], by_sweep=by_sweep)
+                order = [
+                    (number, place)
+                    for number, way in enumerate(self.sweeps if swept else (1,))
+                    for place in range(len(groups))[::way]
+                ]
+                frequencies = [groups[place][0] for _, place in order]
+                guesses = [
+                    known[number].get((free, level, frequency)) or known[0].get((free, level, frequency))
+                    for (number, _), frequency in zip(order, frequencies, strict=True)
+                ]
+                # A sweep comes from the state beside it. Where there are two states, the one that another model was in
+                # would make a fit depend on its path.
+                track = solver.follow(level, frequencies, guesses, carried=bool(self.sweeps), near=near or not swept)
+                yield _Track(
+                    solver, free, level, frequencies, [number for number, _ in order],
+                    [groups[place][1] for _, place in order], track,
+                )  # fmt: skip
+
+    def _read(self, one: "_Track", by_sweep: Complex[NDArray[np.complex128], "S k"]) -> None:
+        """Write the readings of the points at the states of a track."""
+        table = one.solver.read_track(one.level, one.frequencies, one.track)
+        count = np.array([len(rows) for rows in one.rows])
+        rows, state = np.concatenate(one.rows), np.repeat(np.arange(len(count)), count)
+        sensor = one.solver.numbers(self.points.sensor[rows])
+        read = table[state, self.points.harmonic[rows], sensor]
+        if max(one.sweep) == 0:
+            # A test that does not sweep reads the same in all of them.
+            by_sweep[:, rows] = read
+        else:
+            by_sweep[np.array(one.sweep)[state], rows] = read
 
     @on_one_blas_thread
     def derivatives(
@@ -182,9 +222,12 @@ class Predictor:
         return slopes
 
     def _solver(self, model: Model, free: bool) -> Configuration:
-        if self.linear is None or free:
-            return Configuration.from_model(model, free, self.slider)
-        return self.linear.starting(self.slider)
+        return Configuration.from_model(model, free, self.slider, self.shared.get(free))
+
+    def share(self, model: Model) -> "Predictor":
+        """The same, which keeps the linear structures of a model for models that differ in joints and static loads."""
+        shared = {free: Configuration.from_model(model, free, None) for free, _ in self._configurations}
+        return replace(self, shared=shared)
 
     @cached_property
     def _configurations(self) -> list[tuple[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]]]:
@@ -202,6 +245,28 @@ class Predictor:
             (free, {level: [(f, np.array(rows)) for f, rows in groups] for level, groups in levels.items()})
             for free, levels in found.items()
         ]
+
+
+class _Track(NamedTuple):
+    """States of one configuration and level, in their order."""
+
+    solver: Configuration
+    free: bool
+    level: float
+    frequencies: list[float]
+    sweep: list[int]
+    """Number of the sweep of each state."""
+    rows: list[NDArray[np.int64]]
+    """Rows of the points that each state is read at."""
+    track: Track
+
+
+def _mean(by_sweep: Complex[NDArray[np.complex128], "S k"]) -> Complex[NDArray[np.complex128], " k"]:
+    """Mean of the sweeps that have a state; not a number where the first has none."""
+    value = by_sweep[0].copy()
+    for other in by_sweep[1:]:
+        value = np.where(np.isfinite(other), (value + other) / 2, value)
+    return np.asarray(value)
 
 
 def _alike(state: SteadyState, other: SteadyState) -> bool:

@@ -1,8 +1,10 @@
 """Tables as frozen dataclasses: columns of one length, or tables of that length, as fields."""
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
+import numpy as np
 from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
@@ -22,3 +24,15 @@ class RowTable:
             for name, column in columns.items()
         }
         return replace(self, **taken)  # type: ignore[type-var]
+
+
+Table = TypeVar("Table", bound=RowTable)
+
+
+def join_tables(tables: Sequence[Table]) -> Table:
+    """The rows of several tables with the same columns, one table after the other."""
+    columns: dict[str, Any] = {}
+    for column in fields(tables[0]):  # type: ignore[arg-type]  # those that inherit are dataclasses
+        parts = [getattr(table, column.name) for table in tables]
+        columns[column.name] = join_tables(parts) if isinstance(parts[0], RowTable) else np.concatenate(parts)
+    return replace(tables[0], **columns)  # type: ignore[type-var]

@@ -10,7 +10,8 @@ import numpy as np
 
 from figure.response_curves import DrawnCurve, ResponseCurves, response_curves_figure
 from figure.style import png
-from pipeline.store import Store, default_folder
+from pipeline.cache_folder import default_folder
+from pipeline.store import Store
 from study.case.setup import read_case
 from study.kind.registry import open_case
 from study.kind.rig.contact import make_line_pairs

@@ -107,11 +107,9 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
 
 def _cells(axes: Axes, panel: MapPanel, colours: "Colormap", norm: "BoundaryNorm") -> None:
     """Draw one panel, with lines between its cells: a level and a frequency can be followed by eye."""
-    axes.imshow(panel.size, cmap=colours, norm=norm, aspect="auto", origin="lower", interpolation="nearest")
     n_level, n_frequency = panel.size.shape
-    axes.set_xticks(np.arange(n_frequency + 1) - 0.5, minor=True)
-    axes.set_yticks(np.arange(n_level + 1) - 0.5, minor=True)
-    axes.grid(which="minor", color="white", linewidth=0.8)
+    x, y = np.arange(n_frequency + 1) - 0.5, np.arange(n_level + 1) - 0.5
+    axes.pcolormesh(x, y, panel.size, cmap=colours, norm=norm, edgecolors="white", linewidth=0.8)
     axes.tick_params(which="both", length=0, labelsize=8, colors=INK)
     axes.spines[:].set_visible(False)
     words = f"harmonic {panel.harmonic}" if panel.harmonic else "static"

@@ -91,6 +91,14 @@ def evenly(count: int, most: int) -> list[int]:
 
 def png(figure: Figure) -> bytes:
     """The figure as a file."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    # `savefig` would draw the figure once more to lay it out.
+    figure.set_dpi(DPI)
+    canvas = FigureCanvasAgg(figure)
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
     stream = BytesIO()
-    figure.savefig(stream, format="png", dpi=DPI)
+    canvas.print_png(stream)
     return stream.getvalue()

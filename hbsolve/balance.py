@@ -159,10 +159,28 @@ class HarmonicBalance:
         object.__setattr__(other, "table", table)
         return other
 
+    def on_same_structure(self, system: JointedSystem) -> "HarmonicBalance | None":
+        """The balance of a system that differs in its static load and in the parameters of its joints alone.
+
+        None if the linear structure with all contacts stuck, the directions or the harmonic force are others.
+        """
+        own, table = self.system, joint_table(system.joints)
+        pairs = [(getattr(own, name), getattr(system, name)) for name in ("mass", "damping", "stiffness", "dynamic")]
+        pairs += [(self.table.reference, table.reference), (self.table.kind, table.kind)]
+        directions = [joint.directions for joint in system.joints]
+        pairs.append(
+            (self.structure.directions, np.vstack(directions) if directions else self.structure.directions[:0])
+        )
+        if not all(one is other or np.array_equal(one, other) for one, other in pairs):
+            return None
+        static = np.zeros_like(self.structure.static)
+        static[0] = system.static
+        return self._shared(system=system, table=table, structure=self.structure.with_static(static))
+
     def _shared(self, **changes: Any) -> "HarmonicBalance":
         # Copied, not built again: the modal decomposition is the work.
         other = copy(self)
-        for cached in ("sampling", "joint_of_direction"):
+        for cached in ("sampling", "joint_of_direction", "_loads"):
             other.__dict__.pop(cached, None)
         for name, value in changes.items():
             object.__setattr__(other, name, value)

@@ -18,6 +18,7 @@ References
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 12.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -119,6 +120,21 @@ class CondensedStructure:
         contact, load = self._rest
         return np.asarray(self.directions @ contact), np.asarray(self.directions @ load)
 
+    def with_static(self, static: Coefficients) -> "CondensedStructure":
+        """The same structure under another static load, shape (H + 1, r) [N]."""
+        other = copy(self)
+        other.__dict__.pop("_at_rest", None)
+        other.__dict__["_rest"] = self._rest[0], self.stuck.static_response(static[:1])[0]
+        object.__setattr__(other, "static", static)
+        return other
+
+    @property
+    def static_motion(self) -> Coefficients:
+        """Displacement of the stuck structure under the static load, in harmonic 0, shape (H + 1, r) [m]."""
+        moved = np.zeros_like(self.static)
+        moved[0] = self._rest[1]
+        return moved
+
     def at(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s]."""
         omega = harmonics(angular_frequency, len(self.dynamic))
@@ -143,9 +159,8 @@ class CondensedStructure:
         along[:, 1:] = self.directions[:, None, :]
         dynamic, *moved = self.displacements(condensed, np.concatenate([self.dynamic[None], along]))
         contact = np.moveaxis(np.array(moved, dtype=np.complex128).reshape(along.shape), 0, 2).copy()
-        static = np.zeros_like(self.static)
-        contact[0], static[0] = self._rest
-        return Recovery(static, dynamic, contact)
+        contact[0] = self._rest[0]
+        return Recovery(self.static_motion, dynamic, contact)
 
     def displacement(self, condensed: Condensed, force: Coefficients) -> Coefficients:
         """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
@@ -178,9 +193,12 @@ class CondensedStructure:
 def _with_stiffness(A: Array, dA: Array, x: Array, dx: Array, D: Vector) -> tuple[Array, Array, Array, Array]:
     """Receptance and response after a stiffness D is added in each direction, with their derivatives."""
     d = len(D)
-    both = np.linalg.solve(np.eye(d) + A * D, np.concatenate([A, x[..., None]], axis=2))
-    stuck, moved = both[:, :, :d], both[:, :, d]
-    right = dA - dA * D @ stuck
-    right_x = dx - np.einsum("kij,kj->ki", dA, D * moved)
-    slopes = np.linalg.solve(np.eye(d) + A * D, np.concatenate([right, right_x[..., None]], axis=2))
-    return np.asarray(stuck), np.asarray(slopes[:, :, :d]), np.asarray(moved), np.asarray(slopes[:, :, d])
+    right = np.concatenate([A, x[..., None], dA, dx[..., None]], axis=2)
+    moved = np.linalg.solve(np.eye(d) + A * D, right)
+    stuck, motion, slope, slope_of_motion = moved[:, :, :d], moved[:, :, d], moved[:, :, d + 1 : -1], moved[:, :, -1]
+    return (
+        np.ascontiguousarray(stuck),
+        np.ascontiguousarray(slope - (slope * D) @ stuck),
+        np.asarray(motion),
+        np.asarray(slope_of_motion - ((slope * D) @ motion[..., None])[..., 0]),
+    )

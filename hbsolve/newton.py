@@ -40,6 +40,9 @@ RELATIVE = 1e-8
 
 #: Sufficient decrease, the factor of a shortened step, and the shortest one (Nocedal and Wright, chapter 3).
 DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
+#: |R| over the tolerance below which the next step is expected to be the last, and its Jacobian not to be needed: the
+#: square root of the relative tolerance, as convergence is quadratic.
+NEARLY = 3e4
 #: A step that does not decrease |R| is taken whole up to this growth, else this share of it.
 GROWTH, ESCAPE = 1.5, 0.1
 
@@ -133,11 +136,11 @@ def bordered_step(
 
 
 @compiled
-def newton(
+def newton_with_forces(
     x: Any, linear: Any, omega: float, receptance: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
     tolerance: float, max_iteration: int,
 ) -> Any:  # fmt: skip
-    """Solve R(x) = 0 from x; returns x, |R|, and the number of iterations. `tolerance` is absolute."""
+    """What `newton` returns, and the joint forces at x."""
     forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
     R = x - linear + apply_receptance(receptance, forces.coefficients)
     norm = np.sqrt((R * R).sum())
@@ -147,7 +150,8 @@ def newton(
         dx = -newton_step(forces, receptance, first, count, R, RELATIVE)
         step, best, best_step = 1.0, np.inf, 1.0
         while True:
-            want = JACOBIAN if step == 1.0 else FORCE
+            want = JACOBIAN if step == 1.0 and norm > NEARLY * tolerance else FORCE
+            tried = step
             forces = joint_forces(x + step * dx, omega, table, start, sampling, want)
             R_new = x + step * dx - linear + apply_receptance(receptance, forces.coefficients)
             new = np.sqrt((R_new * R_new).sum())
@@ -160,11 +164,23 @@ def newton(
                 step = best_step if best < GROWTH * norm else ESCAPE
                 break
         x = x + step * dx
-        if want != JACOBIAN or step != 1.0:
+        if (want != JACOBIAN or step != 1.0) and not (tried == step and new <= tolerance):
             forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
             R_new = x - linear + apply_receptance(receptance, forces.coefficients)
             new = np.sqrt((R_new * R_new).sum())
         R, norm = R_new, new
         if not np.isfinite(norm):
             break
+    return x, norm, iteration, forces
+
+
+@compiled
+def newton(
+    x: Any, linear: Any, omega: float, receptance: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
+    tolerance: float, max_iteration: int,
+) -> Any:  # fmt: skip
+    """Solve R(x) = 0 from x; returns x, |R|, and the number of iterations. `tolerance` is absolute."""
+    x, norm, iteration, _ = newton_with_forces(
+        x, linear, omega, receptance, table, first, count, start, sampling, tolerance, max_iteration
+    )
     return x, norm, iteration

@@ -49,12 +49,13 @@ def sampling(n_harmonic: int, n_sample: int) -> Sampling:
     return Sampling(evaluate, differentiate, project, instants, projected_sum, product_sum)
 
 
-def real_from_complex(coefficients: Complex[Array, "harmonic d"]) -> Float[Real, "d nh"]:
-    """Coefficients q_k of each direction as rows [q_0, Q_1^c, Q_1^s, ...], shape (d, 2 H + 1)."""
-    n_harmonic, n_direction = coefficients.shape
-    x = np.empty((n_direction, 2 * n_harmonic - 1))
-    x[:, 0] = coefficients[0].real
-    x[:, 1::2], x[:, 2::2] = coefficients[1:].real.T, -coefficients[1:].imag.T
+def real_from_complex(coefficients: Complex[Array, "*batch harmonic d"]) -> Float[Real, "*batch d nh"]:
+    """Coefficients q_k of each direction as rows [q_0, Q_1^c, Q_1^s, ...], shape (..., d, 2 H + 1)."""
+    *batch, n_harmonic, n_direction = coefficients.shape
+    x = np.empty((*batch, n_direction, 2 * n_harmonic - 1))
+    higher = np.swapaxes(coefficients[..., 1:, :], -1, -2)
+    x[..., 0] = coefficients[..., 0, :].real
+    x[..., 1::2], x[..., 2::2] = higher.real, -higher.imag
     return x
 
 

@@ -5,13 +5,14 @@ A module that makes a registry, or imports from a package itself and not from a 
 package while it runs: it depends on all modules of that package.
 """
 
-import ast
 import importlib.util
 import sys
 import sysconfig
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+
+from pipeline.source_facts import source_facts
 
 #: The product's packages; they are followed wherever they are installed, unlike those of others.
 PRODUCT = (
@@ -57,32 +58,16 @@ def dependencies(module: str) -> dict[str, Path]:
 @cache
 def _imports(file: Path) -> frozenset[str]:
     """Import names that the code of a file may stand for; some of them may be no modules."""
-    tree = ast.parse(file.read_bytes())
-    names: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            names.add(node.module)
-            modules = {f"{node.module}.{alias.name}" for alias in node.names}
-            names |= modules
-            if any(_file(module) is None for module in modules):
-                names.update(_below(node.module))
-        elif isinstance(node, ast.Call):
-            names.update(name for package in _packages_of_members(node) for name in _below(package))
+    facts = source_facts(file)
+    names = set(facts.modules)
+    for module, imported in facts.names:
+        names.add(module)
+        members = {f"{module}.{name}" for name in imported}
+        names |= members
+        if any(_file(member) is None for member in members):
+            names.update(_below(module))
+    names.update(name for package in facts.packages for name in _below(package))
     return frozenset(names)
-
-
-def _packages_of_members(call: ast.Call) -> Iterator[str]:
-    """Package in which a registry that is made here looks for its members."""
-    if getattr(call.func, "id", "") == "Registry":
-        yield from (
-            keyword.value.value
-            for keyword in call.keywords
-            if keyword.arg == "package"
-            and isinstance(keyword.value, ast.Constant)
-            and isinstance(keyword.value.value, str)
-        )
 
 
 def _below(package: str) -> Iterator[str]:

@@ -1,6 +1,5 @@
 """Hash of all that a stage's result depends on: its inputs, its code and the numerical libraries below it."""
 
-import ast
 import dataclasses
 import hashlib
 import importlib.metadata
@@ -15,6 +14,7 @@ from typing import Any
 from geometry.registry import REGISTRIES
 from pipeline.code_dependencies import dependencies
 from pipeline.codec import is_array, is_numpy_scalar, is_sparse
+from pipeline.source_facts import source_facts
 
 #: Libraries whose results may change in the last digits from one version to the next.
 NUMERICAL_LIBRARIES = ("numpy", "scipy")
@@ -99,7 +99,7 @@ def code_version(module: str) -> str:
     for library in NUMERICAL_LIBRARIES:
         digest.update(f" {library} {importlib.metadata.version(library)}".encode())
     for name, file in sorted(dependencies(module).items()):
-        digest.update(f"\n{name}\n{_code(file)}".encode())
+        digest.update(f"\n{name}\n{source_facts(file).code}".encode())
     return digest.hexdigest()
 
 
@@ -113,21 +113,7 @@ def _outside_members(module: str) -> list[str]:
     """Hashes of files from which members came, such as a user's joint law, into registries that a module uses."""
     used = dependencies(module)
     files = {file for registry in REGISTRIES if registry.package in used for file in registry.outside_files()}
-    return [_code(file) for file in sorted(files)]
-
-
-@cache
-def _code(file: Path) -> str:
-    return hashlib.sha256(ast.dump(_without_docstrings(ast.parse(file.read_bytes()))).encode()).hexdigest()
-
-
-def _without_docstrings(tree: ast.Module) -> ast.Module:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and ast.get_docstring(
-            node, clean=False
-        ):
-            node.body = node.body[1:]
-    return tree
+    return [source_facts(file).code for file in sorted(files)]
 
 
 def _name(kind: type) -> str:

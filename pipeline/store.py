@@ -15,7 +15,6 @@ it is reported in a sentence, and computed again like any that was never there.
 
 import contextlib
 import inspect
-import os
 import shutil
 import tempfile
 import time
@@ -229,13 +228,3 @@ class Store:
     def _give_up(self, error: OSError) -> None:
         self._warn(f"the cache {self.folder} cannot be written ({error.strerror}): going on without it")
         self.folder = None
-
-
-def default_folder() -> Path:
-    """Cache folder of this user: ``STICKSLIP_CACHE`` if it is set, else where the system keeps caches."""
-    named = os.environ.get("STICKSLIP_CACHE")
-    if named:
-        return Path(named).expanduser()
-    from platformdirs import user_cache_path
-
-    return user_cache_path("stickslip", appauthor=False)

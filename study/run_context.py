@@ -168,7 +168,7 @@ class Options:
     @property
     def cache_folder(self) -> Path:
         """Folder of stored results."""
-        from pipeline.store import default_folder
+        from pipeline.cache_folder import default_folder
 
         return self.cache if self.cache is not None else default_folder()
 

@@ -14,7 +14,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from correlation.model import Model
@@ -35,28 +35,34 @@ class Shift(NamedTuple):
     change: Vector
 
 
+def find_departures(nominal: ModelFeatures, shift: Shift) -> Float[NDArray[np.float64], "m 2"]:
+    """What the features change beyond the first order at either end of a shift, d_+ and d_-, shape (m, 2)."""
+    ends = [nominal.changes(model) for model in shift.models]
+    return np.nan_to_num(np.column_stack([end - sign * shift.change for end, sign in zip(ends, (1, -1), strict=True)]))
+
+
 def make_kink_modes(
-    nominal: ModelFeatures, shifts: Sequence[Shift], deviation: Vector, n_repeat: float
+    state: Int[NDArray[np.int64], " m"],
+    departures: Sequence[Float[NDArray[np.float64], "m 2"]],
+    deviation: Vector,
+    n_repeat: float,
 ) -> Float[NDArray[np.float64], "m q"]:
     """Modes at one standard deviation, each of one state.
 
     Parameters
     ----------
-    nominal
-        Features without jitter.
-    shifts
-        Independent causes.
+    state
+        Steady state of each number, shape (m,).
+    departures
+        Of each independent cause, see `find_departures`.
     deviation
         Standard deviation of each number by noise, shape (m,).
     n_repeat
         Repeats in a mean [-].
     """
-    state, modes = nominal.features.state, []
-    for shift in shifts:
-        ends = [nominal.changes(model) for model in shift.models]
-        departures = [np.nan_to_num(end - sign * shift.change) for end, sign in zip(ends, (1, -1), strict=True)]
-        for departure in departures:
-            mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * departure
-            size = np.bincount(state, (mode / deviation) ** 2)
-            modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
+    modes = []
+    for departure in (column for cause in departures for column in cause.T):
+        mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * departure
+        size = np.bincount(state, (mode / deviation) ** 2)
+        modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
     return np.array(modes).reshape(-1, len(state)).T

@@ -1,7 +1,7 @@
 """Nuisance: differences between repeats, and between a model and its refined mesh, which are no missing effects."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats.qmc import LatinHypercube
 
-from correlation.configuration import Configuration, Tangent
+from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
@@ -57,7 +57,7 @@ class ModelFeatures(NamedTuple):
 
     def changes(self, model: Model) -> Float[NDArray[np.float64], " m"]:
         """Features of another model less those of this one, shape (m,); not a number where a state is missing."""
-        value = self.predictor.predict(model, self.prediction).value
+        value = self.predictor.vary(model, self.prediction)
         return np.asarray(self.features.of_values(value) - self.features.of_values(self.prediction.value))
 
     def slopes(self, tangents: Sequence[Tangent]) -> Modes:
@@ -95,7 +95,7 @@ def make_curvature_modes(nominal: ModelFeatures, deviation: Mapping[str, float])
         moved = model
         for configuration, size in deviation.items():
             moved = moved.shifted(configuration, sign * size)
-        shifted.append(features.of_values(predictor.predict(moved, prediction).value))
+        shifted.append(features.of_values(predictor.vary(moved, prediction)))
     bent = np.nan_to_num((shifted[0] + shifted[1]) / 2 - features.of_values(prediction.value))
     free = features.points.free[features.row]
     return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
@@ -161,19 +161,15 @@ def make_history_modes(
         amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
     press = [_press(model, group) for group in model.presses] if pressed is not None else []
     slopes = reference.slopes(press)
-    changes, linear = [], Configuration.from_model(model, False, None)
+    changes, followed = [], replace(predictor, points=kept)
     shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model
         for group, by in zip(model.presses, amount, strict=True):
             for name in group if by else ():
                 moved = moved.pressed(name, 1 + by)
-        draw = Predictor(
-            points=kept, slider=left_by(moved, share), sweeps=predictor.sweeps,
-            linear=linear if moved is model else None,
-        )  # fmt: skip
         value = np.array(prediction.value)
-        value[jointed] = draw.predict(moved, prediction).value
+        value[jointed] = replace(followed, slider=left_by(moved, share)).vary(moved, prediction)
         changes.append(features.of_values(value) - nominal - (slopes @ amount if press else 0.0))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)

@@ -1,17 +1,18 @@
 """Covariance by which measurements are compared with a model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
-from correlation.noise.kink import REACH, Shift, make_kink_modes
+from correlation.noise.kink import REACH, Shift, find_departures, make_kink_modes
 from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
@@ -23,6 +24,7 @@ from correlation.noise.nuisance import (
 )
 from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
+from correlation.row_table import RowTable, join_tables
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
@@ -74,31 +76,118 @@ def weighted(
     fitted
         Whether the model is calibrated, so that states far from their neighbours get less weight.
     """
-    nominal = ModelFeatures(measured.predictor, measured.features, model, prediction)
+    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
+
+
+def weigh_together(
+    sides: Sequence[Measured],
+    model: Model,
+    prediction: Prediction,
+    budget: Budget,
+    refined: Sequence[Model],
+    n_draw: int = DRAWS,
+    *,
+    fitted: bool = True,
+) -> list[tuple[Comparison, Scatter]]:
+    """`weighted` for several sets of measurements of one campaign, such as training and held-out data.
+
+    Each changed model is solved once for all of them. The draws of preloads, and how far repeats are shifted to find
+    kinks, are those of the first set.
+
+    Parameters
+    ----------
+    sides
+        Sets of measurements.
+    prediction
+        At the points of all sets, see `join_measured`.
+    model, budget, refined, n_draw, fitted
+        As for `weighted`.
+    """
+    together = join_measured(sides)
+    nominal = ModelFeatures(together.predictor.share(model), together.features, model, prediction)
+    rows = _split_rows(sides, together.features)
     repeats = make_jitter_modes(nominal)
     errors = make_budget_modes(nominal, budget, refined)
-    history = partial(make_history_modes, nominal)
-    seen = estimate_scatter(measured.observed, measured.features, repeats, history(min(n_draw, FEW), SEED), errors)
+
+    def scatters(history: Modes) -> list[Scatter]:
+        return [
+            estimate_scatter(side.observed, side.features, [block[at] for block in repeats], history[at], errors[at])
+            for side, at in zip(sides, rows, strict=True)
+        ]
+
+    seen = scatters(make_history_modes(nominal, min(n_draw, FEW), SEED))
     if n_draw > FEW:
-        pressed = seen.jitter[2] if len(seen.jitter) > 2 else None
-        seen = estimate_scatter(measured.observed, measured.features, repeats, history(n_draw, SEED, pressed), errors)
-    jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
+        pressed = seen[0].jitter[2] if len(seen[0].jitter) > 2 else None
+        seen = scatters(make_history_modes(nominal, n_draw, SEED, pressed))
+    jitter = dict(zip(("jointed", "free"), (float(np.sqrt(each[0, 0])) for each in seen[0].jitter), strict=False))
     bent = make_curvature_modes(nominal, jitter)
-    shifts = _shifts(model, repeats, seen)
-    n_repeat = float(np.median(measured.observed.count))
-    kinks = make_kink_modes(nominal, shifts, seen.whitening.deviation, n_repeat)
-    seen = seen._replace(whitening=seen.whitening.with_modes(np.column_stack([bent, kinks])))
-    comparison = Comparison(
-        observed=measured.observed,
-        features=measured.features,
-        measured=measured.features.of_repeats(measured.observed.repeat, measured.observed.taken),
-        whitening=seen.whitening,
-        predictor=measured.predictor,
-        noise=seen.noise,
+    departures = [find_departures(nominal, shift) for shift in _shifts(model, repeats, seen[0])]
+    return [
+        _finished(side, at, scatter, bent, departures, take_prediction(prediction, sides, number) if fitted else None)
+        for number, (side, at, scatter) in enumerate(zip(sides, rows, seen, strict=True))
+    ]
+
+
+def join_measured(sides: Sequence[Measured]) -> Measured:
+    """All measurements of several sets as one; rows of one point in two sets are two rows."""
+    if len(sides) == 1:
+        return sides[0]
+    starts = np.cumsum([0, *(len(side.features.points) for side in sides[:-1])])
+    columns: dict[str, Any] = {}
+    for column in fields(FeatureVector):
+        parts = [getattr(side.features, column.name) for side in sides]
+        if column.name == "reference":
+            parts = [np.where(part >= 0, part + start, part) for part, start in zip(parts, starts, strict=True)]
+        columns[column.name] = join_tables(parts) if isinstance(parts[0], RowTable) else np.concatenate(parts)
+    features = FeatureVector(**columns)
+    observed = join_tables([side.observed for side in sides])
+    return Measured(observed=observed, features=features, predictor=replace(sides[0].predictor, points=features.points))
+
+
+def take_prediction(prediction: Prediction, sides: Sequence[Measured], number: int) -> Prediction:
+    """The part of a prediction of joined measurements that is of one of their sets."""
+    first = sum(len(side.features.points) for side in sides[:number])
+    rows = slice(first, first + len(sides[number].features.points))
+    return replace(
+        prediction,
+        points=sides[number].features.points,
+        value=prediction.value[rows],
+        by_sweep=prediction.by_sweep[:, rows],
     )
-    if fitted:
-        comparison = _steadied(comparison, prediction)
-    return comparison, seen._replace(whitening=comparison.whitening)
+
+
+def _split_rows(sides: Sequence[Measured], together: FeatureVector) -> list[NDArray[np.int64]]:
+    """Numbers of the joined features that are of each set, in the order of its own."""
+    ends = np.cumsum([len(side.features.points) for side in sides])
+    owner = np.searchsorted(ends, together.row, side="right")
+    return [np.flatnonzero(owner == number) for number in range(len(sides))]
+
+
+def _finished(
+    side: Measured,
+    rows: NDArray[np.int64],
+    scatter: Scatter,
+    bent: Modes,
+    departures: Sequence[Modes],
+    fitted: Prediction | None,
+) -> tuple[Comparison, Scatter]:
+    """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
+    n_repeat = float(np.median(side.observed.count))
+    kinks = make_kink_modes(
+        side.features.state, [item[rows] for item in departures], scatter.whitening.deviation, n_repeat
+    )
+    scatter = scatter._replace(whitening=scatter.whitening.with_modes(np.column_stack([bent[rows], kinks])))
+    comparison = Comparison(
+        observed=side.observed,
+        features=side.features,
+        measured=side.features.of_repeats(side.observed.repeat, side.observed.taken),
+        whitening=scatter.whitening,
+        predictor=side.predictor,
+        noise=scatter.noise,
+    )
+    if fitted is not None:
+        comparison = _steadied(comparison, fitted)
+    return comparison, scatter._replace(whitening=comparison.whitening)
 
 
 def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:

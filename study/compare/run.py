@@ -22,7 +22,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import widen_by_finer_models
-from diagnosis.fit.weighting import Measured, weighted
+from diagnosis.fit.weighting import Measured, join_measured, take_prediction, weigh_together
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
@@ -190,30 +190,25 @@ class Side:
         )
 
 
-def beside(
-    observed: Observation,
-    sweeps: tuple[int, ...],
-    model: Model,
-    budget: Budget,
-    before: Prediction | None = None,
-) -> Side:
-    """Measurements beside a model as it is, weighted by noise, friction histories and numerical error.
+def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
+    """Sets of measurements beside a model as it is, weighted by noise, friction histories and numerical error.
 
     Parameters
     ----------
     observed, sweeps
-        Measurements, and the directions in which they were swept.
+        Sets of measurements, and the directions in which they were swept.
     model
         With their sensors.
     budget
         Numerical error of the model.
-    before
-        A prediction of the same model at other points.
     """
-    measured = Measured.prepare(observed, sweeps)
-    prediction = measured.predictor.predict(model, before)
-    comparison, _ = weighted(measured, model, prediction, budget, budget.refined, fitted=False)
-    return Side(comparison=comparison, prediction=prediction)
+    sets = [Measured.prepare(item, sweeps) for item in observed]
+    prediction = join_measured(sets).predictor.predict(model)
+    weights = weigh_together(sets, model, prediction, budget, budget.refined, fitted=False)
+    return [
+        Side(comparison=comparison, prediction=take_prediction(prediction, sets, number))
+        for number, (comparison, _) in enumerate(weights)
+    ]
 
 
 def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
@@ -235,10 +230,8 @@ def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side
     model, budget = setup.complete, setup.complete_budget
     sweeps = find_sweep_directions(campaign)
     if not (campaign.held_out.levels or campaign.held_out.repeats):
-        return [beside(take_training_part(campaign), sweeps, model, budget)], (), model
-    seen, unseen = split_held_out(campaign)
-    side = beside(seen, sweeps, model, budget)
-    return [side, beside(unseen, sweeps, model, budget, side.prediction)], (), model
+        return beside([take_training_part(campaign)], sweeps, model, budget), (), model
+    return beside(split_held_out(campaign), sweeps, model, budget), (), model
 
 
 def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:

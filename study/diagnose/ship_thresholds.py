@@ -9,9 +9,10 @@ from pathlib import Path
 
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.threshold.detection_threshold import Thresholds
+from pipeline.cache_folder import default_folder
 from pipeline.output import replace_file
 from pipeline.progress import LineProgress, Progress
-from pipeline.store import Store, default_folder
+from pipeline.store import Store
 from study.case.setup import read_case
 from study.diagnose.round import Steps, beside, bootstrap
 from study.diagnose.thresholds import SHIPPED, layout, layout_key

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from pipeline import fingerprint
 from pipeline import record as record_module
+from pipeline.cache_folder import default_folder
 from pipeline.record import is_intact
-from pipeline.store import Stage, Store, default_folder, stage
+from pipeline.store import Stage, Store, stage
 
 TESTS_TIMEOUT = 60  # s; a hang is an error, a slow machine is none
 

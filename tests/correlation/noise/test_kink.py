@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, make_kink_modes
+from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, find_departures, make_kink_modes
 from correlation.noise.nuisance import ModelFeatures
 from correlation.prediction import Points, Prediction
 
@@ -35,7 +35,11 @@ class Told:
 
     def predict(self, model: Any, before: Prediction | None = None) -> Prediction:
         del before
-        return Prediction(points=self.points, value=self.response(float(model)).astype(np.complex128), states={})
+        return Prediction(points=self.points, value=self.vary(model), states={})
+
+    def vary(self, model: Any, before: Prediction | None = None) -> np.ndarray:
+        del before
+        return self.response(float(model)).astype(np.complex128)
 
 
 def made(response: Response) -> ModelFeatures:
@@ -56,7 +60,9 @@ def shift(slope: np.ndarray) -> Shift:
 
 
 def modes_of(response: Response, *slopes: np.ndarray, deviation: np.ndarray = QUIET, n: float = N_REPEAT) -> np.ndarray:
-    return np.asarray(make_kink_modes(made(response), [shift(each) for each in slopes], deviation, n))
+    nominal = made(response)
+    departures = [find_departures(nominal, shift(each)) for each in slopes]
+    return np.asarray(make_kink_modes(nominal.features.state, departures, deviation, n))
 
 
 def test_a_linear_response_has_none() -> None:

@@ -1,0 +1,137 @@
+"""The linear structure of a configuration at its frequencies: what models, draws and levels have in common.
+
+Preloads, friction coefficients and sliders leave the receptances alone, so that models that differ in them share one
+structure; only the motion under the static load is their own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed, Recovery
+from reduction.jointed_system import JointedSystem
+
+Array = NDArray[np.complex128]
+#: Memory that the recovery of full responses may take [byte]; beyond, each state is recovered by itself.
+RECOVERY = 2**26
+
+
+class Stack(NamedTuple):
+    """The linear structure at F frequencies; d joint directions, harmonics 0 to H."""
+
+    angular_frequency: Float[NDArray[np.float64], " F"]
+    receptance: Complex[Array, "F harmonic d d"]
+    static: Complex[Array, "harmonic d"]
+    dynamic: Complex[Array, "F harmonic d"]
+
+
+class Reading(NamedTuple):
+    """What some sensors read in n states: under the static load, under 1 N, and under unit joint forces."""
+
+    static: Complex[Array, "harmonic s"]
+    dynamic: Complex[Array, "n harmonic s"]
+    contact: Complex[Array, "n harmonic s d"]
+    angular_frequency: Float[NDArray[np.float64], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearStructure:
+    """Structure between its joints at the frequencies seen so far.
+
+    Parameters
+    ----------
+    balance
+        Harmonic balance of the configuration.
+    shift
+        Relative shift of true frequencies above their labels [-].
+    base
+        The same structure under another static load, which has the receptances.
+    """
+
+    balance: HarmonicBalance
+    shift: float
+    base: "LinearStructure | None" = None
+    _condensed: dict[float, Condensed] = field(default_factory=dict)
+    _recovery: dict[float, Recovery] = field(default_factory=dict)
+    _stack: dict[tuple[float, ...], Stack] = field(default_factory=dict)
+    _read: dict[bytes, dict[float, tuple[Array, Array]]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, balance: HarmonicBalance, shift: float, near: "LinearStructure | None") -> "LinearStructure":
+        """Structure of a balance that `balance_of` gave, with the results of the structure that is near."""
+        if near is not None and near.shift == shift:
+            return near if balance is near.balance else cls(balance=balance, shift=shift, base=near.base or near)
+        return cls(balance=balance, shift=shift)
+
+    def balance_of(self, system: JointedSystem, n_harmonic: int, n_sample: int) -> HarmonicBalance | None:
+        """Balance of another system on the same linear structure; none if its structure is another."""
+        balance = self.balance
+        if n_harmonic != balance.n_harmonic or n_sample not in {0, balance.n_sample}:
+            return None
+        if system is balance.system:
+            return balance
+        return balance.on_same_structure(system)
+
+    def at(self, frequency: float) -> Condensed:
+        """The structure at a labelled frequency [Hz]."""
+        if self.base is not None:
+            return self.base.at(frequency)._replace(static=self._static)
+        if frequency not in self._condensed:
+            self._condensed[frequency] = self.balance.at(2 * np.pi * frequency * (1 + self.shift))
+        return self._condensed[frequency]
+
+    def stacked(self, frequencies: tuple[float, ...]) -> Stack:
+        """The structure at several frequencies."""
+        if self.base is not None:
+            return self.base.stacked(frequencies)._replace(static=self._static)
+        if frequencies not in self._stack:
+            rows = [self.at(frequency) for frequency in frequencies]
+            self._stack[frequencies] = Stack(
+                np.array([row.angular_frequency for row in rows]),
+                np.array([row.receptance for row in rows]),
+                rows[0].static,
+                np.array([row.dynamic for row in rows]),
+            )
+            # One copy of the receptances is enough: they are the largest part.
+            for frequency, row, stored in zip(frequencies, rows, self._stack[frequencies].receptance, strict=True):
+                self._condensed[frequency] = row._replace(receptance=stored)
+        return self._stack[frequencies]
+
+    def recovery(self, frequency: float) -> Recovery | None:
+        """Recovery of all states at a frequency; none where many of them would take too much memory."""
+        if self.base is not None:
+            own = self.base.recovery(frequency)
+            return None if own is None else own._replace(static=self.balance.structure.static_motion)
+        if frequency not in self._recovery:
+            harmonic, d = self.balance.n_harmonic, self.balance.n_direction
+            size = 16 * harmonic * d * self.balance.system.n_dof
+            if size * (len(self._recovery) + 1) > RECOVERY and not self.balance.is_dense:
+                return None
+            self._recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
+        return self._recovery[frequency]
+
+    def read(self, frequencies: Sequence[float], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
+        """What sensors read that follow these rows of the displacement."""
+        source = self.base or self
+        known = source._read.setdefault(rows.tobytes(), {})
+        for frequency in set(frequencies) - set(known):
+            recovery = source._recovery.get(frequency) or source.balance.structure.recovery(source.at(frequency))
+            known[frequency] = (recovery.dynamic @ rows.T, rows @ recovery.contact)
+        static = self.balance.structure.static_motion @ rows.T
+        if not frequencies:
+            empty = np.zeros((0, *static.shape), dtype=np.complex128)
+            return Reading(static, empty, empty[..., None], np.zeros(0))
+        omega = np.array([self.at(frequency).angular_frequency for frequency in frequencies])
+        dynamic, contact = zip(*(known[frequency] for frequency in frequencies), strict=True)
+        return Reading(static, np.array(dynamic), np.array(contact), omega)
+
+    @property
+    def _static(self) -> Complex[Array, "harmonic d"]:
+        """Motion of the joint directions under the static load, shape (H + 1, d) [m]."""
+        structure = self.balance.structure
+        return np.asarray(structure.static_motion @ structure.directions.T)

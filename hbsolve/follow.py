@@ -1,0 +1,137 @@
+"""Steady states one after another, each with the sliders that the one before left, compiled as a whole.
+
+A sweep of a test is such a sequence. What the states have in common is prepared once: the table of the joints, the
+receptances of all frequencies, and where each state starts from.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from fe.compiled import compiled
+from hbsolve.aft import Start, joint_forces
+from hbsolve.joint_law.registry import FORCE
+from hbsolve.newton import apply_receptance, newton_with_forces
+from reduction.array_type import Array, Real, Whole
+
+
+class Way(NamedTuple):
+    """Where n states of a sequence are; F frequencies, d joint directions, nh = 2 H + 1."""
+
+    place: Int[Whole, " n"]
+    """Number of the frequency of each state, shape (n,)."""
+    twin: Int[Whole, " n"]
+    """Earlier state of the same frequency, which is the same if its sliders are; -1 if there is none, shape (n,)."""
+    angular_frequency: Float[Real, " F"]
+    """Shape (F,) [rad/s]."""
+    linear: Float[Real, "F d nh"]
+    """Motion of the directions with all contacts stuck, shape (F, d, nh) [m]."""
+    receptance: Array
+    """A_k, shape (F, H + 1, d, d) [m/N]."""
+    guess: Float[Real, "n d nh"]
+    """Motion that each state is near; NaN where none is known, shape (n, d, nh) [m]."""
+
+
+class Track(NamedTuple):
+    """What `follow` finds."""
+
+    motion: Float[Real, "n d nh"]
+    """Shape (n, d, nh) [m]."""
+    force: Float[Real, "n d nh"]
+    """Joint force beyond D x, shape (n, d, nh) [N]."""
+    start: Float[Real, "n s"]
+    """Slider positions that each state begins with, shape (n, s) [m]."""
+    end: Float[Real, "n s"]
+    """Slider positions at the start of the steady period, shape (n, s) [m]."""
+    norm: Float[Real, " n"]
+    """|R| relative to the linear motion; NaN where there is no state, shape (n,) [-]."""
+    iterations: Int[Whole, " n"]
+    """Newton iterations, shape (n,) [-]."""
+
+
+def empty_track(n: int, n_direction: int, nh: int, n_slider: int) -> Track:
+    """A track without a state."""
+    return Track(
+        np.full((n, n_direction, nh), np.nan),
+        np.full((n, n_direction, nh), np.nan),
+        np.full((n, n_slider), np.nan),
+        np.full((n, n_slider), np.nan),
+        np.full(n, np.nan),
+        np.zeros(n, dtype=np.int64),
+    )
+
+
+@compiled
+def follow(
+    first_state: int, carried: bool, near: bool, way: Any, table: Any, first: Any, count: Any, slider: Any,
+    sampling: Any, tolerance: float, max_iteration: int, track: Any,
+) -> Any:  # fmt: skip
+    """Write the states from number `first_state` on into a track, up to one where Newton's method alone fails.
+
+    Parameters
+    ----------
+    first_state
+        Number of the first state; the one before it, if any, is in the track.
+    carried
+        Whether a state begins with the sliders that the one before left, and not with `slider`.
+    near
+        Whether a state starts from its guess, moved by what its neighbour differs from its own guess; else from its
+        neighbour.
+    way, table, first, count, sampling, tolerance, max_iteration
+        As for `hbsolve.newton`; the tolerance is relative to the linear motion.
+    slider
+        Slider positions that the first state begins with, shape (s,) [m].
+    track
+        Where the results go.
+
+    Returns
+    -------
+    Number of the state that failed; n if none did.
+    """
+    n = len(way.place)
+    by_multiplier = np.zeros(len(slider), np.int64)
+    value = slider.copy()
+    for i in range(first_state, n):
+        at = way.place[i]
+        before = i - 1
+        neighboured = before >= 0 and np.isfinite(track.norm[before])
+        if carried and neighboured:
+            value = track.end[before].copy()
+        track.start[i] = value
+        twin = way.twin[i]
+        if twin >= 0 and np.isfinite(track.norm[twin]) and np.all(track.start[twin] == value):
+            track.motion[i], track.force[i], track.end[i] = track.motion[twin], track.force[twin], track.end[twin]
+            track.norm[i], track.iterations[i] = track.norm[twin], 0
+            continue
+        linear = way.linear[at]
+        scale = np.sqrt((linear * linear).sum())
+        if scale == 0.0:
+            scale = 1.0
+        guessed = np.isfinite(way.guess[i]).all()
+        if near and guessed:
+            x = way.guess[i].copy()
+            if neighboured and np.isfinite(way.guess[before]).all():
+                x += track.motion[before] - way.guess[before]
+        elif neighboured:
+            x = track.motion[before].copy()
+        elif guessed:
+            x = way.guess[i].copy()
+        else:
+            x = linear.copy()
+        omega, receptance, start = way.angular_frequency[at], way.receptance[at], Start(value, by_multiplier)
+        # Many states are as the guess says: nothing has to be derived for them.
+        forces = joint_forces(x, omega, table, start, sampling, FORCE)
+        R = x - linear + apply_receptance(receptance, forces.coefficients)
+        norm, iteration = np.sqrt((R * R).sum()), 0
+        if not norm <= tolerance * scale:
+            x, norm, iteration, forces = newton_with_forces(
+                x, linear, omega, receptance, table, first, count, start, sampling, tolerance * scale, max_iteration
+            )
+        if not norm <= tolerance * scale:
+            return i
+        track.motion[i], track.force[i] = x, forces.coefficients
+        # The last instant of one period precedes the first of the next.
+        track.end[i] = forces.slider[:, -1]
+        track.norm[i], track.iterations[i] = norm / scale, iteration
+    return n

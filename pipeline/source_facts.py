@@ -1,0 +1,120 @@
+"""What the cache must know of a source file: a hash of its code, and what it imports.
+
+Parsing hundreds of files takes a second. What is found is therefore stored by the file's content, beside the results
+of stages: a file that was edited is parsed again, and a store that is damaged, or cannot be written, only costs time.
+"""
+
+import ast
+import atexit
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from pipeline.cache_folder import default_folder
+from pipeline.output import replace_file
+
+FILE = "source_facts.json"
+#: Changes with what is stored, and with how Python prints a tree.
+FORMAT = f"1, python {sys.version_info[:3]}"
+#: Files that are remembered at most.
+MOST = 4000
+
+
+class SourceFacts(NamedTuple):
+    """Facts of one source file."""
+
+    code: str
+    """Hash of the code, blind to comments, docstrings and layout."""
+    modules: tuple[str, ...]
+    """Of ``import module``."""
+    names: tuple[tuple[str, tuple[str, ...]], ...]
+    """Of ``from module import names``."""
+    packages: tuple[str, ...]
+    """Packages in which a registry that is made here looks for its members."""
+
+
+@cache
+def source_facts(file: Path) -> SourceFacts:
+    """Facts of a file."""
+    content = file.read_bytes()
+    key = hashlib.sha256(content).hexdigest()
+    known = _stored()
+    if key not in known:
+        known[key] = _parse(content)
+        _save_at_exit()
+    return known[key]
+
+
+def _parse(content: bytes) -> SourceFacts:
+    tree = ast.parse(content)
+    modules: list[str] = []
+    names: list[tuple[str, tuple[str, ...]]] = []
+    packages: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.append((node.module, tuple(alias.name for alias in node.names)))
+        elif isinstance(node, ast.Call):
+            packages += _packages_of_members(node)
+    code = hashlib.sha256(ast.dump(_without_docstrings(tree)).encode()).hexdigest()
+    return SourceFacts(code, tuple(modules), tuple(names), tuple(packages))
+
+
+def _packages_of_members(call: ast.Call) -> Iterator[str]:
+    if getattr(call.func, "id", "") == "Registry":
+        yield from (
+            keyword.value.value
+            for keyword in call.keywords
+            if keyword.arg == "package"
+            and isinstance(keyword.value, ast.Constant)
+            and isinstance(keyword.value.value, str)
+        )
+
+
+def _without_docstrings(tree: ast.Module) -> ast.Module:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and ast.get_docstring(
+            node, clean=False
+        ):
+            node.body = node.body[1:]
+    return tree
+
+
+@cache
+def _stored() -> dict[str, SourceFacts]:
+    """Facts that earlier runs found, by the hash of the content."""
+    try:
+        stored = json.loads((default_folder() / FILE).read_text(encoding="utf-8"))
+        if stored["format"] != FORMAT:
+            return {}
+        return {
+            key: SourceFacts(
+                str(code), tuple(modules), tuple((module, tuple(names)) for module, names in imported), tuple(packages)
+            )
+            for key, (code, modules, imported, packages) in stored["facts"].items()
+        }
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+@cache
+def _save_at_exit() -> None:
+    """Once a run, however many files were parsed."""
+    owner = os.getpid()
+
+    def save() -> None:
+        if os.getpid() != owner:
+            return
+        facts = dict(list(_stored().items())[-MOST:])
+        with suppress(OSError):
+            default_folder().mkdir(parents=True, exist_ok=True)
+            replace_file(default_folder() / FILE, json.dumps({"format": FORMAT, "facts": facts}))
+
+    atexit.register(save)
