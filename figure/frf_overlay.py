@@ -1,4 +1,8 @@
-"""Measured and predicted responses over frequency, one colour per level: points with error bars, and lines."""
+"""Measured and predicted responses over frequency, one colour per level: points with error bars, lines, and residuals.
+
+At the scale of the response two good models lie on each other: the strip below each amplitude shows by how much the
+prediction departs from each point.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +25,8 @@ class OverlayCurve:
         Number of the level among those of the figure.
     frequency, measured, deviation
         Measured frequencies [Hz], complex values, and standard deviations of the mean, shape (f,).
+    predicted
+        Predicted at the measured frequencies, shape (f,); NaN where there is no steady state.
     line_frequency, line
         Predicted, shape (p,).
     """
@@ -29,6 +35,7 @@ class OverlayCurve:
     frequency: Float[NDArray[np.float64], " f"]
     measured: Complex[NDArray[np.complex128], " f"]
     deviation: Float[NDArray[np.float64], " f"]
+    predicted: Complex[NDArray[np.complex128], " f"]
     line_frequency: Float[NDArray[np.float64], " p"]
     line: Complex[NDArray[np.complex128], " p"]
 
@@ -83,26 +90,27 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     from matplotlib.lines import Line2D
 
     rows = -(-len(result.panels) // result.columns)
-    height = 4.0 if result.with_phase else 2.6
+    ratios = [2.1, 0.8, 1.0] if result.with_phase else [1.6, 0.8]
+    step, height = len(ratios), 4.7 if result.with_phase else 3.2
     figure = new_figure(max(5.6 * result.columns, 8.0), 1.3 + height * rows)
-    ratios = [2.1, 1.0] * rows if result.with_phase else [1.0] * rows
-    axes = figure.subplots(len(ratios), result.columns, squeeze=False, sharex=True, height_ratios=ratios)
-    colours, step = choose_family_colours(len(result.levels)), 2 if result.with_phase else 1
+    axes = figure.subplots(step * rows, result.columns, squeeze=False, sharex=True, height_ratios=ratios * rows)
+    colours = choose_family_colours(len(result.levels))
     for number in range(rows * result.columns):
         row, column = step * (number // result.columns), number % result.columns
+        block = axes[row : row + step, column]
         if number >= len(result.panels):
-            for item in axes[row : row + step, column]:
+            for item in block:
                 item.set_axis_off()
             continue
         panel, last = result.panels[number], number + result.columns >= len(result.panels)
-        _amplitude(axes[row, column], panel, colours)
+        _amplitude(block[0], panel, colours)
+        _residual(block[1], panel, colours)
         if result.with_phase:
-            _phase(axes[row + 1, column], panel, colours)
-        lowest = axes[row + step - 1, column]
-        lowest.tick_params(labelbottom=last)
+            _phase(block[2], panel, colours)
+        block[-1].tick_params(labelbottom=last)
         if last:
-            lowest.set_xlabel("frequency [Hz]")
-        for item in axes[row : row + step, column]:
+            block[-1].set_xlabel("frequency [Hz]")
+        for item in block:
             open_box(item)
     handles = [
         Line2D([], [], color=colour, linewidth=2, label=level)
@@ -139,6 +147,21 @@ def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     axes.set_ylabel(f"static part [{unit}]" if panel.is_static else f"amplitude [{unit}]")
     if not panel.is_static:
         axes.set_ylim(bottom=0)
+
+
+def _residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
+    """By how much the prediction departs from each point: of an amplitude in %, of a static part in its unit."""
+    axes.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
+    for curve in panel.curves:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if panel.is_static:
+                value, deviation = (curve.predicted - curve.measured).real, curve.deviation
+            else:
+                size = np.abs(curve.measured)
+                value, deviation = 100 * (np.abs(curve.predicted) / size - 1), 100 * curve.deviation / size
+        there = np.isfinite(value)
+        _points(axes, curve.frequency[there], value[there], deviation[there], colours[curve.level])
+    axes.set_ylabel(f"residual [{panel.unit.replace('um', 'µm')}]" if panel.is_static else "residual [%]")
 
 
 def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:

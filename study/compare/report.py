@@ -7,10 +7,9 @@ import numpy as np
 
 from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
-from study.compare.run import Compared
+from study.compare.result import Compared
+from study.compare.sentence import CLEAR_PEAK, summarise
 
-#: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
-CLEAR_PEAK = 4.0
 #: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
 NO_PHASE = 0.05
 #: What is worst along each axis.
@@ -27,19 +26,24 @@ def in_words(compared: Compared) -> str:
         "",
     ]
     lines += _calibrated(compared)
+    summary = summarise(compared)
+    lines += [f"{summary.tag}.", *summary.sentences, ""]
     for name, misfit in _sides(compared).items():
         lines += [*_side(name, misfit), ""]
     if compared.peaks:
         lines += [*_peaks(compared), ""]
-    lines += ["A mean hides the few states that fail: stickslip diagnose says whether an effect is missing.", ""]
+    pages = [file for file in compared.files if file.suffix == ".html"]
+    lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
     return "\n".join([*lines, *map(str, compared.files)])
 
 
 def document(compared: Compared) -> dict[str, Any]:
     """The same for ``--json``; errors are of the prediction, relative and in radians."""
+    summary = summarise(compared)
     return {
         "title": compared.title,
         "campaign": compared.campaign.title,
+        "summary": [summary.tag, *summary.sentences],
         "suspicions": [str(item) for item in compared.suspicions],
         "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in compared.calibrated},
         "sets": {name: _document(misfit) for name, misfit in _sides(compared).items()},

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
@@ -27,7 +27,10 @@ from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
+from study.compare.curve import Drawing
+from study.compare.page import page
 from study.compare.pictures import pictures
+from study.compare.result import Calibrated, Compared
 from study.compare.suspicions import find_all_suspicions, require_repeats
 from study.kind.registry import open_case
 from study.run_context import RunContext
@@ -37,51 +40,6 @@ COLUMNS = (
     "deviation", "predicted_real", "predicted_imag", "amplitude_error", "phase_error_deg",
     "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
 )  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class Calibrated:
-    """A calibration parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
-
-    name: str
-    factor: float
-    deviation: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Compared:
-    """A model beside measurements.
-
-    Parameters
-    ----------
-    title
-        Title of the case.
-    campaign
-        Measured campaign.
-    model, prediction
-        Model with every sensor of the campaign, and its steady states at the training data.
-    train, held_out
-        Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
-    peaks
-        Errors of the resonances, of all levels.
-    suspicions
-        Suspicious data of the campaign.
-    calibrated
-        Calibration parameters, if they were calibrated first.
-    files
-        Written ones.
-    """
-
-    title: str
-    campaign: Campaign
-    model: Model
-    prediction: Prediction
-    train: Misfit
-    held_out: Misfit | None
-    peaks: tuple[PeakError, ...]
-    suspicions: tuple[Suspicion, ...]
-    calibrated: tuple[Calibrated, ...] = ()
-    files: tuple[Path, ...] = ()
 
 
 def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = False) -> Compared:
@@ -115,11 +73,12 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     compared = run.step("comparison", expected=15).run(comparison, key, setup, campaign, calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
-    title = f"{setup.title}, calibrated" if calibrate else setup.title
-    with run.progress.step("figures", expected=10):
-        drawn = pictures(compared.model, compared.train, compared.held_out, compared.prediction, title)
+    with run.progress.step("figures", expected=4):
+        drawing = Drawing.of(compared)
+        drawn = pictures(f"{setup.title}, calibrated" if calibrate else setup.title, drawing)
     stem = f"{case.stem}_compare"
-    files = {run.output / f"{stem}.csv": format_misfit_csv(campaign, compared.train, compared.held_out).encode()}
+    files = {run.output / f"{stem}.html": page(compared, drawing).encode()}
+    files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
     for file, content in files.items():
         replace_file(file, content)

@@ -12,7 +12,7 @@ from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
 from figure.style import choose_family_colours
-from study.compare.pictures import choose_unit, find_rows, joined, keys, refine_points
+from study.compare.curve import choose_unit, find_rows, joined, keys, refine_points
 from study.compare.run import Side
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage

@@ -1,14 +1,7 @@
-"use strict";
-const INK = "#18222d", PALE = "#5d6b7a", GRID = "#e2e7ec", TRAINING = "#9fb3c8", HELD = "#1f4e79";
-const FONT = { family: 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif', size: 13, color: INK };
-// Measurements are nobody else's business: without the button that sends a chart to a server.
-const CONFIG = { responsive: true, displaylogo: false, showSendToCloud: false, modeBarButtonsToRemove: ["sendChartToCloud", "sendDataToCloud", "lasso2d", "select2d", "autoScale2d"] };
+const TRAINING = "#9fb3c8", HELD = "#1f4e79";
 // Middle of each of two bars from the middle of their group, with the gap between groups that is set below.
 const GAP = 0.34, BAR = (1 - GAP) / 4;
 const DASHES = ["dot", "dash", "solid"], WIDTHS = [1.2, 1.4, 2.0];
-const byId = (id) => document.getElementById(id);
-const axis = (more) => ({ gridcolor: GRID, zeroline: false, linecolor: "#9aa5b1", ticks: "outside", tickcolor: "#9aa5b1", ticklen: 4, automargin: true, tickfont: { size: 12 }, ...more, ...(more.title ? { title: { ...more.title, font: { size: 13 } } } : {}) });
-const label = (value) => (value < 0.001 && value > 0 ? value.toExponential(1) : Number(value.toPrecision(3)).toLocaleString("en-US", { maximumSignificantDigits: 3 }));
 
 function folded(text, most = 18) {
   const lines = [""];

@@ -1,8 +1,5 @@
 """Page and figures of a diagnosis; the page is one self-contained HTML file with plotly.js, and loads nothing."""
 
-import importlib.metadata
-import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,13 +11,13 @@ from figure.misfit_map import COLOURS, STEPS
 from figure.registry import pictures
 from figure.waterfall import Waterfall
 from study.compare.report import side_by_side
-from study.console import plain
 from study.diagnose.curves import curves, maps
 from study.diagnose.history import History
 from study.diagnose.report import advice, headline, threshold_in_words
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
 from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
+from study.page.html import render_page, set_in_type
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
@@ -79,13 +76,7 @@ def page(result: Round, history: History) -> str:
     history
         History of the case.
     """
-    from jinja2 import Environment, StrictUndefined
-    from plotly.offline import get_plotlyjs
-
     listed = stages(result)
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"digits": digits, "typeset": set_in_type, "factor": _factor, "place": _place}
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     before, after = (listed[-2], listed[-1])
     falling = waterfall(result, history)
     drawn = {
@@ -97,8 +88,11 @@ def page(result: Round, history: History) -> str:
         "steps": list(STEPS),
         "mapColours": list(COLOURS),
     }
-    return template.render(
-        version=importlib.metadata.version("stickslip"),
+    return render_page(
+        TEMPLATE,
+        SCRIPT,
+        drawn,
+        {"digits": digits, "factor": _factor, "place": _place},
         title=result.setup.title,
         campaign=result.campaign.title,
         finding=result.diagnosis.verdict.finding.value,
@@ -126,21 +120,7 @@ def page(result: Round, history: History) -> str:
         history=history.steps,
         before=before.name,
         after=after.name,
-        data=_script_safe(json.dumps(plain(drawn), ensure_ascii=False, separators=(",", ":"))),
-        plotly=_script_safe(get_plotlyjs()),
-        script=SCRIPT.read_text(encoding="utf-8"),
     )
-
-
-def set_in_type(text: str) -> str:
-    """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
-    text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
-    return re.sub(r"\bum\b", "µm", text).replace(" %", "\u00a0%")
-
-
-def _script_safe(text: str) -> str:
-    """Text that cannot end the script element that it stands in."""
-    return text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 
 def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:

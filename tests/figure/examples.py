@@ -109,7 +109,8 @@ def frf_overlay() -> FrfOverlay:
     curves = [
         OverlayCurve(
             level=number, frequency=FREQUENCY[::4], measured=receptance(100 - number)[::4],
-            deviation=np.full(11, 0.2), line_frequency=FREQUENCY, line=receptance(99.5 - number),
+            deviation=np.full(11, 0.2), predicted=receptance(99.5 - number)[::4], line_frequency=FREQUENCY,
+            line=receptance(99.5 - number),
         )
         for number in range(2)
     ]  # fmt: skip

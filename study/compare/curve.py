@@ -1,0 +1,234 @@
+"""Measured, predicted and interpolated curves of a comparison, which its figures and its page draw alike."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.metric.misfit import CLEAR, Misfit
+from correlation.model import LineSensor, Model, Sensor
+from correlation.prediction import Points, Prediction, Predictor
+from correlation.row_table import join_tables
+from study.compare.result import Compared
+
+Frequencies = Float[NDArray[np.float64], " f"]
+Coefficients = Complex[NDArray[np.complex128], " f"]
+Rows = NDArray[np.int64]
+#: Sensor and harmonic.
+Key = tuple[str, int]
+
+#: Lines have so many points over a band, and at most so many in each step between two measured frequencies.
+LINE_POINTS, FINER = 80, 4
+#: Units that a displacement, velocity, acceleration or force may be drawn in, with their factors.
+SHOWN = {
+    "displacement": (("mm", 1e3), ("um", 1e6), ("nm", 1e9)),
+    "velocity": (("m/s", 1.0), ("mm/s", 1e3), ("um/s", 1e6)),
+    "acceleration": (("m/s^2", 1.0), ("mm/s^2", 1e3)),
+    "contact force": (("N", 1.0), ("mN", 1e3)),
+}
+#: The largest value drawn is at least this many units.
+LARGEST = 0.3
+#: Responses of which fewer stand out of the noise, measured or predicted, are not drawn.
+WORTH_DRAWING = 0.05
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """One sensor and harmonic at one level, in the unit in which it is drawn.
+
+    Parameters
+    ----------
+    level
+        [N].
+    sweep
+        +1 up, -1 down, 0 for the mean of both.
+    rows
+        Rows of the misfit, by ascending frequency, shape (f,).
+    frequency, measured, deviation, predicted
+        Measured frequencies [Hz], means, their standard deviations, and the prediction there, shape (f,).
+    line_frequency, line
+        Predicted line, shape (p,).
+    """
+
+    level: float
+    sweep: int
+    rows: Rows
+    frequency: Frequencies
+    measured: Coefficients
+    deviation: Frequencies
+    predicted: Coefficients
+    line_frequency: Float[NDArray[np.float64], " p"]
+    line: Complex[NDArray[np.complex128], " p"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Panel:
+    """All levels of one sensor and harmonic.
+
+    Parameters
+    ----------
+    key
+        Sensor and harmonic.
+    sensor
+        The model's.
+    unit, scale
+        Unit in which it is drawn, and the factor on SI that leads to it; per newton of the force if `per_level`.
+    per_level
+        Whether values are over the level: levels that agree lie on each other.
+    curves
+        By level.
+    """
+
+    key: Key
+    sensor: Sensor | LineSensor
+    unit: str
+    scale: float
+    per_level: bool
+    curves: tuple[Curve, ...] = ()
+
+    @property
+    def is_static(self) -> bool:
+        """Whether values are real."""
+        return self.key[1] == 0
+
+    def factor(self, level: float) -> float:
+        """Factor on values in SI at a level."""
+        return self.scale / level if self.per_level else self.scale
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawing:
+    """All curves of a comparison, by whether the contacts are absent.
+
+    Parameters
+    ----------
+    misfit
+        Training data and held-out levels.
+    panels
+        Curves of every sensor and harmonic.
+    held_out
+        Held-out levels [N].
+    """
+
+    misfit: Mapping[bool, Misfit]
+    panels: Mapping[bool, Sequence[Panel]]
+    held_out: frozenset[float]
+
+    @classmethod
+    def of(cls, compared: Compared) -> "Drawing":
+        """Predict the lines of a comparison."""
+        everything, new = joined(compared.train, compared.held_out)
+        free = everything.points.free
+        misfit = {bool(item): everything.where(np.asarray(free == item)) for item in np.unique(free)}
+        panels = {
+            item: make_panels(compared.model, rows, predict_lines(compared.model, rows, compared.prediction))
+            for item, rows in misfit.items()
+        }
+        return cls(misfit=misfit, panels=panels, held_out=frozenset(new))
+
+    @property
+    def levels(self) -> Frequencies:
+        """All levels, ascending [N]."""
+        return np.unique(np.concatenate([rows.points.level for rows in self.misfit.values()]))
+
+
+def predict_lines(model: Model, misfit: Misfit, prediction: Prediction) -> tuple[Points, Coefficients]:
+    """Predicted lines through the points of a misfit, from rest."""
+    fine = refine_points(misfit.points)
+    return fine, Predictor(points=fine).vary(model, prediction)
+
+
+def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]) -> list[Panel]:
+    """Curves of every sensor and harmonic of one configuration."""
+    fine, line = lines
+    sensors = {sensor.name: sensor for sensor in model.sensors}
+    panels = []
+    for key in keys(misfit):
+        sensor = sensors[key[0]]
+        per_level = key[1] == 1 and isinstance(sensor, Sensor)
+        own = (misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])
+        size = np.abs(misfit.measured[own]) / (misfit.points.level[own] if per_level else 1.0)
+        unit, scale = choose_unit(sensor, float(size.max()))
+        unit = f"{unit}/N" if per_level else unit
+        panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
+        by_line = {(level, sweep): rows for (other, level, sweep), rows in _curves(fine) if other == key}
+        curves = []
+        for (other, level, sweep), rows in _curves(misfit.points):
+            if other != key:
+                continue
+            drawn, factor = by_line[level, sweep], panel.factor(level)
+            curves.append(
+                Curve(
+                    level=level,
+                    sweep=sweep,
+                    rows=rows,
+                    frequency=misfit.points.frequency[rows],
+                    measured=factor * misfit.measured[rows],
+                    deviation=factor * np.nan_to_num(misfit.deviation[rows]),
+                    predicted=factor * misfit.predicted[rows],
+                    line_frequency=fine.frequency[drawn],
+                    line=factor * line[drawn],
+                )
+            )
+        panels.append(replace(panel, curves=tuple(curves)))
+    return panels
+
+
+def stands_out(misfit: Misfit, key: Key) -> bool:
+    """Whether a sensor's harmonic is more than noise."""
+    rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
+    noise = CLEAR * np.nan_to_num(rows.deviation)
+    return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
+
+
+def joined(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
+    """Training data, and held-out levels; and which levels those are."""
+    if held_out is None:
+        return train, set()
+    new = set(np.setdiff1d(held_out.points.level, train.points.level).tolist())
+    return join_tables([train, held_out.where(np.isin(held_out.points.level, list(new)))]), new
+
+
+def keys(misfit: Misfit) -> list[Key]:
+    """Sensors in the order of the campaign, and the harmonics of each."""
+    pairs = zip(map(str, misfit.points.sensor), misfit.points.harmonic.tolist(), strict=True)
+    order = {name: number for number, name in enumerate(dict.fromkeys(map(str, misfit.points.sensor)))}
+    # Static parts come last: few sensors have one.
+    return sorted(dict.fromkeys(pairs), key=lambda key: (order[key[0]], key[1] == 0, key[1]))
+
+
+def choose_unit(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
+    """Unit that a sensor's largest value is drawn in, and its factor."""
+    units = SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
+    return next((item for item in units if largest * item[1] >= LARGEST), units[-1])
+
+
+def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> Rows:
+    """Rows of one sensor, harmonic and level by ascending frequency."""
+    rows = np.flatnonzero((points.sensor == sensor) & (points.harmonic == harmonic) & (points.level == level))
+    return rows[np.argsort(points.frequency[rows], kind="stable")]
+
+
+def refine_points(points: Points) -> Points:
+    """The same curves at more frequencies, the measured ones among them."""
+    parts = []
+    for _, rows in _curves(points):
+        measured = points.frequency[rows]
+        parts_of_step = int(np.clip(-(-LINE_POINTS // max(len(rows) - 1, 1)), 1, FINER))
+        steps = np.arange(len(rows) - 1)[:, None] + np.arange(parts_of_step) / parts_of_step
+        frequency = np.interp(np.append(steps.ravel(), len(rows) - 1), np.arange(len(rows)), measured)
+        parts.append(replace(points.where(np.repeat(rows[:1], len(frequency))), frequency=frequency))
+    return join_tables(parts)
+
+
+def _curves(points: Points) -> Iterator[tuple[tuple[Key, float, int], Rows]]:
+    """Rows of each curve by ascending frequency: of one sensor, harmonic, level and direction of sweep."""
+    sweep = getattr(points, "sweep", np.zeros(len(points), dtype=np.int64))
+    curves: dict[tuple[Key, float, int], list[int]] = {}
+    for row in np.argsort(points.frequency, kind="stable"):
+        key = str(points.sensor[row]), int(points.harmonic[row])
+        curves.setdefault((key, float(points.level[row]), int(sweep[row])), []).append(int(row))
+    for curve in sorted(curves, key=lambda item: item[1:]):
+        yield curve, np.array(curves[curve])

@@ -1,0 +1,57 @@
+"""Page of a comparison: one self-contained HTML file with plotly.js, which loads nothing."""
+
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from study.compare.curve import Drawing
+from study.compare.result import Compared
+from study.compare.section.contact_force import contact_force_sections
+from study.compare.section.misfit import misfit_sections
+from study.compare.section.overview import overview_sections
+from study.compare.section.resonance import resonance_sections
+from study.compare.section.response import response_sections
+from study.compare.section.section import Section
+from study.compare.sentence import summarise
+from study.page.html import render_page
+
+TEMPLATE = Path(__file__).with_name("page.html.j2")
+SCRIPT = Path(__file__).with_name("page.js")
+#: What a comparison always shows, as far as there is data; `Compared.sections` come before the overview.
+SECTIONS: Sequence[Callable[[Compared, Drawing], Iterator[Section]]] = (
+    response_sections,
+    misfit_sections,
+    resonance_sections,
+    contact_force_sections,
+)
+
+
+def page(compared: Compared, drawing: Drawing) -> str:
+    """HTML of a comparison.
+
+    Parameters
+    ----------
+    compared
+        What was found.
+    drawing
+        Its curves.
+    """
+    sections = [section for make in SECTIONS for section in make(compared, drawing)]
+    sections += [*compared.sections, *overview_sections(compared, drawing)]
+    drawn = {
+        "sections": [
+            {"element": section.element, "data": section.data, "plots": list(section.plots)} for section in sections
+        ]
+    }
+    return render_page(
+        TEMPLATE,
+        SCRIPT,
+        drawn,
+        {"png": lambda picture: f"data:image/png;base64,{b64encode(picture).decode()}"},
+        title=compared.title,
+        campaign=compared.campaign.title,
+        summary=summarise(compared),
+        calibrated=compared.calibrated,
+        suspicions=compared.suspicions,
+        sections=sections,
+    )

@@ -1,0 +1,48 @@
+"""Contact forces: the largest fundamental and the static part of every line, measured and predicted."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from correlation.metric.misfit import configuration
+from correlation.model import LineSensor
+from study.compare.curve import Curve, Drawing, Panel
+from study.compare.result import Compared
+from study.compare.section.section import Section, Table
+
+TEXT = (
+    "Forces on the structure, summed over each contact line. Of a harmonic: the amplitude where it is largest in the "
+    "measurement. Static parts are means over the measured frequencies; they depend on what the contacts went through "
+    "before, which no test records, so that their prediction, which begins at rest, need not agree."
+)
+
+
+def contact_force_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+    """One section, if a line's force was measured."""
+    del compared
+    rows = [
+        [configuration(free), panel.key[0], _harmonic(panel), f"{curve.level:g} N", *_numbers(panel, curve)]
+        for free, panels in drawing.panels.items()
+        for panel in panels
+        if isinstance(panel.sensor, LineSensor)
+        for curve in panel.curves
+    ]
+    if rows:
+        head = ("structure", "force", "harmonic", "level", "at [Hz]", "measured [N]", "predicted [N]", "error")
+        yield Section(title="Contact forces", text=TEXT, table=Table(head=head, rows=rows, words=4))
+
+
+def _harmonic(panel: Panel) -> str:
+    return "static" if panel.is_static else str(panel.key[1])
+
+
+def _numbers(panel: Panel, curve: Curve) -> list[str]:
+    if panel.is_static:
+        measured, predicted = (float(np.nanmean(value.real)) for value in (curve.measured, curve.predicted))
+        at = ""
+    else:
+        row = int(np.argmax(np.abs(curve.measured)))
+        measured, predicted = (float(np.abs(value[row])) for value in (curve.measured, curve.predicted))
+        at = f"{curve.frequency[row]:.5g}"
+    error = f"{100 * (predicted / measured - 1):+.1f} %" if measured and np.isfinite(predicted) else ""
+    return [at, f"{measured / panel.scale:.4g}", f"{predicted / panel.scale:.4g}", error]

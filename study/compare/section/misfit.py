@@ -1,0 +1,57 @@
+"""Maps of the misfit: level by frequency, for every sensor and harmonic."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.metric.misfit import Misfit, configuration
+from figure.misfit_map import COLOURS, STEPS
+from study.compare.curve import Drawing, find_rows, keys
+from study.compare.result import Compared
+from study.compare.section.section import Section
+from study.page.number import bin_image, round_list
+
+TEXT = (
+    "Difference of every point in standard deviations: what noise, friction histories and numerical error do not "
+    "explain. Rows: sensor and harmonic, and within each the levels, rising upwards; columns: the measured "
+    "frequencies, drawn evenly. Below 2, the pale cells, chance explains it."
+)
+
+
+def misfit_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+    """One section with a map per configuration."""
+    del compared
+    maps = [_map(misfit, free) for free, misfit in drawing.misfit.items()]
+    data = {"maps": maps, "steps": list(STEPS), "colours": list(COLOURS)}
+    yield Section(title="Where the model fails", text=TEXT, element="map", data=data)
+
+
+def _map(misfit: Misfit, free: bool) -> dict[str, Any]:
+    points, size = misfit.points, misfit.size
+    frequency, levels = np.unique(points.frequency), np.unique(points.level)[::-1]
+    groups: list[dict[str, Any]] = []
+    labels: list[str] = []
+    rows: list[NDArray[np.float64]] = []
+    for sensor, harmonic in keys(misfit):
+        words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
+        if rows:
+            labels.append("")
+            rows.append(np.full(len(frequency), np.nan))
+        groups.append({"label": words, "first": len(rows), "last": len(rows) + len(levels) - 1})
+        for level in levels.tolist():
+            at = find_rows(points, sensor, harmonic, level)
+            line = np.full(len(frequency), np.nan)
+            np.fmax.at(line, np.searchsorted(frequency, points.frequency[at]), size[at])
+            rows.append(line)
+            labels.append(f"{words}, {level:g} N")
+    return {
+        "configuration": configuration(free),
+        "frequency": [f"{value:.5g}" for value in frequency],
+        "labels": labels,
+        "groups": groups,
+        "image": bin_image(np.array(rows), STEPS),
+        "values": [round_list(line, 4) for line in rows],
+        "whole": float(np.sqrt(np.nanmean(misfit.standardised**2))),
+    }

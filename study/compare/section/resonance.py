@@ -1,0 +1,93 @@
+"""Resonances: frequency and damping of every level, measured and predicted, as a table and as a backbone."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from correlation.metric.misfit import configuration
+from correlation.metric.peak_error import PeakError
+from study.compare.curve import Drawing
+from study.compare.result import Compared
+from study.compare.section.section import Section, Table
+from study.page.number import round_list
+
+TEXT = (
+    "Frequency and damping ratio of each peak, read from the same points of the measured and of the predicted response "
+    "by the parabola of one mode. With friction they change with the level: the backbone. Intervals are two standard "
+    "deviations of the difference, by noise, friction histories, numerical error and the reading of the peak; a "
+    "deviation beyond 4 is more than chance does."
+)
+HEAD = (
+    "structure",
+    "level",
+    "sensor",
+    "measured [Hz]",
+    "predicted [Hz]",
+    "error",
+    "deviations",
+    "measured ζ",
+    "predicted ζ",
+    "error",
+    "deviations",
+)
+
+
+def resonance_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+    """One section, if the bands hold a resonance."""
+    if not compared.peaks:
+        return
+    table = Table(head=HEAD, rows=[_row(peak, drawing) for peak in compared.peaks], words=3)
+    kinds = sorted({peak.free for peak in compared.peaks})
+    plots = [_backbone([peak for peak in compared.peaks if peak.free == free]) for free in kinds]
+    yield Section(title="Resonances and backbone", text=TEXT, table=table, plots=plots)
+
+
+def _row(peak: PeakError, drawing: Drawing) -> list[str]:
+    held = " (held out)" if peak.level in drawing.held_out else ""
+    frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
+    damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
+    return [
+        configuration(peak.free), f"{peak.level:g} N{held}", peak.sensor, f"{peak.frequency:.3f}",
+        f"{peak.predicted_frequency:.3f}", *frequency, f"{100 * peak.damping:.3f} %",
+        f"{100 * peak.predicted_damping:.3f} %", *damping,
+    ]  # fmt: skip
+
+
+def _error(difference: float, value: float, deviation: float, digits: int) -> tuple[str, str]:
+    if not np.isfinite(difference):
+        return "", ""
+    relative = f"{100 * difference / value:+.{digits}f} %"
+    return relative, f"{difference / deviation:+.1f}" if np.isfinite(deviation) and deviation > 0 else ""
+
+
+def _backbone(peaks: Sequence[PeakError]) -> dict[str, Any]:
+    """Plotly figure: frequency and damping over the level."""
+    level = [peak.level for peak in peaks]
+    traces: list[dict[str, Any]] = []
+    for axis, scale, value, predicted, deviation in (
+        ("", 1.0, "frequency", "predicted_frequency", "frequency_deviation"),
+        ("2", 100.0, "damping", "predicted_damping", "damping_deviation"),
+    ):
+        place = {"x": level, "xaxis": f"x{axis}", "yaxis": f"y{axis}", "showlegend": not axis}
+        error = {
+            "type": "data", "array": round_list([2 * scale * getattr(peak, deviation) for peak in peaks]),
+            "thickness": 1.2, "width": 4, "color": "#18222d",
+        }  # fmt: skip
+        traces += [
+            {**place, "y": round_list([scale * getattr(peak, predicted) for peak in peaks], 7), "mode": "lines+markers",
+             "name": "predicted", "line": {"color": "#c2410c", "width": 2}, "marker": {"size": 6}},
+            {**place, "y": round_list([scale * getattr(peak, value) for peak in peaks], 7), "mode": "markers",
+             "name": "measured", "error_y": error,
+             "marker": {"size": 8, "color": "white", "line": {"color": "#18222d", "width": 1.6}}},
+        ]  # fmt: skip
+    name = configuration(peaks[0].free)
+    layout = {
+        "height": 330,
+        "grid": {"rows": 1, "columns": 2, "pattern": "independent"},
+        "xaxis": {"title": {"text": "level [N]"}, "anchor": "y"},
+        "xaxis2": {"title": {"text": "level [N]"}, "anchor": "y2"},
+        "yaxis": {"title": {"text": f"frequency, {name} [Hz]"}},
+        "yaxis2": {"title": {"text": f"damping ratio, {name} [%]"}, "rangemode": "tozero"},
+    }
+    return {"data": traces, "layout": layout}

@@ -1,0 +1,164 @@
+"""Measured and predicted responses with residuals, one panel per sensor and harmonic."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import SWEEPS, Campaign
+from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.metric.response import amplitude_error, phase_error
+from figure.style import choose_family_colours
+from study.compare.curve import Curve, Drawing, Panel
+from study.compare.result import Compared
+from study.compare.section.section import Section
+from study.page.number import round_list
+
+Numbers = NDArray[np.float64]
+Values = NDArray[np.complex128]
+#: Readings of single runs that the page holds at most; of more, some runs are left out evenly.
+MOST_READINGS = 60_000
+TEXT = (
+    "Points are means of the repeats, with their standard deviations, thin lines are single runs, thick lines are "
+    "predicted. Motions are drawn per newton of the exciting force. Below the response: by how much the prediction "
+    "departs from each point. In standard deviations, the band of +-2 is what noise, friction histories and numerical "
+    "error explain; of F / X, the real part is stiffness and inertia, the imaginary part damping."
+)
+
+
+def response_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+    """One section for all sensors."""
+    runs = _Runs(compared.campaign)
+    levels = drawing.levels
+    panels = [
+        _panel(runs, drawing.misfit[free], free, panel, levels)
+        for free, listed in drawing.panels.items()
+        for panel in listed
+        if panel.curves
+    ]
+    words = [f"{level:g} N{' (held out)' if level in drawing.held_out else ''}" for level in levels.tolist()]
+    thinned = "" if runs.step == 1 else f" One run in {runs.step} is drawn, since there are so many."
+    # The page begins where the model fails most.
+    worst = max(range(len(panels)), key=lambda number: panels[number]["size"], default=0)
+    data = {"levels": words, "colours": choose_family_colours(len(words)), "panels": panels, "first": worst}
+    yield Section(title="Measured and predicted responses", text=TEXT + thinned, element="responses", data=data)
+
+
+class _Runs:
+    """Single runs of a campaign: one sweep of one repeat of a sensor's harmonic at one level."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign = campaign
+        table = campaign.measurement
+        free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+        level = np.unique(table.level, return_inverse=True)[1]
+        columns = [free, table.sensor, table.harmonic, level, table.test, table.repeat, table.sweep]
+        order = np.lexsort([table.frequency, *reversed(columns)])
+        key = np.column_stack(columns)[order]
+        ends = np.flatnonzero((np.diff(key, axis=0) != 0).any(axis=1)) + 1
+        self.runs: dict[tuple[bool, str, int, float], list[NDArray[np.int64]]] = {}
+        for rows in np.split(order, ends) if len(order) else []:
+            row = rows[0]
+            name = campaign.sensors[table.sensor[row]].name
+            curve = bool(free[row]), name, int(table.harmonic[row]), float(table.level[row])
+            self.runs.setdefault(curve, []).append(rows)
+        self.step = -(-len(order) // MOST_READINGS)
+
+    def of(self, free: bool, panel: Panel, curve: Curve) -> list[dict[str, Any]]:
+        """Runs of a curve as data, in the unit of its panel."""
+        table, listed = self.campaign.measurement, self.runs.get((free, *panel.key, curve.level), [])
+        if curve.sweep:
+            listed = [rows for rows in listed if table.sweep[rows[0]] == curve.sweep]
+        factor = panel.factor(curve.level)
+        return [
+            {
+                "name": f"repeat {table.repeat[rows[0]]}, {SWEEPS[int(table.sweep[rows[0]])]}".replace(", none", ""),
+                "frequency": round_list(table.frequency[rows], 7),
+                **_drawn(factor * table.value[rows], panel, 0.0, 4),
+            }
+            for rows in listed[:: self.step]
+        ]
+
+    def has_phase(self, sensor: str) -> bool:
+        """Whether a sensor's values are complex."""
+        return all(item.has_phase for item in self.campaign.sensors if item.name == sensor)
+
+
+def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Numbers) -> dict[str, Any]:
+    sensor, harmonic = panel.key
+    words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
+    rows = np.concatenate([curve.rows for curve in panel.curves])
+    return {
+        "configuration": configuration(free),
+        "label": f"{sensor}, {words}",
+        "unit": panel.unit.replace("um", "µm"),
+        "static": panel.is_static,
+        "harmonic": harmonic,
+        "phase": runs.has_phase(sensor) and not panel.is_static,
+        "size": float(np.nan_to_num(np.sqrt(np.nanmean(misfit.standardised[rows] ** 2)))),
+        "feature": _feature(panel),
+        "groups": [
+            {
+                "level": int(np.searchsorted(levels, curve.level)),
+                "sweep": curve.sweep,
+                "frequency": round_list(curve.frequency, 8),
+                "deviation": round_list(curve.deviation),
+                **_drawn(curve.measured, panel, curve.deviation),
+                "line_frequency": round_list(curve.line_frequency, 8),
+                "line": _drawn(curve.line, panel, float(np.median(curve.deviation)), beside=curve.measured),
+                "residual": _residual(curve, misfit, panel),
+                "runs": runs.of(free, panel, curve),
+            }
+            for curve in panel.curves
+        ],
+    }
+
+
+def _feature(panel: Panel) -> str:
+    """What the standard deviations are of."""
+    return "F / X" if panel.per_level else "the static part" if panel.is_static else "the ratio to the largest motion"
+
+
+def _residual(curve: Curve, misfit: Misfit, panel: Panel) -> dict[str, Any]:
+    standardised = misfit.standardised[curve.rows]
+    # A prediction less than what is measured is negative, as it is in the other units.
+    found = {"real": round_list(-standardised[:, 0], 4), "imaginary": round_list(-standardised[:, 1], 4)}
+    if panel.is_static:
+        return {**found, "amplitude": round_list((curve.predicted - curve.measured).real, 4)}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        deviation = np.nan_to_num(curve.deviation / np.abs(curve.measured), posinf=0.0)
+        amplitude = 100 * amplitude_error(curve.measured, curve.predicted)
+        phase = np.degrees(phase_error(curve.measured, curve.predicted))
+    return {
+        **found,
+        "amplitude": round_list(amplitude, 4),
+        "amplitude_deviation": round_list(100 * deviation, 3),
+        "phase": round_list(phase, 4),
+        "phase_deviation": round_list(np.degrees(deviation), 3),
+    }
+
+
+def _drawn(
+    value: Values, panel: Panel, deviation: Numbers | float, digits: int = 5, beside: Values | None = None
+) -> dict[str, Any]:
+    """Amplitude and phase; a static part with its sign."""
+    if panel.is_static:
+        return {"amplitude": round_list(value.real, digits)}
+    phase = _phase(value, deviation, panel.key[1])
+    if beside is not None and panel.key[1] == 1 and len(phase):
+        first = _phase(beside, 0.0, 1)
+        there = np.flatnonzero(np.isfinite(phase))
+        if len(there) and np.isfinite(first[0]):
+            phase = phase + 360 * np.round((first[0] - phase[there[0]]) / 360)
+    return {"amplitude": round_list(np.abs(value), digits), "phase": round_list(phase, digits)}
+
+
+def _phase(value: Values, deviation: Numbers | float, harmonic: int) -> Numbers:
+    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
+    phase = np.degrees(np.angle(np.nan_to_num(value)))
+    if harmonic == 1:
+        phase = np.unwrap(phase, period=360)
+        phase -= 360 * np.ceil((phase[0] - 270) / 360)
+        return np.asarray(np.where(np.isfinite(value), phase, np.nan))
+    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))

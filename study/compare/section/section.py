@@ -1,0 +1,58 @@
+"""What a section of the page of a comparison is."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Rows of words and numbers.
+
+    Parameters
+    ----------
+    head
+        Names of the columns, with units.
+    rows
+        One text per column; numbers are right-aligned.
+    words
+        Number of leading columns that are words.
+    """
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A section of the page.
+
+    Parameters
+    ----------
+    title
+        Heading.
+    text
+        Sentences below the heading: what is drawn, and how it is read.
+    table
+        Rows of numbers.
+    pictures
+        PNG files by their captions.
+    plots
+        Plotly figures, ``{"data": ..., "layout": ...}``, one below the other.
+    html
+        Anything else, which must not load anything.
+    element
+        Name of a drawing of the page's own script, such as "responses".
+    data
+        What that drawing needs.
+    """
+
+    title: str
+    text: str = ""
+    table: Table | None = None
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+    plots: Sequence[Mapping[str, Any]] = ()
+    html: str = ""
+    element: str = ""
+    data: Mapping[str, Any] = field(default_factory=dict)

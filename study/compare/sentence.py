@@ -1,0 +1,164 @@
+"""Where a model fails, in a few sentences for a structural dynamicist."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.metric.misfit import Misfit, configuration, split_misfit, whole, worst, worst_cell
+from correlation.metric.peak_error import PeakError
+from study.compare.result import Compared
+from study.compare.section.overview import left_out
+
+#: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
+#: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
+AGREES, DIFFERS = 1.25, 2.0
+#: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
+CLEAR_PEAK = 4.0
+NEXT = "A mean hides the few states that fail; stickslip diagnose says whether an effect is missing, and which."
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """Verdict of a comparison.
+
+    Parameters
+    ----------
+    tone
+        "nothing" if the model agrees, "ambiguous", or "missing" if it does not: colours of the page.
+    tag, sentences, next
+        The verdict in a few words, in sentences, and what can be done next.
+    cards
+        Key numbers by their names.
+    """
+
+    tone: str
+    tag: str
+    sentences: tuple[str, ...]
+    next: str
+    cards: tuple[tuple[str, str], ...]
+
+
+def summarise(compared: Compared) -> Summary:
+    """Verdict of a comparison."""
+    difference = whole(compared.train).whitened
+    tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
+    tag = {
+        "nothing": "The model agrees with the measurements",
+        "ambiguous": "The model is close to the measurements",
+        "missing": "The model differs from the measurements",
+    }[tone]
+    sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
+    cards = [
+        (f"{name} data, reduced chi^2 (1 is noise)", f"{whole(side).whitened ** 2:.3g}") for name, side in sides.items()
+    ]
+    share = whole(compared.train)
+    if np.isfinite(share.amplitude_error):
+        cards.append(("median error of amplitude", f"{100 * share.amplitude_error:.3g} %"))
+    if np.isfinite(share.phase_error):
+        cards.append(("median error of phase", f"{np.degrees(share.phase_error):.3g} deg"))
+    return Summary(
+        tone=tone,
+        tag=tag,
+        sentences=(
+            _overall(compared.train),
+            *describe_resonances(compared.peaks),
+            *_worst(compared.train),
+            *left_out(compared),
+        ),
+        next=NEXT,
+        cards=tuple(cards),
+    )
+
+
+def _overall(misfit: Misfit) -> str:
+    share = whole(misfit)
+    noise = (
+        f"{share.whitened:.3g} standard deviations in the mean, where noise, friction histories and numerical error "
+        "make 1"
+    )
+    if not np.isfinite(share.amplitude_error):
+        return f"The differences are {noise}; no reading stands out of the noise."
+    phase = f" and of the phase {np.degrees(share.phase_error):.2g} deg" if np.isfinite(share.phase_error) else ""
+    return (
+        f"The differences are {noise}: the median error of the amplitude is {100 * share.amplitude_error:.2g} %{phase}."
+    )
+
+
+def describe_resonances(peaks: Sequence[PeakError]) -> Iterator[str]:
+    """Per configuration: frequency and damping, and how they change with the level."""
+    for free in sorted({peak.free for peak in peaks}):
+        listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
+        if not listed:
+            yield f"The {configuration(free)} structure has no predicted resonance in the measured band."
+            continue
+        name = f"the resonance of the {configuration(free)} structure"
+        frequency = _ranged(
+            [100 * peak.frequency_error for peak in listed],
+            [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
+            listed,
+        )
+        damping = _ranged(
+            [100 * peak.damping_error for peak in listed],
+            [abs(peak.predicted_damping - peak.damping) / peak.damping_deviation for peak in listed],
+            listed,
+        )
+        yield f"{name[0].upper()}{name[1:]} {frequency}; its damping {damping}."
+        yield from _softening(listed, free)
+
+
+def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequence[PeakError]) -> str:
+    """Errors over the levels in words [%]."""
+    clear = [number for number, size in enumerate(deviations) if not size <= CLEAR_PEAK]
+    if not clear:
+        return f"agrees within {max(map(abs, errors)):.2g} % and within chance"
+    low, high = min(errors[number] for number in clear), max(errors[number] for number in clear)
+    where = "" if len(clear) == len(peaks) else f" at {', '.join(f'{peaks[number].level:g}' for number in clear)} N"
+    if low * high < 0:
+        return f"is off by {low:+.2g} to {high:+.2g} %{where}"
+    word = "high" if high > 0 else "low"
+    small, large = sorted((abs(low), abs(high)))
+    size = f"{large:.2g}" if f"{small:.2g}" == f"{large:.2g}" else f"{small:.2g} to {large:.2g}"
+    return f"is {size} % too {word}{where}"
+
+
+def _softening(peaks: Sequence[PeakError], free: bool) -> Iterator[str]:
+    """Change from the lowest to the highest level, measured and predicted, where it is more than chance."""
+    first, last = peaks[0], peaks[-1]
+    if free or len(peaks) < 2:
+        return
+    measured, predicted = (last.frequency - first.frequency), (last.predicted_frequency - first.predicted_frequency)
+    chance = float(np.hypot(first.frequency_deviation, last.frequency_deviation))
+    if abs(measured) < CLEAR_PEAK * chance and abs(predicted) < CLEAR_PEAK * chance:
+        return
+    verb = "falls" if measured < 0 else "rises"
+    sentence = (
+        f"From {first.level:g} to {last.level:g} N it {verb} by {abs(measured):.3g} Hz in the measurement and "
+        f"{'falls' if predicted < 0 else 'rises'} by {abs(predicted):.3g} Hz in the model, and the damping goes from "
+        f"{100 * first.damping:.2g} to {100 * last.damping:.2g} % (model: {100 * first.predicted_damping:.2g} to "
+        f"{100 * last.predicted_damping:.2g} %)"
+    )
+    if abs(predicted - measured) > CLEAR_PEAK * chance:
+        sentence += f": the model softens {'more' if predicted < measured else 'less'} with the level than the specimen"
+    yield f"{sentence}."
+
+
+def _worst(misfit: Misfit) -> Iterator[str]:
+    """The worst sensor and the worst place, if they are more than noise."""
+    cell, points = worst_cell(misfit)
+    if not cell.deviations > DIFFERS:
+        return
+    sensors = split_misfit(misfit, "sensor")
+    sensor = f"The worst sensor is {worst(sensors).label}. " if len(sensors) > 1 else ""
+    low, high = points.frequency.min(), points.frequency.max()
+    harmonic = int(points.harmonic[0])
+    part = {0: "static part", 1: "fundamental"}.get(harmonic, f"harmonic {harmonic}")
+    where = f"the {part} of {points.sensor[0]} at {points.level[0]:g} N, {low:.5g} to {high:.5g} Hz"
+    size = ""
+    if np.isfinite(cell.signed_amplitude_error):
+        size = f": the prediction is {100 * abs(cell.signed_amplitude_error):.2g} % too "
+        size += "large" if cell.signed_amplitude_error > 0 else "small"
+        phase = np.degrees(cell.signed_phase_error)
+        if harmonic and abs(phase) >= 0.1:
+            size += f" and {'leads' if phase > 0 else 'lags'} by {abs(phase):.2g} deg"
+    yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations)."

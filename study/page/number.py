@@ -1,0 +1,23 @@
+"""Numbers as a page holds them: few digits, and none where there is no number."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+Numbers = Float[NDArray[np.float64], " n"]
+
+
+def round_list(values: Numbers | Sequence[float], digits: int = 5) -> list[float | None]:
+    """Numbers with so many significant digits; None for those that are not finite."""
+    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
+
+
+def bin_image(image: Float[NDArray[np.float64], "r f"], steps: Sequence[float]) -> list[list[int | None]]:
+    """Number of the step of a scale that each value is on; None where there is none."""
+    step = np.searchsorted(steps[1:], np.nan_to_num(image), side="right")
+    return [
+        [int(number) if np.isfinite(value) else None for number, value in zip(*both, strict=True)]
+        for both in zip(step, image, strict=True)
+    ]
