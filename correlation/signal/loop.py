@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
+from scipy.signal import find_peaks, savgol_filter
 
 from correlation.errors import CampaignError
 from correlation.signal.record import Samples, check_channels
@@ -29,8 +29,10 @@ BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 SAME_AMPLITUDE = 0.02
 #: Periods of a plateau at least; the first of them still carries the loading history and does not count [-].
 FEWEST_PERIODS = 2
-#: Force at the ends of the displacement: a straight line through the samples of the last share of the stroke [-].
-END_SHARE = 0.02
+#: Force at the ends of the displacement: straight lines through the samples of the last share of the stroke [-].
+END_SHARE = 0.04
+#: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
+NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,7 +138,10 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
     first = find_periods(x)
     table = np.array([_period(x[a : b + 1], f[a : b + 1]) for a, b in pairwise(first)])
     plateau, plateaus = _plateaus(table, tolerance)
-    suspicions = _suspicions(table, plateaus)
+    best = max(plateaus, key=lambda item: item.amplitude[0]).last if plateaus else len(table) - 1
+    part = slice(int(first[best]), int(first[best + 1]) + 1)
+    play = _play(x[part], f[part])
+    suspicions = _suspicions(table, plateaus, play)
     return Loops(
         first=first[:-1],
         end=int(first[-1]),
@@ -148,6 +153,7 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
         closing_error=table[:, 5],
         plateau=plateau,
         plateaus=plateaus,
+        play=play,
         suspicions=tuple(suspicions),
     )
 
@@ -199,26 +205,42 @@ def _turning_points(displacement: Samples) -> tuple[NDArray[np.intp], NDArray[np
 
 def _period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
     """Amplitude, work, secant stiffness, offsets of force and displacement, closing error of one period."""
-    stroke = np.ptp(x)
+    smooth = _without_noise(x)
+    low = int(np.argmin(smooth))
+    highest, lowest = float(smooth[[0, -1]].mean()), float(smooth[low])
+    stroke = highest - lowest
     work = float(np.sum((f[1:] + f[:-1]) / 2 * np.diff(x)) - (f[0] + f[-1]) / 2 * (x[-1] - x[0]))
-    top, bottom = _force_at_end(x, f, x.max()), _force_at_end(x, f, x.min())
-    force_range = np.ptp(f)
-    return np.array(
-        [
-            stroke / 2,
-            work,
-            (top - bottom) / stroke,
-            (top + bottom) / 2,
-            (x.max() + x.min()) / 2,
-            (f[-1] - f[0]) / force_range if force_range > 0 else 0.0,
-        ]
-    )
+    # The highest point is where the period begins and ends: its last quarter leads there.
+    turned = np.concatenate([np.arange(low, len(x)), np.arange(low)])
+    top = _force_at_end(highest - smooth[turned], f[turned], len(x) - low, stroke)
+    bottom = _force_at_end(smooth - lowest, f, low, stroke)
+    force_range = float(np.ptp(f))
+    closing = (f[-1] - f[0]) / force_range if force_range > 0 else 0.0
+    return np.array([stroke / 2, work, (top - bottom) / stroke, (top + bottom) / 2, (highest + lowest) / 2, closing])
 
 
-def _force_at_end(x: Samples, f: Samples, end: float) -> float:
-    """Mean force of the samples nearest to one end of the stroke."""
-    near = np.abs(x - end) <= END_SHARE * np.ptp(x)
-    return float(f[near].mean())
+def _without_noise(x: Samples) -> Samples:
+    """The displacement, smoothed over a fifteenth of the period if its noise would lift its highest point."""
+    noise = float(np.diff(x, 2).std()) / np.sqrt(6) if len(x) > 4 else 0.0
+    width = len(x) // 15 | 1
+    if width < 5 or noise < 1e-4 * np.ptp(x):
+        return x
+    return np.asarray(savgol_filter(x, width, 2))
+
+
+def _force_at_end(distance: Samples, f: Samples, turning: int, stroke: float) -> float:
+    """Force where the motion turns: straight lines before and after it, which meet there."""
+    near = np.flatnonzero(np.abs(distance) <= END_SHARE * stroke)
+    before = near[near <= turning]
+    after = near[near > turning]
+    if min(len(before), len(after)) < 3:
+        return float(f[near].mean()) if len(near) else float(f[min(turning, len(f) - 1)])
+    columns = np.zeros((len(near), 3))
+    columns[:, 0] = 1
+    columns[: len(before), 1] = distance[before]
+    columns[len(before) :, 2] = distance[after]
+    scale = np.abs(columns).max(axis=0)
+    return float(np.linalg.lstsq(columns / np.where(scale > 0, scale, 1), f[near], rcond=None)[0][0])
 
 
 def _plateaus(
@@ -250,9 +272,28 @@ def _means(table: Float[NDArray[np.float64], "p 6"], first: int, last: int) -> P
     )  # fmt: skip
 
 
-def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...]) -> list[str]:
+def _play(x: Samples, f: Samples) -> float:
+    """Share of the stroke over which both branches bear no force [-], 0 if it is no more than a crossing of zero."""
+    part = np.clip(((x - x.min()) / np.ptp(x) * PLAY_BINS).astype(np.int64), 0, PLAY_BINS - 1)
+    falling = np.arange(len(x)) <= np.argmin(x)
+    free = np.ones(PLAY_BINS, dtype=bool)
+    for branch in (falling, ~falling):
+        count = np.bincount(part[branch], minlength=PLAY_BINS)
+        mean = np.bincount(part[branch], f[branch], minlength=PLAY_BINS) / np.maximum(count, 1)
+        free &= (count == 0) | (np.abs(mean) < NO_FORCE * np.ptp(f))
+    runs = np.diff(np.flatnonzero(np.concatenate([[True], ~free, [True]]))) - 1
+    share = float(runs.max()) / PLAY_BINS
+    return share if share >= LEAST_PLAY else 0.0
+
+
+def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:
     """What the periods say against the record, in words."""
     suspicions = []
+    if play:
+        suspicions.append(
+            f"the force stays near zero over {play:.2g} of the stroke in both directions: backlash, or a joint that "
+            "opens; its secant stiffness is not that of a contact"
+        )
     if not plateaus:
         suspicions.append("no two neighbouring periods have one amplitude: there is no settled loop, ramps alone")
     if np.median(table[:, 1]) < 0:

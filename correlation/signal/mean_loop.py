@@ -1,0 +1,129 @@
+"""The settled loops of a record as one period: samples of all periods by phase, and a displacement without noise."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from correlation.signal.record import Samples
+from geometry.read_only_array import freeze_fields
+
+Bounds = Int[NDArray[np.int64], " p"]
+Points = Float[NDArray[np.float64], " m"]
+
+#: Samples whose phases fall into one of so many parts of the period are averaged [-].
+MOST_POINTS = 1500
+#: Part of the half stroke, to either side of its middle, in which a crossing is located by a straight line [-].
+CROSSING = 0.2
+#: Harmonics of the displacement that count: at most so many, and beyond so many deviations of noise [-].
+MOST_HARMONICS, SIGNIFICANT = 40, 4.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeanLoop:
+    """One period, from a crossing of the middle of the stroke downwards to the next.
+
+    Parameters
+    ----------
+    displacement
+        Its significant harmonics, shape (m,) [m].
+    force, normal
+        Means of the samples of each point, shape (m,) [N].
+    weight
+        Number of samples of each point, shape (m,) [-].
+    displacement_deviation
+        Standard deviation of the noise that the harmonics have left [m].
+    samples, point
+        Forces in the order of the record, and the point that each belongs to, shape (n,) [N, -].
+    n_period
+        Number of periods [-].
+    """
+
+    displacement: Points
+    force: Points
+    normal: Points
+    weight: Points
+    displacement_deviation: float
+    samples: Samples
+    point: Int[NDArray[np.int64], " n"]
+    n_period: int
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "displacement", "force", "normal", "weight", "samples")
+        freeze_fields(self, "point", kind=np.int64)
+
+
+def average_loops(displacement: Samples, force: Samples, normal: Samples, bounds: Bounds) -> MeanLoop:
+    """The mean loop between some bounds of periods.
+
+    The phase of a sample is its place between crossings of the middle of the stroke, where the displacement moves
+    fastest and noise shifts least. Periods may differ in length.
+
+    Parameters
+    ----------
+    displacement, force, normal
+        Shape (n,) [m, N, N].
+    bounds
+        Samples at which periods begin and the last ends: highest displacements, shape (p + 1,).
+    """
+    starts = _crossings(displacement, bounds)
+    if len(starts) < 2:
+        starts = np.array([float(bounds[0]), float(bounds[-1])])
+    used = np.arange(int(np.ceil(starts[0])), int(np.ceil(starts[-1])))
+    phase = np.interp(used, starts, np.arange(len(starts))) % 1.0
+    x, f, n = displacement[used], force[used], normal[used]
+    part = np.minimum((phase * MOST_POINTS).astype(np.int64), MOST_POINTS - 1)
+    _, point = np.unique(part, return_inverse=True)
+    weight = np.bincount(point).astype(np.float64)
+    mean_phase, mean_f, mean_n = (np.bincount(point, values) / weight for values in (phase, f, n))
+    smooth, deviation = _significant_harmonics(phase, x, mean_phase, len(used) / (len(starts) - 1))
+    return MeanLoop(
+        displacement=smooth,
+        force=mean_f,
+        normal=mean_n,
+        weight=weight,
+        displacement_deviation=deviation,
+        samples=f,
+        point=point,
+        n_period=len(starts) - 1,
+    )
+
+
+def _crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float64], " p"]:
+    """Where each period crosses the middle of its stroke downwards, in samples."""
+    places = []
+    for a, b in pairwise(bounds):
+        part = displacement[a : b + 1]
+        falling = part[: int(np.argmin(part)) + 1]
+        middle, reach = (part.max() + part.min()) / 2, CROSSING * np.ptp(part) / 2
+        near = np.flatnonzero(np.abs(falling - middle) <= reach)
+        if len(near) >= 3:
+            slope, offset = np.polyfit(near - near.mean(), falling[near] - middle, 1)
+            places.append(a + near.mean() - (offset / slope if slope < 0 else 0.0))
+        else:
+            first = max(int(np.argmax(falling <= middle)), 1)
+            before, after = falling[first - 1], falling[first]
+            places.append(a + first - (middle - after) / (before - after))
+    return np.asarray(places, dtype=np.float64)
+
+
+def _significant_harmonics(
+    phase: Samples, values: Samples, points: Points, samples_per_period: float
+) -> tuple[Points, float]:
+    """A periodic signal at some phases without harmonics that its noise explains, and the noise that they bear."""
+    most = max(min(MOST_HARMONICS, int(samples_per_period / 6)), 1)
+    columns = _waves(phase, np.arange(1, most + 1))
+    found = np.linalg.lstsq(columns, values, rcond=None)[0]
+    variance = float(((values - columns @ found) ** 2).sum() / max(len(values) - columns.shape[1], 1))
+    size = np.hypot(found[1 : most + 1], found[most + 1 :])
+    order = 1 + np.flatnonzero(size > SIGNIFICANT * np.sqrt(2 * variance / len(values)))
+    columns = _waves(phase, order)
+    found = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return np.asarray(_waves(points, order) @ found), float(np.sqrt(variance * columns.shape[1] / len(values)))
+
+
+def _waves(phase: Points, order: NDArray[np.int64]) -> Float[NDArray[np.float64], "n p"]:
+    angle = 2 * np.pi * np.outer(phase, order)
+    return np.hstack([np.ones((len(phase), 1)), np.cos(angle), np.sin(angle)])
