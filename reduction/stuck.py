@@ -34,6 +34,11 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
     return stuck
 
 
+def stick_at_rest(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
+    """Stiffness with the springs of all sliders and of the contacts that are closed at rest, shape (r, r) [N/m]."""
+    return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])
+
+
 def stuck_damping(
     mass: Matrix, stiffness: Matrix, stuck: Matrix, ratio: float, seen: Real | Array | None = None
 ) -> Matrix:

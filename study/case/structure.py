@@ -12,7 +12,6 @@ from correlation.model import DeadWeight, Dof, LineSensor, Part, Sensor
 from reduction.file.structure_file import StructureMatrices
 from reduction.joint_law.registry import Joint
 from reduction.rom import ReducedModel
-from reduction.stuck import stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -71,11 +70,6 @@ class Structure:
     damped: Callable[[Sequence[Joint]], Matrix] | None = None
     histories: Histories | None = None
     details: Any = None
-
-
-def stick_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
-    """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
-    return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])
 
 
 def make_reduced_structure(

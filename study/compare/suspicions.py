@@ -16,7 +16,7 @@ from correlation.feature.table import extract_features
 from correlation.model import Model
 from correlation.prediction import Points, Prediction, Predictor
 from fe.dense_modes import compute_dense_modes
-from study.case.structure import stick_at_rest
+from reduction.stuck import stick_at_rest
 
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3

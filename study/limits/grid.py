@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from fe.dense_modes import compute_dense_modes
-from study.case.structure import stick_at_rest
+from reduction.stuck import stick_at_rest
 from study.limits.model import LimitSearch
 from study.limits.table import MOST_POINTS
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fe.dense_modes import RIGID, compute_dense_modes
 from pipeline.output import replace_file
 from reduction.jointed_system import JointedSystem
+from reduction.stuck import stick_at_rest
 from study.case.setup import read_case
-from study.case.structure import stick_at_rest
 from study.kind.registry import OpenCase
 from study.run_context import Answer, RunContext
 

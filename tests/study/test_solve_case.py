@@ -19,8 +19,8 @@ from reduction.jointed_system import (
     QuadraticDamper,
 )
 from reduction.rom import ReducedModel
+from reduction.stuck import stick_at_rest
 from study.case.setup import read_case
-from study.case.structure import stick_at_rest
 from study.solve.model import SolveModel, make_solve_model
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])

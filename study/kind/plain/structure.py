@@ -17,8 +17,8 @@ from geometry.errors import InputError
 from reduction.errors import JointError, MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
 from reduction.jointed_system import Joint
-from reduction.stuck import stuck_damping
-from study.case.structure import Structure, list_reduced_dofs, stick_at_rest
+from reduction.stuck import stick_at_rest, stuck_damping
+from study.case.structure import Structure, list_reduced_dofs
 from study.case.tables import Case
 from study.kind.plain.table import DofTable, PlainTable, RayleighTable
 
