@@ -1,13 +1,14 @@
 """The sensors of a campaign on a model: by name, by the place that they name, or by their coordinates."""
 
 from dataclasses import replace
+from math import cos, sin
 
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.errors import CampaignError
-from correlation.model import LineSensor, Model, Sensor
+from correlation.model import LineSensor, Model, Row, Sensor
 
 #: A sensor is at a node that is nearer than this share of the structure's size.
 NEAR = 0.01
@@ -66,18 +67,46 @@ def _placed(measured: MeasuredSensor, model: Model) -> Sensor | LineSensor:
                 f"its lines: {listed}"
             )
         return LineSensor(name=name, line=measured.line, component=str(measured.component))
-    if measured.place is not None:
-        if measured.place not in model.places:
-            listed = ", ".join(model.places) or "none"
-            raise CampaignError(
-                f'{MANIFEST}: sensor "{name}" sits at place "{measured.place}", which the model does not have; '
-                f"its places: {listed}"
-            )
-        return Sensor(name=name, row=model.places[measured.place], quantity=measured.quantity)
-    return _nearest(measured, model)
+    row = _place_row(measured, model, measured.place) if measured.place is not None else _nearest(measured, model)
+    if measured.inclination:
+        row = cos(measured.inclination) * row + sin(measured.inclination) * _turned(measured, model, row)
+    if measured.relative_to is not None:
+        other = _place_row(measured, model, measured.relative_to)
+        if measured.inclination:
+            other = cos(measured.inclination) * other + sin(measured.inclination) * _turned(measured, model, other)
+        row = row - other
+    return Sensor(name=name, row=row, quantity=measured.quantity)
 
 
-def _nearest(measured: MeasuredSensor, model: Model) -> Sensor:
+def _place_row(measured: MeasuredSensor, model: Model, place: str) -> Row:
+    if place not in model.places:
+        listed = ", ".join(model.places) or "none"
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{measured.name}" sits at place "{place}", which the model does not have; '
+            f"its places: {listed}"
+        )
+    return model.places[place]
+
+
+def _turned(measured: MeasuredSensor, model: Model, row: Row) -> Row:
+    """The row of the same points in the direction in which the sensor leans."""
+    turned = np.zeros_like(row)
+    number = {(dof.body, dof.node, dof.direction): place for place, dof in enumerate(model.dofs)}
+    for place in np.flatnonzero(row):
+        dof = model.dofs[place]
+        other = number.get((dof.body, dof.node, measured.toward))
+        if dof.direction == measured.direction and other is not None:
+            turned[other] = row[place]
+            continue
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{measured.name}" leans toward {measured.toward}, but the model knows no motion of '
+            f"its point in the directions {measured.direction} and {measured.toward}: remove inclination, or keep both "
+            "directions of that point in the model"
+        )
+    return turned
+
+
+def _nearest(measured: MeasuredSensor, model: Model) -> Row:
     name, wanted = measured.name, measured.coordinates
     if wanted is None:
         raise CampaignError(
@@ -104,7 +133,7 @@ def _nearest(measured: MeasuredSensor, model: Model) -> Sensor:
         )
     row = np.zeros(model.system.n_dof)
     row[known[nearest][0]] = 1.0
-    return Sensor(name=name, row=row, quantity=measured.quantity)
+    return row
 
 
 def _check_harmonics(model: Model, campaign: Campaign) -> None:

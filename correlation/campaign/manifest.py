@@ -5,47 +5,62 @@ Each value is checked once, here; the message of a mistake names file, key, valu
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from correlation.campaign.measurement import (
-    COMPONENTS,
-    CONFIGURATIONS,
-    CONTACT_FORCE,
-    SI_UNIT,
-    HeldOut,
-    MeasuredSensor,
-    Test,
-)
+from correlation.campaign.load_cell import LoadCellPair, read_load_cells
+from correlation.campaign.measurement import CONFIGURATIONS, Drive, HeldOut, MeasuredSensor, Test
 from correlation.campaign.measurement_unit import si_factor, si_quantity
+from correlation.campaign.run_entry import RunEntry, read_run
+from correlation.campaign.run_table import RunUnits
+from correlation.campaign.sensor_entry import read_sensor
 from correlation.campaign.toml_table import TomlTable
+from correlation.data_type.registry import DATA_TYPES, DataType
 from correlation.errors import CampaignError, Mistakes
 
 MANIFEST = "campaign.toml"
 SCHEMA = 1
+Entry = TypeVar("Entry")
 #: Sign of i Omega t by the words of the manifest.
 TIME_SIGNS = {"exp(+i omega t)": 1, "exp(i omega t)": 1, "exp(-i omega t)": -1}
 #: Peak amplitude of one unit.
 PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
 CONVENTIONS = ("convention", "units")
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+#: SI unit of the levels by what drives the structure.
+DRIVES = {"force": "N", "base acceleration": "m/s^2"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordEntry:
-    """A time record as the manifest names it: its file, the units of its columns, the channel that drives."""
+    """A time record as the manifest describes it.
+
+    Parameters
+    ----------
+    name, file
+        Its name and its file.
+    units
+        Units of its columns.
+    force
+        Column that drives; None for a ring-down.
+    held_out
+        Whether no calibration may see it.
+    rate
+        Sampling rate of a file without a column of time [Hz]; None for one with it.
+    start, end
+        Stretch of the file [s]; infinite without an end.
+    """
 
     name: str
     file: str
     units: Mapping[str, str]
     force: str | None
     held_out: bool
+    rate: float | None = None
+    start: float = -math.inf
+    end: float = math.inf
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,30 +71,47 @@ class Manifest:
     ----------
     title
         Title of the campaign.
-    time_sign
-        +1 for amplitudes of e^{+i Omega t}, -1 for those of e^{-i Omega t}.
-    peak
-        Peak amplitude of one unit of an amplitude in the tables [-].
-    level_factor, frequency_factor
-        Factors to newtons (peak amplitude) and to hertz [-].
-    sensors, tests, files
-        Tests, and the file of each test.
+    drive
+        What the levels are.
+    units
+        Conventions of the amplitudes and units of level and frequency.
+    frequency_factor
+        Factor of the frequencies in tidy tables to hertz [-].
+    sensors
+        Sensors, load cells among them.
+    load_cells
+        Pairs of load cells, and the contact forces that follow from them.
+    tests, files
+        Tests, and the file of each test; None for a test whose runs name theirs.
+    runs
+        Runs of the tests.
     records
         Time records.
+    data
+        Entries of all other types of data, each with its type.
     held_out
         Levels [N, peak] and repeats that no calibration may see.
     """
 
     title: str
-    time_sign: int
-    peak: float
-    level_factor: float
+    drive: Drive
+    units: RunUnits
     frequency_factor: float
     sensors: tuple[MeasuredSensor, ...]
+    load_cells: tuple[LoadCellPair, ...]
     tests: tuple[Test, ...]
-    files: tuple[str, ...]
+    files: tuple[str | None, ...]
+    runs: tuple[RunEntry, ...]
     records: tuple[RecordEntry, ...]
+    data: tuple[tuple[DataType, TomlTable], ...]
     held_out: HeldOut
+
+    def files_of(self, tests: Collection[int]) -> str:
+        """Names of the files that hold some tests, for messages."""
+        names = [file for number, file in enumerate(self.files) if number in tests and file is not None]
+        called = {self.tests[number].name for number in tests}
+        names += [run.file for run in self.runs if run.test in called]
+        return ", ".join(dict.fromkeys(names)) or MANIFEST
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -96,99 +128,126 @@ def read_manifest(folder: Path) -> Manifest:
         raise root.problem("schema", f"this version of stickslip reads schema = {SCHEMA}")
     mistakes = Mistakes()
     records = mistakes.attempt(lambda: root.tables("record", required=False), ())
-    tables = mistakes.attempt(lambda: root.tables("test", required=not records), ())
-    time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
-    # Time records alone need no convention of amplitudes.
-    convention, units = (mistakes.attempt(partial(root.table, key, required=bool(tables)), None) for key in CONVENTIONS)
-    if tables and convention is not None:
-        time_sign = TIME_SIGNS[mistakes.attempt(partial(convention.choice, "time", TIME_SIGNS), next(iter(TIME_SIGNS)))]
-        peak = PEAK_OF[mistakes.attempt(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
-    if tables and units is not None:
-        level_factor = mistakes.attempt(partial(units.converted, "level", partial(_factor, "N")), 1.0) * peak
-        frequency_factor = mistakes.attempt(partial(units.converted, "frequency", partial(_factor, "Hz")), 1.0)
-    sensors = [
-        mistakes.attempt(partial(_sensor, table), None) for table in mistakes.attempt(lambda: root.tables("sensor"), ())
+    runs = mistakes.attempt(lambda: root.tables("run", required=False), ())
+    data = [
+        (kind, table)
+        for kind in DATA_TYPES
+        for table in mistakes.attempt(partial(root.tables, kind.table, required=False), ())
     ]
-    tests = [mistakes.attempt(partial(_test, table), None) for table in tables]
-    entries = [mistakes.attempt(partial(_record, table), None) for table in records]
+    tables = mistakes.attempt(lambda: root.tables("test", required=not (records or data)), ())
+    drive = mistakes.attempt(lambda: _drive(root), Drive())
+    units, frequency_factor = _units(root, drive, bool(tables), mistakes)
+    sensors = _all(
+        mistakes, mistakes.attempt(lambda: root.tables("sensor", required=bool(tables or records)), ()), read_sensor
+    )
+    tests = _all(mistakes, tables, partial(_test, has_others=bool(runs or data)))
+    names = {sensor.name for sensor in sensors}
     manifest = Manifest(
         title=mistakes.attempt(lambda: root.take("title", str, ""), ""),
-        time_sign=time_sign,
-        peak=peak,
-        level_factor=level_factor,
+        drive=drive,
+        units=units,
         frequency_factor=frequency_factor,
-        sensors=tuple(each for each in sensors if each is not None),
-        tests=tuple(each[0] for each in tests if each is not None),
-        files=tuple(each[1] for each in tests if each is not None),
-        records=tuple(each for each in entries if each is not None),
-        held_out=mistakes.attempt(lambda: _held_out(root.table("held_out", required=False), level_factor), HeldOut()),
-    )
-    for table in (root, convention, units):
-        if table is not None:
-            mistakes.attempt(table.finish, None)
-    names = {
-        "sensor": [each.name for each in manifest.sensors],
-        "test": [each.name for each in manifest.tests],
-        "record": [each.name for each in manifest.records],
-    }
-    for kind, given in names.items():
-        mistakes.attempt(partial(_check_names, root, kind, given), None)
+        sensors=tuple(sensors),
+        load_cells=tuple(
+            _all(
+                mistakes, mistakes.attempt(lambda: root.tables("load_cells", required=False), ()),
+                partial(read_load_cells, sensors=sensors),
+            )
+        ),
+        tests=tuple(test for test, _ in tests),
+        files=tuple(file for _, file in tests),
+        runs=tuple(_all(mistakes, runs, partial(read_run, sensors=names, tests=[test.name for test, _ in tests]))),
+        records=tuple(_all(mistakes, records, _record)),
+        data=tuple(data),
+        held_out=mistakes.attempt(
+            lambda: _held_out(root.table("held_out", required=False), units.level_factor), HeldOut()
+        ),
+    )  # fmt: skip
+    mistakes.attempt(root.finish, None)
+    _check_names(root, manifest, mistakes)
+    for test, file in zip(manifest.tests, manifest.files, strict=True):
+        named = {table.values.get("test") for table in (*runs, *(table for _, table in data))}
+        if file is None and test.name not in named:
+            mistakes.add(
+                f'{MANIFEST}: test "{test.name}" has neither a file nor a [[run]]: add one, or remove the test'
+            )
     mistakes.refuse()
     return manifest
 
 
-def _factor(wanted: str, unit: object) -> float:
-    return si_factor(str(unit), wanted)
+def _all(mistakes: Mistakes, tables: Sequence[TomlTable], read: Callable[[TomlTable], Entry]) -> list[Entry]:
+    """Entries of some tables; one that is a mistake is noted and left out."""
+    entries: list[Entry | None] = [mistakes.attempt(partial(read, table), None) for table in tables]
+    return [entry for entry in entries if entry is not None]
 
 
-def _check_names(root: TomlTable, kind: str, given: Sequence[str]) -> None:
-    for name in given:
-        if given.count(name) > 1:
-            raise root.problem(kind, f'two are called "{name}"; give each a name of its own', show=False)
+def _drive(root: TomlTable) -> Drive:
+    table = root.table("drive", required=False)
+    quantity = table.choice("quantity", DRIVES) if "quantity" in table.values else "force"
+    calibrated = table.take("calibrated", bool, True)
+    table.finish()
+    if calibrated:
+        return Drive(quantity=quantity, unit=DRIVES[quantity])
+    units = root.values.get("units")
+    unit = units.get("level") if isinstance(units, dict) else None
+    return Drive(quantity=quantity, unit=str(unit or "V"), calibrated=False)
 
 
-def _test(table: TomlTable) -> tuple[Test, str]:
-    """A test, and its file."""
-    file = table.take("file", str)
-    test = Test(name=table.take("name", str), configuration=table.choice("configuration", CONFIGURATIONS))
+def _units(root: TomlTable, drive: Drive, required: bool, mistakes: Mistakes) -> tuple[RunUnits, float]:
+    """Conventions, and the factor of frequencies; time records alone need none."""
+    time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
+    level_unit, frequency_unit = drive.unit, "Hz"
+    convention, units = (mistakes.attempt(partial(root.table, key, required=required), None) for key in CONVENTIONS)
+    if convention is not None and (required or convention.values):
+        time_sign = TIME_SIGNS[mistakes.attempt(partial(convention.choice, "time", TIME_SIGNS), next(iter(TIME_SIGNS)))]
+        peak = PEAK_OF[mistakes.attempt(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
+        mistakes.attempt(convention.finish, None)
+    if units is not None and (required or units.values):
+        level_factor = mistakes.attempt(partial(units.converted, "level", partial(_level_factor, drive)), 1.0) * peak
+        frequency_factor = mistakes.attempt(partial(units.converted, "frequency", _frequency_factor), 1.0)
+        level_unit, frequency_unit = (str(units.values.get(key, word)) for key, word in
+                                      (("level", level_unit), ("frequency", frequency_unit)))  # fmt: skip
+        mistakes.attempt(units.finish, None)
+    run_units = RunUnits(
+        time_sign=time_sign, peak=peak, level_factor=level_factor, level_unit=level_unit,
+        frequency_unit=frequency_unit, level_si=DRIVES[drive.quantity] if drive.calibrated else "",
+    )  # fmt: skip
+    return run_units, frequency_factor
+
+
+def _level_factor(drive: Drive, unit: object) -> float:
+    if not drive.calibrated:
+        return 1.0
+    try:
+        return si_factor(str(unit), drive.unit)
+    except ValueError as error:
+        remedy = "for a drive that is not calibrated, such as volts, add a table [drive] with calibrated = false"
+        if drive.quantity == "force":
+            remedy += '; for a shaken base, one with quantity = "base acceleration"'
+        raise ValueError(f"{error}; {remedy}") from None
+
+
+def _frequency_factor(unit: object) -> float:
+    return si_factor(str(unit), "Hz")
+
+
+def _check_names(root: TomlTable, manifest: Manifest, mistakes: Mistakes) -> None:
+    for kind in ("sensor", "test", "record"):
+        names = [item.name for item in getattr(manifest, f"{kind}s")]
+        for name in dict.fromkeys(name for name in names if names.count(name) > 1):
+            mistakes.add(str(root.problem(kind, f'two are called "{name}"; give each a name of its own', show=False)))
+
+
+def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:
+    """A test, and the file of its tidy table; runs and data of other types may stand for one."""
+    file = table.take("file", str, None) if has_others else table.take("file", str)
+    test = Test(
+        name=table.take("name", str),
+        configuration=table.choice("configuration", CONFIGURATIONS),
+        settling=table.take("settling", bool, False),
+    )
     table.finish()
     return test, file
-
-
-def _sensor(table: TomlTable) -> MeasuredSensor:
-    quantity = table.choice("quantity", SI_UNIT)
-    uncertainty = table.converted("uncertainty", lambda value: si_quantity(value, ""), 0.0)
-    if uncertainty < 0:
-        raise table.problem("uncertainty", "must not be negative")
-    if quantity == CONTACT_FORCE:
-        sensor = MeasuredSensor(
-            name=table.take("name", str),
-            quantity=quantity,
-            line=table.take("line", str),
-            component=table.choice("component", COMPONENTS),
-            uncertainty=uncertainty,
-        )
-    else:
-        place, point = table.take("place", str, None), table.take("coordinates", list, None)
-        if (place is None) == (point is None):
-            wanted = 'give place = "..." or coordinates = ["500 mm", "0 mm", "0 mm"], one of them'
-            raise table.problem("place", wanted, show=False)
-        if point is not None and len(point) != 3:
-            raise table.problem("coordinates", 'give three, e.g. ["500 mm", "0 mm", "0 mm"]')
-        sensor = MeasuredSensor(
-            name=table.take("name", str),
-            quantity=quantity,
-            direction=table.choice("direction", DIRECTIONS),
-            place=place,
-            coordinates=point and table.converted("coordinates", _point),
-            uncertainty=uncertainty,
-        )
-    table.finish()
-    return sensor
-
-
-def _point(values: object) -> NDArray[np.float64]:
-    return np.array([si_quantity(value, "m") for value in values]) if isinstance(values, list) else np.zeros(0)
 
 
 def _record(table: TomlTable) -> RecordEntry:
@@ -202,9 +261,21 @@ def _record(table: TomlTable) -> RecordEntry:
         units=units,
         force=table.take("force", str, None),
         held_out=table.take("held_out", bool, False),
+        rate=table.converted("rate", partial(_positive, "Hz")) if "rate" in table.values else None,
+        start=table.converted("start", lambda value: si_quantity(value, "s"), -math.inf),
+        end=table.converted("end", lambda value: si_quantity(value, "s"), math.inf),
     )
     table.finish()
+    if entry.end <= entry.start:
+        raise table.problem("end", f"must be after start = {entry.start:g} s")
     return entry
+
+
+def _positive(si: str, value: object) -> float:
+    number = si_quantity(value, si)
+    if not number > 0:
+        raise ValueError("must be above zero")
+    return number
 
 
 def _held_out(table: TomlTable, level_factor: float) -> HeldOut:

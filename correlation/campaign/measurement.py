@@ -5,8 +5,9 @@ A steady state is :math:`x(t) = \operatorname{Re} \sum_k X_k e^{i k \Omega t}` u
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -22,14 +23,18 @@ ComplexColumn = Complex[NDArray[np.complex128], " k"]
 Mask = Bool[NDArray[np.bool_], " k"]
 
 CONTACT_FORCE = "contact force"
+#: A force behind a contact line, which becomes its contact forces when a campaign is read.
+LOAD_CELL = "load cell"
 #: Frequencies that differ by less than this share are one: counters and files round.
 SAME_FREQUENCY = 1e-5
 #: What a sensor can measure, with its SI unit.
-SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", CONTACT_FORCE: "N"}
+SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", CONTACT_FORCE: "N", LOAD_CELL: "N"}
 #: The same for rotations.
 ROTATION_UNIT = {"displacement": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 COMPONENTS = ("tangential", "normal")
 CONFIGURATIONS = ("jointed", "free")
+#: Stands for forces that were not measured.
+NOT_MEASURED = np.zeros(0)
 #: Words of a sweep, by the number in the table.
 SWEEPS = {1: "up", -1: "down", 0: "none"}
 
@@ -58,9 +63,19 @@ class MeasuredSensor:
         Whether its values are complex; without, they are amplitudes, real and positive.
     calibrated
         Whether its values are in the SI unit of its quantity; without, they are up to one unknown real factor.
+    reading_unit
+        Unit of the values of a sensor that is not calibrated, such as "V"; no more than a label.
     noise
         Standard deviation of one reading that the test engineer states: relative [-] and absolute [SI unit]; zeros
         leave it to the data.
+    relative_to
+        Named place of the model whose motion is subtracted, for a sensor between two bodies; None for one that
+        reads the motion of its place alone.
+    inclination
+        Angle between the sensor's axis and its direction [rad]: it reads cos(inclination) of the motion along
+        `direction` and sin(inclination) of that along `toward`.
+    toward
+        Direction in which the axis leans, "x", "y" or "z"; empty without inclination.
     """
 
     name: str
@@ -73,15 +88,22 @@ class MeasuredSensor:
     uncertainty: float = 0.0
     has_phase: bool = True
     calibrated: bool = True
+    reading_unit: str = ""
     noise: tuple[float, float] = (0.0, 0.0)
+    relative_to: str | None = None
+    inclination: float = 0.0
+    toward: str = ""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "noise", tuple(self.noise))
         if self.coordinates is not None:
             freeze_fields(self, "coordinates")
 
     @property
     def unit(self) -> str:
-        """SI unit of its values."""
+        """Unit of its values: SI, or what an uncalibrated one is labelled with."""
+        if not self.calibrated:
+            return self.reading_unit
         rotates = self.direction in {"rx", "ry", "rz"}
         return ROTATION_UNIT[self.quantity] if rotates else SI_UNIT[self.quantity]
 
@@ -107,12 +129,24 @@ class Drive:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Test:
-    """A series of measurements in one configuration: "jointed", or "free" of all contacts."""
+    """A series of measurements in one configuration.
+
+    Parameters
+    ----------
+    name
+        As in the tables.
+    configuration
+        "jointed", or "free" of all contacts.
+    settling
+        Whether its repeats are readings of a response that still settles, such as a joint that runs in: they are no
+        repeats, and their scatter is no noise.
+    """
 
     __test__ = False  # no test of pytest's
 
     name: str
     configuration: str = "jointed"
+    settling: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,13 +164,15 @@ class Measurement(RowTable):
     sweep
         +1 up, -1 down, 0 none, shape (k,).
     level
-        Amplitude of the force, shape (k,) [N].
+        Set point of the amplitude of the force, shape (k,) [N]: rows of one level belong together.
     frequency
         Frequency of the force, shape (k,) [Hz].
     harmonic
         k of the value; 0 is the mean, shape (k,).
     value
         X_k, peak amplitude, shape (k,) [SI unit of the sensor].
+    force
+        Amplitude of the force as it was, shape (k,) [N]; the level by default.
     """
 
     test: IntColumn
@@ -148,10 +184,13 @@ class Measurement(RowTable):
     sensor: IntColumn
     harmonic: IntColumn
     value: ComplexColumn
+    force: FloatColumn = field(default_factory=lambda: NOT_MEASURED)
 
     def __post_init__(self) -> None:
+        if self.force is NOT_MEASURED:
+            object.__setattr__(self, "force", self.level)
         freeze_fields(self, "test", "order", "repeat", "sweep", "sensor", "harmonic", kind=np.int64)
-        freeze_fields(self, "level", "frequency")
+        freeze_fields(self, "level", "frequency", "force")
         freeze_fields(self, "value", kind=np.complex128)
 
 
@@ -210,6 +249,8 @@ class Campaign:
         Suspected mistakes in the data.
     drive
         What the levels are.
+    data
+        Data of other types, such as loops; each names its type in `correlation.data_type.registry.DATA_TYPES`.
     """
 
     title: str
@@ -221,6 +262,7 @@ class Campaign:
     records: tuple[TimeRecord, ...] = ()
     suspicions: tuple[Suspicion, ...] = ()
     drive: Drive = Drive()
+    data: tuple[Any, ...] = ()
 
     @property
     def levels(self) -> Float[NDArray[np.float64], " l"]:

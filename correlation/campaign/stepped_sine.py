@@ -17,6 +17,8 @@ from correlation.errors import CampaignError
 COLUMNS = (
     "test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit",
 )  # fmt: skip
+#: Column that a table may have: the amplitude of the force as it was.
+FORCE = "force"
 #: What tells one row from another: the order does not.
 KEY = ("test", "level", "frequency", "sensor", "harmonic", "sweep", "repeat")
 _POLAR = ("amplitude", "phase", "magnitude", "abs", "angle")
@@ -50,25 +52,34 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     harmonic = table.integers("harmonic", least=0)
     sensor = _index(table, "sensor", {name: number for number, name in enumerate(sensors)})
     test = _index(table, "test", {name: names.index(name) for name in tests})
-    value = table.numbers("real") + 1j * manifest.time_sign * table.numbers("imag")
+    value = table.numbers("real") + 1j * manifest.units.time_sign * table.numbers("imag")
     value *= _unit_factors(table, manifest, sensor)
     # A mean has no amplitude, and so no convention of one.
-    value[harmonic > 0] *= manifest.peak
+    value[harmonic > 0] *= manifest.units.peak
     _refuse(table, "imag", (harmonic == 0) & (value.imag != 0), "a mean (harmonic 0) has no imaginary part: write 0")
     level, frequency = table.numbers("level"), table.numbers("frequency")
+    force = table.numbers(FORCE) if FORCE in table.columns else level
     _refuse(table, "level", level <= 0, "must be positive: the amplitude of the force")
+    _refuse(table, FORCE, (force <= 0) & (force != level), "must be positive: the amplitude that was measured")
     _refuse(table, "frequency", frequency <= 0, "must be positive")
+    amplitude = np.array([not each.has_phase for each in manifest.sensors])[sensor]
+    _refuse(
+        table, "imag", amplitude & (value.imag != 0), "its sensor has phase = false: give amplitudes, with imag = 0"
+    )
+    negative = amplitude & (harmonic > 0) & (value.real < 0)
+    _refuse(table, "real", negative, "its sensor has phase = false: an amplitude is not negative")
     _refuse_contact_when_free(table, manifest, test, sensor)
     measurement = Measurement(
         test=test,
         order=table.integers("order", least=0),
         repeat=table.integers("repeat", least=0),
         sweep=_index(table, "sweep", {word: sign for sign, word in SWEEPS.items()}),
-        level=level * manifest.level_factor,
+        level=level * manifest.units.level_factor,
         frequency=frequency * manifest.frequency_factor,
         sensor=sensor,
         harmonic=harmonic,
         value=value,
+        force=force * manifest.units.level_factor,
     )
     order = sorting(measurement)
     _refuse_duplicates(table, measurement, order)
@@ -92,7 +103,7 @@ def _check_header(table: CsvTable) -> None:
         if name not in table.columns:
             raise CampaignError(f'{where}there is no column "{name}"; the header must be {",".join(COLUMNS)}')
     for name in table.columns:
-        if name not in COLUMNS:
+        if name not in (*COLUMNS, FORCE):
             raise CampaignError(
                 f'{where}column "{name}" is not known; remove it: the header must be {",".join(COLUMNS)}'
             )
@@ -119,6 +130,9 @@ def _unit_factors(
     for pair in dict.fromkeys(pairs):
         unit, number = pair
         measured = manifest.sensors[number]
+        if not measured.calibrated:
+            factors[pair] = 1.0
+            continue
         row = pairs.index(pair)
         if not unit:
             raise table.problem(row, f'unit is missing; write "{measured.unit}"')

@@ -1,7 +1,7 @@
 """Time records: CSV with the columns ``time`` and one per channel; their units are in the manifest."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from correlation.campaign.csv_table import read_table
 from correlation.campaign.measurement_unit import base_unit, si_factor
+from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
 from geometry.read_only_array import freeze_fields
 
 TIME = "time"
@@ -63,6 +65,23 @@ class TimeRecord:
             raise CampaignError(f'record "{self.name}" has no channel "{name}": it has {", ".join(self.channels)}')
         values: Float[NDArray[np.float64], " n"] = self.values[self.channels.index(name)]
         return values
+
+    def between(self, start: float, end: float) -> "TimeRecord":
+        """Its stretch between two instants [s].
+
+        Raises
+        ------
+        CampaignError
+            There are no two instants between them.
+        """
+        rows = (self.time >= start) & (self.time <= end)
+        if rows.all():
+            return self
+        if rows.sum() < 2:
+            raise CampaignError(
+                f'record "{self.name}" goes from {self.time[0]:g} to {self.time[-1]:g} s: start and end leave nothing'
+            )
+        return replace(self, time=self.time[rows], values=self.values[:, rows])
 
     @property
     def step(self) -> float:
@@ -138,6 +157,71 @@ def read_time_record(
         channels=channels,
         units=tuple(factors[column][1] for column in channels),
         values=np.stack([values[column] for column in channels]),
+        force=force,
+        held_out=held_out,
+    )
+
+
+def record_of_columns(
+    file: MeasuredFile,
+    *,
+    name: str,
+    units: Mapping[str, str],
+    force: str | None = None,
+    held_out: bool = False,
+    rate: float | None = None,
+) -> TimeRecord:
+    """A record from columns of any measured file.
+
+    Parameters
+    ----------
+    file
+        Its columns.
+    name, force, held_out
+        As in `TimeRecord`.
+    units
+        Columns of the record with their units; "time" among them for a time that is not in seconds.
+    rate
+        Sampling rate of a file without a column "time" [Hz].
+
+    Raises
+    ------
+    CampaignError
+        A column or a unit that cannot be used; one sentence with file, column, value and remedy.
+    """
+    channels = tuple(column for column in units if column != TIME)
+    if not channels:
+        raise CampaignError(
+            f'record "{name}": units names no channel of {file.path.name}: add one, such as acc = "g_n"'
+        )
+    if force is not None and force not in channels:
+        raise CampaignError(f'record "{name}": force = "{force}" is no channel: add {force} = "N" to its units')
+    values, si = [], []
+    for column in channels:
+        try:
+            si.append(base_unit(units[column])[1])
+        except ValueError as error:
+            raise CampaignError(f'record "{name}": units.{column}: {error}') from None
+        entry = SignalEntry(where=f'record "{name}"', columns={"column": column}, unit=units[column])
+        values.append(entry.real_values(file, si[-1]))
+    if len({len(signal) for signal in values}) > 1:
+        raise CampaignError(f'record "{name}": its channels in {file.path.name} have different lengths: mend one')
+    if rate is not None:
+        time = np.arange(len(values[0])) / rate
+    else:
+        entry = SignalEntry(where=f'record "{name}"', columns={"column": TIME}, unit=units.get(TIME, "s"))
+        time = entry.real_values(file, "s")
+        if (np.diff(time) <= 0).any():
+            row = int(np.argmax(np.diff(time) <= 0)) + 1
+            raise CampaignError(
+                f"{file.path.name}: time does not rise at row {row + 1}; sort the rows, or give the sampling rate"
+            )
+    return TimeRecord(
+        name=name,
+        time=time,
+        channels=channels,
+        units=tuple(si),
+        values=np.array(values),
         force=force,
         held_out=held_out,
     )

@@ -1,7 +1,8 @@
 """A table of a TOML file, read key by key; a mistake is one sentence with file, key, value and remedy."""
 
 import difflib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -37,6 +38,14 @@ class TomlTable:
         dotted = f"{self.path}.{key}" if self.path else key
         shown = f" = {_shown(self.values[key])}" if show and key in self.values else ""
         return CampaignError(f"{self.file}: {dotted}{shown}: {text}")
+
+    @contextmanager
+    def reading(self, file: str) -> Iterator[None]:
+        """Put the table and a file before what an analysis of its signals refuses."""
+        try:
+            yield
+        except CampaignError as error:
+            raise CampaignError(f"{self.file}: {self.path} ({file}): {error}") from None
 
     def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:
         """Value of a key, of one kind; without a default it must be there."""

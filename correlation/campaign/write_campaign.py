@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST, SCHEMA
-from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, MeasuredSensor
-from correlation.campaign.stepped_sine import COLUMNS
+from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Drive, MeasuredSensor
+from correlation.campaign.stepped_sine import COLUMNS, FORCE
 from correlation.campaign.time_record import TIME
 
 
@@ -37,12 +37,17 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
 def _manifest(campaign: Campaign, tests: Sequence[str], records: Sequence[str]) -> Iterator[str]:
     yield f"schema = {SCHEMA}"
     yield f"title = {_text(campaign.title)}"
+    drive = campaign.drive
+    if drive != Drive():
+        yield from ("", "[drive]", f"quantity = {_text(drive.quantity)}")
+        yield from () if drive.calibrated else ("calibrated = false",)
     yield from ("", "[convention]", 'time = "exp(+i omega t)"', 'amplitude = "peak"')
-    yield from ("", "[units]", 'level = "N"', 'frequency = "Hz"')
+    yield from ("", "[units]", f"level = {_text(drive.unit)}", 'frequency = "Hz"')
     for sensor in campaign.sensors:
         yield from ("", "[[sensor]]", *_sensor(sensor))
     for test, file in zip(campaign.tests, tests, strict=True):
         yield from ("", "[[test]]", f"name = {_text(test.name)}", f"configuration = {_text(test.configuration)}")
+        yield from ("settling = true",) if test.settling else ()
         yield f"file = {_text(f'test_{file}.csv')}"
     for record, file in zip(campaign.records, records, strict=True):
         yield from ("", "[[record]]", f"name = {_text(record.name)}", f"file = {_text(f'record_{file}.csv')}")
@@ -69,23 +74,42 @@ def _sensor(sensor: MeasuredSensor) -> Iterator[str]:
             yield f"place = {_text(sensor.place or '')}"
         else:
             yield f"coordinates = [{', '.join(_text(f'{x!r} m') for x in sensor.coordinates.tolist())}]"
+        if sensor.relative_to is not None:
+            yield f"relative_to = {_text(sensor.relative_to)}"
+        if sensor.inclination:
+            yield from (f"inclination = {_text(f'{sensor.inclination!r} rad')}", f"toward = {_text(sensor.toward)}")
     if sensor.uncertainty:
         yield f"uncertainty = {float(sensor.uncertainty)!r}"
+    if not sensor.calibrated:
+        yield from ("calibrated = false", f"reading_unit = {_text(sensor.reading_unit)}")
+    if not sensor.has_phase:
+        yield "phase = false"
+    relative, absolute = sensor.noise
+    parts = [repr(float(relative))] if relative else []
+    parts += [_text(f"{float(absolute)!r} {sensor.unit}")] if absolute else []
+    if parts:
+        yield f"noise = [{', '.join(parts)}]"
 
 
 def _table(campaign: Campaign, test: int) -> Iterator[str]:
-    yield ",".join(COLUMNS)
     table = campaign.measurement.where(campaign.measurement.test == test)
+    forces = [""] * len(table)
+    if np.array_equal(table.force, table.level):
+        yield ",".join(COLUMNS)
+    else:
+        yield ",".join((*COLUMNS, FORCE))
+        forces = [f",{force!r}" for force in table.force.tolist()]
     name = _field(campaign.tests[test].name)
     sensors = [(_field(sensor.name), sensor.unit) for sensor in campaign.sensors]
     columns = (table.order, table.repeat, table.sweep, table.level, table.frequency, table.sensor, table.harmonic)
     values = (table.value.real, table.value.imag)
-    for order, repeat, sweep, level, frequency, number, harmonic, real, imag in zip(
-        *(column.tolist() for column in (*columns, *values)), strict=True
+    for order, repeat, sweep, level, frequency, number, harmonic, real, imag, force in zip(
+        *(column.tolist() for column in (*columns, *values)), forces, strict=True
     ):
         sensor, unit = sensors[number]
         yield (
             f"{name},{order},{repeat},{SWEEPS[sweep]},{level!r},{frequency!r},{sensor},{harmonic},{real!r},{imag!r},{unit}"
+            f"{force}"
         )
 
 

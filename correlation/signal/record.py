@@ -13,6 +13,11 @@ Channels = Float[NDArray[np.float64], "c n"]
 
 #: Instants of a uniform clock lie within this share of a step of their places: files round times [-].
 ROUNDING = 0.2
+#: What passes for a whole number of last digits, and by how many of them rounding moves an instant [-]: half of one,
+#: and the line through all of them a little more.
+WHOLE, HALF = 1e-4, 0.6
+#: Digits that are looked for; a file with more has no rounding that matters.
+MOST_DIGITS = 10
 
 
 def check_channels(values: Any, what: str = "values") -> Channels:
@@ -67,7 +72,36 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
             f"time does not rise at sample {first} ({instants[first - 1]:.9g} s, then {instants[first]:.9g} s): sort "
             "the samples, or cut the record there"
         )
-    return instants
+    return _unrounded(instants)
+
+
+def _unrounded(time: Samples) -> Samples:
+    """The uniform clock of instants that are one but for the digits of a file; others as they are, shape (n,)."""
+    steps = np.diff(time)
+    if np.ptp(steps) <= WHOLE * steps.mean():
+        return time
+    digit = _last_digit(time)
+    if not digit.all():
+        return time
+    sample = np.arange(len(time))
+    clock = np.polynomial.Polynomial.fit(sample, time, 1, w=1 / digit)(sample)
+    return np.asarray(clock) if (np.abs(time - clock) <= HALF * digit).all() else time
+
+
+def _last_digit(time: Samples) -> Samples:
+    """Size of the last digit of each instant as a file wrote it: by its decimals, or its digits, shape (n,) [s]."""
+    size = np.zeros(len(time))
+    with np.errstate(divide="ignore"):
+        power = np.where(time == 0, -np.inf, np.floor(np.log10(np.abs(time))))
+    for first in (np.zeros(len(time)), power):
+        for digit in range(MOST_DIGITS):
+            unit = 10.0 ** (first - digit)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                part = np.where(unit > 0, time / unit, 0.0)
+            if np.abs(part - np.round(part)).max() < WHOLE:
+                size = np.maximum(size, unit)
+                break
+    return size
 
 
 def uniform_step(time: Samples) -> float:

@@ -1,18 +1,22 @@
 """A folder with ``campaign.toml``: its manifest, its tables, its time records, and whether they fit together."""
 
-from dataclasses import fields
+from collections.abc import Collection, Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from correlation.campaign.format import FORMATS, CampaignFormat
-from correlation.campaign.manifest import MANIFEST, Manifest, read_manifest
-from correlation.campaign.measurement import Campaign, Measurement, same_level
+from correlation.campaign.load_cell import combine_load_cells
+from correlation.campaign.manifest import MANIFEST, Manifest, RecordEntry, read_manifest
+from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.measurement import Campaign, Measurement, Suspicion, same_level
 from correlation.campaign.measurement_unit import base_unit
-from correlation.campaign.stepped_sine import read_csv, sorting
-from correlation.campaign.time_record import TimeRecord, read_time_record
+from correlation.campaign.run_table import join_rows, read_run_rows
+from correlation.campaign.stepped_sine import KEY, read_csv, sorting
+from correlation.campaign.time_record import TimeRecord, read_time_record, record_of_columns
 from correlation.campaign.write_campaign import write_campaign
+from correlation.data_type.registry import DATA_TYPES, DataContext, Datum
 from correlation.errors import CampaignError, Mistakes
 
 
@@ -25,60 +29,106 @@ def read_folder(folder: Path) -> Campaign:
         One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
     manifest = read_manifest(folder)
-    measurement = _tables(folder, manifest)
+    files = MeasuredFiles(folder=folder)
     mistakes = Mistakes()
-    for number in range(len(manifest.sensors)):
-        mistakes.attempt(partial(_check_sensor, manifest, measurement, number), None)
-    mistakes.attempt(partial(_check_held_out, manifest, measurement), None)
-    found = [
-        mistakes.attempt(
-            partial(
-                read_time_record, folder / entry.file,
-                name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
-            ),
-            None,
-        )
-        for entry in manifest.records
-    ]  # fmt: skip
-    records = tuple(each for each in found if each is not None)
-    mistakes.attempt(partial(_check_records, manifest, records), None)
+    context = DataContext(files=files, sensors=manifest.sensors, tests=manifest.tests, units=manifest.units)
+    data = [mistakes.attempt(partial(kind.read, table, context), None) for kind, table in manifest.data]
+    measurement, suspicions = mistakes.attempt(
+        partial(_tables, folder, manifest, files, [item for item in data if item is not None]), (join_rows([]), ())
+    )
     mistakes.refuse()
+    records = [mistakes.attempt(partial(_record, files, entry), None) for entry in manifest.records]
+    named = {name for item in data if item is not None for name in getattr(item, "sensors", ())}
+    for number in range(len(manifest.sensors)):
+        mistakes.attempt(partial(_check_sensor, manifest, measurement, number, named), None)
+    mistakes.attempt(partial(_check_held_out, manifest, measurement), None)
+    mistakes.attempt(partial(_check_records, manifest, [item for item in records if item is not None]), None)
+    mistakes.refuse()
+    measurement, sensors = combine_load_cells(measurement, manifest.sensors, manifest.load_cells)
     return Campaign(
         title=manifest.title,
         folder=folder,
-        sensors=manifest.sensors,
+        sensors=sensors,
         tests=manifest.tests,
-        measurement=measurement,
+        measurement=measurement.where(sorting(measurement)),
         held_out=manifest.held_out,
-        records=records,
+        records=tuple(item for item in records if item is not None),
+        drive=manifest.drive,
+        data=tuple(data),
+        suspicions=suspicions,
     )
 
 
-def _tables(folder: Path, manifest: Manifest) -> Measurement:
-    tests: dict[str, list[str]] = {}
+def _record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
+    """A record: a table with a column of time, or columns of any file."""
+    path = files.folder / entry.file
+    if path.suffix.lower() == ".csv" and entry.rate is None:
+        record = read_time_record(path, name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out)
+    else:
+        record = record_of_columns(
+            files.read(entry.file), name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
+            rate=entry.rate,
+        )  # fmt: skip
+    return record.between(entry.start, entry.end)
+
+
+def _tables(
+    folder: Path, manifest: Manifest, files: MeasuredFiles, data: Sequence[Datum]
+) -> tuple[Measurement, tuple[Suspicion, ...]]:
+    """Rows of all tidy tables, runs and data that count as steady states, unsorted, and what looks wrong in them."""
+    tidy: dict[str, list[str]] = {}
     for test, file in zip(manifest.tests, manifest.files, strict=True):
-        tests.setdefault(file, []).append(test.name)
+        if file is not None:
+            tidy.setdefault(file, []).append(test.name)
     mistakes = Mistakes()
-    found = [mistakes.attempt(partial(read_csv, folder / file, manifest, names), None) for file, names in tests.items()]
+    number = {test.name: place for place, test in enumerate(manifest.tests)}
+    tables = [mistakes.attempt(partial(read_csv, folder / file, manifest, names), None) for file, names in tidy.items()]
+    suspicions: list[Suspicion] = []
+    for run in manifest.runs:
+        read = partial(read_run_rows, run, files, manifest.sensors, number[run.test], manifest.units)
+        rows = mistakes.attempt(read, None)
+        if rows is not None:
+            tables.append(rows[0])
+            suspicions += rows[1]
+    names = [sensor.name for sensor in manifest.sensors]
+    for datum in data:
+        states = DATA_TYPES[datum.type].states
+        tables += [states(datum, names)] if states is not None else []
+        suspicions += [Suspicion(where=datum.name, sentence=text) for text in getattr(datum, "suspicions", ())]
     mistakes.refuse()
-    tables = [each for each in found if each is not None]
-    columns = [each.name for each in fields(Measurement)]
-    measurement = Measurement(
-        **{name: np.concatenate([[], *(getattr(table, name) for table in tables)]) for name in columns}
-    )
-    for number, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
-        if not (measurement.test == number).any():
-            mistakes.add(f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}')
+    measurement = join_rows([table for table in tables if table is not None])
+    for place, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
+        if not (measurement.test == place).any():
+            mistakes.add(
+                f'{file or MANIFEST}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}'
+            )
+    mistakes.attempt(partial(_check_runs, manifest, measurement), None)
     mistakes.refuse()
-    return measurement.where(sorting(measurement)) if len(tables) > 1 else measurement
+    return measurement, tuple(suspicions)
 
 
-def _check_sensor(manifest: Manifest, measurement: Measurement, number: int) -> None:
+def _check_runs(manifest: Manifest, measurement: Measurement) -> None:
+    """Refuse a point that two runs give; within a table this is refused where it is read."""
+    if not manifest.runs:
+        return
+    table = measurement.where(sorting(measurement))
+    same = np.all([np.diff(getattr(table, name)) == 0 for name in KEY], axis=0) if len(table) > 1 else np.zeros(0)
+    if same.any():
+        row = int(np.argmax(same))
+        raise CampaignError(
+            f'{MANIFEST}: two runs of test "{manifest.tests[table.test[row]].name}" give sensor '
+            f'"{manifest.sensors[table.sensor[row]].name}" at {table.level[row]:g}, {table.frequency[row]:g} Hz as '
+            f"repeat {table.repeat[row]}: give each run a repeat of its own, or remove one"
+        )
+
+
+def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, named: Collection[str]) -> None:
     sensor, rows = manifest.sensors[number], measurement.sensor == number
     recorded = {name for record in manifest.records for name in record.units}
-    if not rows.any() and sensor.name not in recorded:
+    made = {name for pair in manifest.load_cells for name in (pair.tangential, pair.normal)}
+    if not rows.any() and sensor.name not in recorded | made | set(named):
         raise CampaignError(
-            f'{MANIFEST}: sensor "{sensor.name}" has no rows in {", ".join(dict.fromkeys(manifest.files))}; '
+            f'{MANIFEST}: sensor "{sensor.name}" has no rows in {manifest.files_of(range(len(manifest.tests)))}; '
             "add them, or remove the sensor"
         )
     for test in np.unique(measurement.test[rows]):
@@ -91,7 +141,7 @@ def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sen
     points = len(np.unique(np.stack([measurement.level[rows], measurement.frequency[rows]]), axis=1).T)
     if points >= 3 and (value == value[0]).all():
         raise CampaignError(
-            f'{manifest.files[test]}: sensor "{manifest.sensors[sensor].name}" reads {value[0]:.4g} '
+            f'{manifest.files_of([test])}: sensor "{manifest.sensors[sensor].name}" reads {value[0]:.4g} '
             f"{manifest.sensors[sensor].unit} at all {points} points of harmonic 1: a dead channel; remove its rows"
         )
 
@@ -99,9 +149,9 @@ def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sen
 def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
     for level in manifest.held_out.levels:
         if not same_level(measurement.level, level).any():
-            measured = ", ".join(f"{each / manifest.level_factor:g}" for each in np.unique(measurement.level))
+            measured = ", ".join(f"{each / manifest.units.level_factor:g}" for each in np.unique(measurement.level))
             raise CampaignError(
-                f"{MANIFEST}: held_out.levels = {level / manifest.level_factor:g} was not measured; "
+                f"{MANIFEST}: held_out.levels = {level / manifest.units.level_factor:g} was not measured; "
                 f"hold out some of {measured}"
             )
     for repeat in manifest.held_out.repeats:
@@ -114,7 +164,7 @@ def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
         raise CampaignError(f"{MANIFEST}: held_out holds out everything; leave levels and repeats to train on")
 
 
-def _check_records(manifest: Manifest, records: tuple[TimeRecord, ...]) -> None:
+def _check_records(manifest: Manifest, records: Sequence[TimeRecord]) -> None:
     sensors = {sensor.name: sensor for sensor in manifest.sensors}
     for record in records:
         for channel, unit in zip(record.channels, record.units, strict=True):

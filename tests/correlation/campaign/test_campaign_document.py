@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from correlation.campaign.manifest import DIRECTIONS, PEAK_OF, TIME_SIGNS
+from correlation.campaign.manifest import PEAK_OF, TIME_SIGNS
 from correlation.campaign.measurement import SI_UNIT
 from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.sensor_entry import DIRECTIONS
 from correlation.campaign.stepped_sine import COLUMNS
 from correlation.feature.table import extract_features, split
 

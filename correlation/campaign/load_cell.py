@@ -1,0 +1,131 @@
+"""``[[load_cells]]`` of a manifest: pairs of load cells behind a contact line become its tangential and normal force.
+
+The rotation of the two forces is that of `reduction.load_cell` (eqs 1 and 2 of the paper); it holds for each harmonic
+and for the mean.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.campaign.measurement import CONTACT_FORCE, LOAD_CELL, MeasuredSensor, Measurement
+from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.toml_table import TomlTable
+from correlation.errors import CampaignError
+from reduction.load_cell import blade_contact, decoupler_contact
+
+SIDES = ("de-coupler", "blade")
+#: Columns of a table that tell one state from another.
+STATE = ("test", "order", "repeat", "sweep", "level", "frequency", "harmonic")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadCellPair:
+    """Two load cells and the contact forces that follow.
+
+    Parameters
+    ----------
+    cells
+        Names of the sensors of R_3 and R_4.
+    tangential, normal
+        Names of the sensors of T and N, contact forces of one line.
+    taper, arm
+        Taper theta of the contact line and angle alpha of the arms [rad].
+    dead_weight
+        Weight that pulls the damper, for a line on the blade [N]; None for one on the de-coupler.
+    """
+
+    cells: tuple[str, str]
+    tangential: str
+    normal: str
+    taper: float
+    arm: float
+    dead_weight: float | None
+
+
+def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> LoadCellPair:
+    """One pair.
+
+    Raises
+    ------
+    CampaignError
+        A key or value that cannot be used, or a sensor that is no load cell or no contact force.
+    """
+    cells = [name for name in table.take("cells", list) if isinstance(name, str)]
+    if len(cells) != 2 or cells[0] == cells[1]:
+        raise table.problem("cells", "give the two load cells R_3 and R_4 by the names of their sensors")
+    quantity = {sensor.name: sensor.component or sensor.quantity for sensor in sensors}
+    for name in cells:
+        if quantity.get(name) != LOAD_CELL:
+            raise table.problem("cells", f'"{name}" is no [[sensor]] with quantity = "{LOAD_CELL}": add one')
+    forces = {}
+    for component in ("tangential", "normal"):
+        forces[component] = name = table.take(component, str)
+        if quantity.get(name) != component:
+            raise table.problem(
+                component, f'is no [[sensor]] with quantity = "{CONTACT_FORCE}" and component = "{component}": add one'
+            )
+    side = table.choice("side", SIDES) if "side" in table.values else SIDES[0]
+    weight = table.converted("dead_weight", lambda value: si_quantity(value, "N"), 0.0) if side == "blade" else None
+    if weight == 0.0:
+        raise table.problem("dead_weight", "is needed for a line on the blade: give what pulls the damper")
+    pair = LoadCellPair(
+        cells=(cells[0], cells[1]),
+        **forces,
+        taper=table.converted("taper", lambda value: si_quantity(value, "rad")),
+        arm=table.converted("arm", lambda value: si_quantity(value, "rad")),
+        dead_weight=weight,
+    )
+    table.finish()
+    return pair
+
+
+def combine_load_cells(
+    measurement: Measurement, sensors: Sequence[MeasuredSensor], pairs: Sequence[LoadCellPair]
+) -> tuple[Measurement, tuple[MeasuredSensor, ...]]:
+    """Rows of the contact forces in place of those of the load cells, and the sensors without load cells.
+
+    Parameters
+    ----------
+    measurement
+        Rows; `sensor` counts in `sensors`.
+    sensors
+        All sensors.
+    pairs
+        Pairs of load cells.
+
+    Raises
+    ------
+    CampaignError
+        A state that one cell of a pair has and the other has not.
+    """
+    names = [sensor.name for sensor in sensors]
+    tables = [measurement.where(~np.isin(measurement.sensor, [names.index(name) for p in pairs for name in p.cells]))]
+    for pair in pairs:
+        first, second = (_sorted(measurement.where(measurement.sensor == names.index(name))) for name in pair.cells)
+        if len(first) != len(second) or any(
+            not np.array_equal(getattr(first, name), getattr(second, name)) for name in STATE
+        ):
+            raise CampaignError(
+                f'load cells "{pair.cells[0]}" and "{pair.cells[1]}" were not read in the same states ({len(first)} '
+                f"and {len(second)} rows): leave out what only one of them has"
+            )
+        line = decoupler_contact(first.value, second.value, pair.taper, pair.arm)
+        if pair.dead_weight is not None:
+            line = blade_contact(line, np.where(first.harmonic == 0, pair.dead_weight, 0.0), pair.taper)
+        for name, value in ((pair.tangential, line.tangential), (pair.normal, line.normal)):
+            columns = {**vars(first), "sensor": np.full(len(first), names.index(name)), "value": value}
+            tables.append(Measurement(**columns))
+    joined = Measurement(
+        **{name: np.concatenate([getattr(table, name) for table in tables]) for name in vars(measurement)}
+    )
+    left = [number for number, sensor in enumerate(sensors) if sensor.quantity != LOAD_CELL]
+    numbers = np.full(len(sensors), -1)
+    numbers[left] = np.arange(len(left))
+    columns = {**vars(joined), "sensor": numbers[joined.sensor]}
+    return Measurement(**columns), tuple(sensors[number] for number in left)
+
+
+def _sorted(table: Measurement) -> Measurement:
+    return table.where(np.lexsort([getattr(table, name) for name in STATE]))

@@ -1,0 +1,106 @@
+"""The measured files of a campaign folder, each read once, and the rows of one that an entry of the manifest takes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.campaign.toml_table import TomlTable
+from correlation.errors import CampaignError
+from correlation.file.column import Column, MeasuredFile
+from correlation.file.read_file import read_file
+
+MISSING = ("refuse", "skip")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredFiles:
+    """Files of a folder.
+
+    Parameters
+    ----------
+    folder
+        The campaign's.
+    known
+        Those that were read, by their names.
+    """
+
+    folder: Path
+    known: dict[str, MeasuredFile] = field(default_factory=dict)
+
+    def read(self, name: str) -> MeasuredFile:
+        """A file of the folder.
+
+        Raises
+        ------
+        CampaignError
+            It is not there, or cannot be read.
+        """
+        if name not in self.known:
+            path = self.folder / name
+            if not path.is_file():
+                raise CampaignError(f'{name}: there is no such file in "{self.folder}"; mend its name in the manifest')
+            self.known[name] = read_file(path)
+        return self.known[name]
+
+
+def take_rows(table: TomlTable, file: MeasuredFile, names: Sequence[str]) -> MeasuredFile:
+    """The file with the rows that ``rows`` and ``missing`` of an entry leave.
+
+    Parameters
+    ----------
+    table
+        Entry with ``rows = { COLUMN = VALUE }``, those of its rows that belong to it, and ``missing = "skip"`` for rows
+        with values that are not finite.
+    file
+        All of the file.
+    names
+        Columns that the entry uses.
+
+    Raises
+    ------
+    CampaignError
+        A column that there is not, or no row left.
+    """
+    wanted = table.take("rows", dict, {})
+    skip = "missing" in table.values and table.choice("missing", MISSING) == "skip"
+    if not wanted and not skip:
+        return file
+    columns = {name: file.column(name) for name in (*names, *wanted)}
+    lengths = {len(column.values) for column in columns.values()}
+    if len(lengths) > 1:
+        raise table.problem("rows", f"the columns of {file.path.name} have different lengths {sorted(lengths)}")
+    mask = np.ones(lengths.pop(), dtype=bool)
+    for name, value in wanted.items():
+        mask &= _has(table, file, columns[name], value)
+        if not mask.any():
+            raise table.problem("rows", f'no row of {file.path.name} that is left has "{name}" = {value!r}')
+    if skip:
+        mask &= np.all([np.isfinite(columns[name].values) for name in names], axis=0)
+        if not mask.any():
+            raise table.problem("missing", f"every row of {file.path.name} lacks a value: remove the entry")
+    return with_rows(file, columns, mask)
+
+
+def _has(table: TomlTable, file: MeasuredFile, column: Column, value: object) -> NDArray[np.bool_]:
+    """Rows of a column with a value: a number, or a word of a column of text."""
+    if column.words:
+        if value not in column.words:
+            listed = ", ".join(column.words[:8])
+            raise table.problem("rows", f'"{column.name}" of {file.path.name} is never {value!r}; it has {listed}')
+        return np.asarray(column.values == column.words.index(str(value)))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise table.problem("rows", f'"{column.name}" = {value!r} is no number: give the value that its rows have')
+    there = np.isclose(column.values, value, rtol=1e-9, atol=0.0)
+    if not there.any():
+        listed = ", ".join(f"{item:g}" for item in np.unique(column.values[np.isfinite(column.values)])[:8].real)
+        raise table.problem("rows", f'no row of {file.path.name} has "{column.name}" = {value:g}; it has {listed}')
+    return np.asarray(there)
+
+
+def with_rows(file: MeasuredFile, columns: Mapping[str, Column], mask: NDArray[np.bool_]) -> MeasuredFile:
+    """The file with some rows of some columns."""
+    kept_rows = tuple(replace(column, values=column.values[mask]) for column in columns.values())
+    return replace(file, columns=kept_rows)

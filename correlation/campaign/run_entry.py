@@ -1,0 +1,147 @@
+"""``[[run]]`` of a manifest: one pass of measurements of a test, in the columns of any measured file.
+
+A run is a stepped sine (a column ``frequency``, a row per steady state) or one steady state over time (a column
+``time``). What is no column is given as a number: level, repeat, sweep.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from correlation.campaign.measurement import SWEEPS
+from correlation.campaign.signal_entry import SignalEntry, read_signal
+from correlation.campaign.toml_table import TomlTable
+
+#: Columns of a run that are no sensor.
+OWN = ("frequency", "time", "force", "level", "repeat", "order", "sweep")
+BY_ORDER = "by order"
+CONTROL = ("force", "response")
+#: Highest harmonic that is read from a time history, unless the run says another.
+HARMONICS = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunEntry:
+    """One pass as the manifest describes it.
+
+    Parameters
+    ----------
+    table
+        Its table, for messages.
+    test, file
+        Names of its test and of its file.
+    level
+        Set point of the force in the unit of the campaign's levels; None where a column or the measured force says it.
+    repeat
+        Number of the first repeat in it.
+    sweep
+        "up", "down", "none", or "by order": up where the frequency rises from row to row, down where it falls.
+    control
+        "force", or "response" for a test at a constant response, whose force differs from point to point.
+    frequency
+        Frequency of a steady state over time [Hz]; None to find it.
+    harmonics
+        Highest harmonic that is read from a steady state over time [-].
+    own
+        Its columns that are no sensor, by what they are.
+    signals
+        Columns by sensor; several for several harmonics.
+    """
+
+    table: TomlTable
+    test: str
+    file: str
+    level: float | None
+    repeat: int
+    sweep: str
+    control: str
+    frequency: float | None
+    harmonics: int
+    own: Mapping[str, SignalEntry]
+    signals: Mapping[str, tuple[SignalEntry, ...]]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns that it uses."""
+        entries = [*self.own.values(), *(entry for entries in self.signals.values() for entry in entries)]
+        return tuple(dict.fromkeys(name for entry in entries for name in entry.columns.values()))
+
+
+def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str]) -> RunEntry:
+    """One run.
+
+    Parameters
+    ----------
+    table
+        Its table.
+    sensors, tests
+        Names of those of the manifest.
+
+    Raises
+    ------
+    CampaignError
+        A key or value that cannot be used, or a column of no sensor.
+    """
+    columns = table.table("columns")
+    own = {name: read_signal(columns, name) for name in OWN if name in columns.values}
+    signals = {}
+    for name in sensors:
+        if name in columns.values:
+            value = columns.values[name]
+            if isinstance(value, list):
+                columns.known.add(name)
+                parts = [
+                    TomlTable(file=table.file, path=f"{columns.path}.{name}[{number}]", values={name: item})
+                    for number, item in enumerate(value, start=1)
+                ]
+                signals[name] = tuple(read_signal(part, name) for part in parts)
+            else:
+                signals[name] = (read_signal(columns, name),)
+    columns.known.update((*OWN, *sensors))
+    columns.finish()
+    if ("frequency" in own) == ("time" in own):
+        raise columns.problem(
+            "frequency", "name the column of the frequency (stepped sine) or of the time (steady state), one of them",
+            show=False,
+        )  # fmt: skip
+    if not signals:
+        raise table.problem("columns", f"names no sensor: add one of {', '.join(sensors)}", show=False)
+    level = _number(table, "level")
+    if level is not None and "level" in own:
+        raise table.problem("level", "is also a column: remove one of them")
+    control = table.choice("control", CONTROL) if "control" in table.values else "force"
+    if control == "response" and "force" not in own:
+        raise table.problem("control", 'needs the measured force: add force = "COLUMN" to its columns')
+    if level is None and "level" not in own and "force" not in own:
+        raise table.problem("level", "is missing: give the amplitude of the force, or a column level or force")
+    entry = RunEntry(
+        table=table,
+        test=table.choice("test", tests),
+        file=table.take("file", str),
+        level=level,
+        repeat=table.take("repeat", int, 1),
+        sweep=table.choice("sweep", (*SWEEPS.values(), BY_ORDER)) if "sweep" in table.values else BY_ORDER,
+        control=control,
+        frequency=_number(table, "frequency"),
+        harmonics=table.take("harmonics", int, HARMONICS),
+        own=own,
+        signals=signals,
+    )
+    table.known.update(("rows", "missing"))  # taken with the file
+    table.finish()
+    if entry.frequency is not None and "time" not in own:
+        raise table.problem("frequency", "is a number for a steady state over time; this run has a column of it")
+    if entry.repeat < 0:
+        raise table.problem("repeat", "must be 0 or more")
+    if not 1 <= entry.harmonics <= 50:
+        raise table.problem("harmonics", "give the highest one, 1 to 50")
+    return entry
+
+
+def _number(table: TomlTable, key: str) -> float | None:
+    table.known.add(key)
+    value = table.values.get(key)
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+        raise table.problem(key, "must be a number above zero, without a unit")
+    return float(value)

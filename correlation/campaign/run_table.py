@@ -1,0 +1,257 @@
+"""Rows of a run: steady states from the columns of any measured file, in SI and in the convention of a campaign."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measured_files import MeasuredFiles, take_rows
+from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
+from correlation.campaign.run_entry import BY_ORDER, RunEntry
+from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
+from correlation.signal.steady_state import fit_steady_state
+
+Real = Float[NDArray[np.float64], " n"]
+Whole = Int[NDArray[np.int64], " n"]
+
+#: The level of a run whose force was measured and has no set point: its median in so many digits.
+DIGITS = 3
+#: The force of a force-controlled run may leave its set point by this share without a word [-].
+CONTROLLED = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunUnits:
+    """Units and conventions that the runs of a campaign share.
+
+    Parameters
+    ----------
+    time_sign
+        +1 for amplitudes of e^{+i Omega t}, -1 for those of e^{-i Omega t}.
+    peak
+        Peak amplitude of one unit of an amplitude [-].
+    level_factor
+        Factor of a level that is a number of the manifest, to SI and peak amplitude.
+    level_unit, frequency_unit
+        Units of columns that say none.
+    level_si
+        SI unit of the levels; empty where the drive is not calibrated.
+    """
+
+    time_sign: int = 1
+    peak: float = 1.0
+    level_factor: float = 1.0
+    level_unit: str = "N"
+    frequency_unit: str = "Hz"
+    level_si: str = "N"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _States:
+    """Steady states of a run in the order of measurement, and the amplitude and phase of their force."""
+
+    frequency: Real
+    level: Real
+    force: Real
+    order: Whole
+    sweep: Whole
+    repeat: Whole
+
+
+def read_run_rows(
+    entry: RunEntry, files: MeasuredFiles, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits
+) -> tuple[Measurement, tuple[Suspicion, ...]]:
+    """Rows of one run, unsorted, and what looks wrong in them.
+
+    Parameters
+    ----------
+    entry
+        Its description.
+    files
+        Files of the campaign.
+    sensors
+        All of the campaign; rows hold their numbers.
+    test
+        Number of its test.
+    units
+        Units and conventions.
+
+    Raises
+    ------
+    CampaignError
+        Its file, columns or values cannot be used; one sentence with file, key, value and remedy.
+    """
+    file = take_rows(entry.table, files.read(entry.file), entry.columns)
+    if "time" in entry.own:
+        return _steady_state(entry, file, sensors, test, units)
+    frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).real_values(file, "Hz")
+    if (frequency <= 0).any():
+        row = int(np.argmax(frequency <= 0))
+        raise entry.own["frequency"].problem(f"is {frequency[row]:g} at row {row + 1} of {file.path.name}: not above 0")
+    sweep, repeat = _passes(entry, file, frequency)
+    repeat = _whole(entry, file, "repeat") if "repeat" in entry.own else repeat + entry.repeat
+    order = _whole(entry, file, "order") if "order" in entry.own else np.arange(len(frequency))
+    force = _force(entry, file, units)
+    level = _level(entry, file, force, len(frequency), units)
+    states = _States(
+        frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
+        sweep=sweep, repeat=repeat,
+    )  # fmt: skip
+    turn = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
+    tables = []
+    for number, sensor in enumerate(sensors):
+        for signal in entry.signals.get(sensor.name, ()):
+            value = signal.complex_values(file, sensor.unit if sensor.calibrated else "")
+            _require(len(value) == len(frequency), signal.problem("its column is not as long as that of the frequency"))
+            _require(
+                signal.has_phase or not sensor.has_phase,
+                signal.problem(f'has no phase: add phase = false to sensor "{sensor.name}", or name its phase'),
+            )
+            if signal.harmonic:
+                value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn**signal.harmonic
+            if not sensor.has_phase:
+                value = np.abs(value).astype(np.complex128)
+            tables.append(_rows(states, number, signal.harmonic, value, test))
+    return join_rows(tables), ()
+
+
+def passes(frequency: Real) -> tuple[Whole, Whole]:
+    """Sweep (+1 up, -1 down, 0 for one state) and repeat of each row from the order of the frequencies, shape (n,).
+
+    A pass ends where the frequency turns. A second pass in the same direction is a second repeat, and so is a second
+    reading at one frequency.
+    """
+    step = np.sign(np.diff(frequency)).astype(np.int64)
+    moving = step[step != 0]
+    if not len(moving):
+        return np.zeros(len(frequency), dtype=np.int64), np.arange(len(frequency))
+    # A reading at the frequency before belongs to the direction that led there.
+    way = np.empty(len(frequency), dtype=np.int64)
+    way[0], last = moving[0], moving[0]
+    for row, turn in enumerate(step.tolist(), start=1):
+        last = turn or last
+        way[row] = last
+    repeat = np.zeros(len(frequency), dtype=np.int64)
+    seen: dict[tuple[int, float], int] = {}
+    for row, key in enumerate(zip(way.tolist(), frequency.tolist(), strict=True)):
+        repeat[row] = seen.get(key, 0)
+        seen[key] = repeat[row] + 1
+    return way, repeat
+
+
+def join_rows(tables: Sequence[Measurement]) -> Measurement:
+    """Rows of several tables, one below the other; no rows of no table."""
+    columns = [column.name for column in fields(Measurement)]
+    return Measurement(**{name: np.concatenate([[], *(getattr(table, name) for table in tables)]) for name in columns})
+
+
+def _rows(
+    states: _States, sensor: int, harmonic: int, value: Complex[NDArray[np.complex128], " n"], test: int
+) -> Measurement:
+    n = len(value)
+    return Measurement(
+        test=np.full(n, test), order=states.order, repeat=states.repeat, sweep=states.sweep, level=states.level,
+        frequency=states.frequency, sensor=np.full(n, sensor), harmonic=np.full(n, harmonic), value=value,
+        force=states.force,
+    )  # fmt: skip
+
+
+def _steady_state(
+    entry: RunEntry, file: MeasuredFile, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits
+) -> tuple[Measurement, tuple[Suspicion, ...]]:
+    """Harmonics of one steady state over time, and what they suspect of it."""
+    time = entry.own["time"].or_unit(file, "s").real_values(file, "s")
+    measured = [(number, sensor) for number, sensor in enumerate(sensors) if sensor.name in entry.signals]
+    values = np.array(
+        [
+            entry.signals[sensor.name][0].real_values(file, sensor.unit if sensor.calibrated else "")
+            for _, sensor in measured
+        ]
+    )
+    if "force" not in entry.own:
+        raise entry.table.problem(
+            "columns.force", 'is missing: a response over time has its phase from the force; add force = "COLUMN"',
+            show=False,
+        )  # fmt: skip
+    force = entry.own["force"].or_unit(file, units.level_unit).real_values(file, units.level_si)
+    with entry.table.reading(file.path.name):
+        result = fit_steady_state(time, values, force, entry.harmonics, frequency=entry.frequency)
+    assert result.reference is not None
+    amplitude = float(np.abs(result.reference[1]))
+    level = entry.level * units.level_factor if entry.level is not None else float(f"{amplitude:.{DIGITS}g}")
+    one = np.ones(1)
+    states = _States(
+        frequency=result.frequency * one, level=level * one, force=amplitude * one, order=np.zeros(1, dtype=np.int64),
+        sweep=np.array([next((sign for sign, word in SWEEPS.items() if word == entry.sweep), 0)]),
+        repeat=np.array([entry.repeat]),
+    )  # fmt: skip
+    tables = []
+    for (number, sensor), coefficients in zip(measured, result.coefficients, strict=True):
+        for harmonic in range(entry.harmonics + 1):
+            value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
+            tables.append(_rows(states, number, harmonic, value if sensor.has_phase else np.abs(value), test))
+    suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
+    if not result.settled:
+        sentence = (
+            "has not settled at its end: its harmonics are those of the last part; record longer, or leave it out"
+        )
+        suspicions.append(Suspicion(where=entry.file, sentence=sentence))
+    return join_rows(tables), tuple(suspicions)
+
+
+def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
+    """Sweep and number of the repeat within the run of each row, shape (n,): stated, or from the order of the rows."""
+    if "sweep" in entry.own:
+        column = file.column(next(iter(entry.own["sweep"].columns.values())))
+        known = {word: sign for sign, word in SWEEPS.items()}
+        for word in column.words or ("numbers",):
+            if word not in known:
+                raise entry.own["sweep"].problem(f'"{word}" is no sweep: its rows must say up, down or none')
+        sweep = np.array([known[word] for word in column.words])[column.values.astype(np.int64)]
+        return sweep, np.zeros(len(sweep), dtype=np.int64)
+    if entry.sweep == BY_ORDER:
+        return passes(frequency)
+    sign = next(sign for sign, word in SWEEPS.items() if word == entry.sweep)
+    return np.full(len(frequency), sign), np.zeros(len(frequency), dtype=np.int64)
+
+
+def _whole(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:
+    values = entry.own[name].real_values(file, "")
+    wrong = np.flatnonzero((values != np.round(values)) | (values < 0))
+    if len(wrong):
+        raise entry.own[name].problem(f"is {values[wrong[0]]:g} at row {wrong[0] + 1}: give whole numbers from 0 on")
+    return values.astype(np.int64)
+
+
+def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDArray[np.complex128], " n"] | None:
+    if "force" not in entry.own:
+        return None
+    value = entry.own["force"].or_unit(file, units.level_unit).complex_values(file, units.level_si) * units.peak
+    if (np.abs(value) == 0).any():
+        row = int(np.argmax(np.abs(value) == 0))
+        raise entry.own["force"].problem(f"is 0 at row {row + 1} of {file.path.name}: leave out what was not driven")
+    return np.conj(value) if units.time_sign < 0 else value
+
+
+def _level(
+    entry: RunEntry, file: MeasuredFile, force: Complex[NDArray[np.complex128], " n"] | None, n: int, units: RunUnits
+) -> Real:
+    if "level" in entry.own:
+        signal = entry.own["level"].or_unit(file, units.level_unit)
+        level = signal.real_values(file, units.level_si) * units.peak
+        if (level <= 0).any():
+            row = int(np.argmax(level <= 0))
+            raise signal.problem(f"is {level[row]:g} at row {row + 1} of {file.path.name}: an amplitude is above 0")
+        return level
+    if entry.level is not None:
+        return np.full(n, entry.level * units.level_factor)
+    assert force is not None
+    return np.full(n, float(f"{np.median(np.abs(force)):.{DIGITS}g}"))
+
+
+def _require(condition: bool, problem: CampaignError) -> None:
+    if not condition:
+        raise problem

@@ -1,0 +1,101 @@
+"""``[[sensor]]`` of a manifest: what measured a channel, where and along which axis, and what its readings are."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import COMPONENTS, CONTACT_FORCE, LOAD_CELL, SI_UNIT, MeasuredSensor
+from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.toml_table import TomlTable
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+#: A sensor that leans more than this reads another direction.
+MOST_INCLINED = math.radians(80)
+
+
+def read_sensor(table: TomlTable) -> MeasuredSensor:
+    """One sensor.
+
+    Raises
+    ------
+    CampaignError
+        A key or a value that cannot be used.
+    """
+    quantity = table.choice("quantity", SI_UNIT)
+    common: dict[str, Any] = {"name": table.take("name", str), "quantity": quantity, **_readings(table, quantity)}
+    if quantity == CONTACT_FORCE:
+        sensor = MeasuredSensor(**common, line=table.take("line", str), component=table.choice("component", COMPONENTS))
+    elif quantity == LOAD_CELL:
+        sensor = MeasuredSensor(**common)
+    else:
+        sensor = MeasuredSensor(**common, **_position(table))
+    # The absolute part of a stated noise is in the unit of the readings, which the direction decides.
+    noise = table.converted("noise", lambda value: _noise(value, sensor), (0.0, 0.0))
+    table.finish()
+    return MeasuredSensor(**{**vars(sensor), "noise": noise})
+
+
+def _readings(table: TomlTable, quantity: str) -> dict[str, Any]:
+    """What is known of the readings: gain, phase, unit."""
+    uncertainty = table.converted("uncertainty", lambda value: si_quantity(value, ""), 0.0)
+    if uncertainty < 0:
+        raise table.problem("uncertainty", "must not be negative")
+    calibrated = table.take("calibrated", bool, True)
+    if calibrated and "reading_unit" in table.values:
+        raise table.problem("reading_unit", f"has a meaning with calibrated = false alone: a {quantity} is in SI")
+    return {
+        "uncertainty": uncertainty,
+        "calibrated": calibrated,
+        "reading_unit": table.take("reading_unit", str, "" if calibrated else "V"),
+        "has_phase": table.take("phase", bool, True),
+    }
+
+
+def _position(table: TomlTable) -> dict[str, Any]:
+    """Where a sensor of motion is, and along which axis it reads."""
+    place, point = table.take("place", str, None), table.take("coordinates", list, None)
+    if (place is None) == (point is None):
+        wanted = 'give place = "..." or coordinates = ["500 mm", "0 mm", "0 mm"], one of them'
+        raise table.problem("place", wanted, show=False)
+    if point is not None and len(point) != 3:
+        raise table.problem("coordinates", 'give three, e.g. ["500 mm", "0 mm", "0 mm"]')
+    direction = table.choice("direction", DIRECTIONS)
+    inclination = table.converted("inclination", lambda value: si_quantity(value, "rad"), 0.0)
+    toward = ""
+    if inclination:
+        toward = table.choice("toward", tuple(axis for axis in DIRECTIONS[:3] if axis != direction))
+        if not 0 < inclination <= MOST_INCLINED:
+            raise table.problem("inclination", 'give an angle above 0 and up to "80 deg", and turn direction instead')
+    elif "toward" in table.values:
+        raise table.problem("toward", 'has no meaning without inclination = "3 deg": add it, or remove toward')
+    return {
+        "direction": direction,
+        "place": place,
+        "coordinates": point and table.converted("coordinates", _point),
+        "relative_to": table.take("relative_to", str, None),
+        "inclination": inclination,
+        "toward": toward,
+    }
+
+
+def _point(values: object) -> NDArray[np.float64]:
+    return np.array([si_quantity(value, "m") for value in values]) if isinstance(values, list) else np.zeros(0)
+
+
+def _noise(value: object, sensor: MeasuredSensor) -> tuple[float, float]:
+    """Relative [-] and absolute [unit of the sensor] part, each given once at most."""
+    parts = value if isinstance(value, list) else [value]
+    relative = absolute = 0.0
+    for part in parts:
+        text = str(part)
+        if text.strip().endswith("%") or isinstance(part, int | float):
+            relative = math.hypot(relative, si_quantity(part, ""))
+        elif sensor.calibrated:
+            absolute = math.hypot(absolute, si_quantity(part, sensor.unit))
+        else:
+            raise ValueError('give a share such as "1 %": the sensor is not calibrated')
+    if min(relative, absolute) < 0 or not relative + absolute > 0 or relative >= 1:
+        raise ValueError(f'give a standard deviation above zero, e.g. "0.5 %" or ["0.5 %", "0.1 {sensor.unit}"]')
+    return relative, absolute

@@ -1,0 +1,200 @@
+"""Where a quantity stands in a measured file, as a manifest says it: its columns, its unit, its harmonic.
+
+``tip = "acc 1"`` is a column in the unit that its file states; ``tip = { amplitude = "a", phase = "p", unit = "g_n",
+phase_unit = "deg" }`` says what the file does not.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement_unit import si_factor, si_quantity
+from correlation.campaign.toml_table import TomlTable
+from correlation.errors import CampaignError
+from correlation.file.column import Column, MeasuredFile
+
+#: Keys that name columns, in the combinations that make a quantity.
+PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
+#: Radians of one unit of a phase.
+PHASE = {"rad": 1.0, "deg": math.pi / 180, "degree": math.pi / 180}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalEntry:
+    """A quantity of a file.
+
+    Parameters
+    ----------
+    where
+        File and key of the manifest, for messages.
+    columns
+        Names of its columns by part: "column"; "real" and "imag"; "amplitude" and perhaps "phase".
+    unit
+        Unit of its values; empty for that of the column.
+    phase_unit
+        "rad" or "deg"; empty for that of the column.
+    sensitivity
+        Reading per unit of the quantity, such as "100 mV/g_n"; empty where the columns hold the quantity itself.
+    harmonic
+        Harmonic of its values [-].
+    sign
+        -1 for a sensor that is mounted the other way round, or a phase that counts from the other direction [-].
+    """
+
+    where: str
+    columns: Mapping[str, str]
+    unit: str = ""
+    phase_unit: str = ""
+    sensitivity: str = ""
+    harmonic: int = 1
+    sign: int = 1
+
+    @property
+    def has_phase(self) -> bool:
+        """Whether its values are complex."""
+        return "amplitude" not in self.columns or "phase" in self.columns
+
+    def problem(self, text: str) -> CampaignError:
+        """A mistake with its place in the manifest."""
+        return CampaignError(f"{self.where}: {text}")
+
+    def or_unit(self, file: MeasuredFile, unit: str) -> "SignalEntry":
+        """The same, in a unit where neither the manifest nor the file says one."""
+        said = self.unit or any(file.column(name).unit for name in self.columns.values())
+        return self if said else replace(self, unit=unit)
+
+    def complex_values(self, file: MeasuredFile, si: str) -> Complex[NDArray[np.complex128], " n"]:
+        """Values in SI, shape (n,); real and not negative where there is no phase.
+
+        Parameters
+        ----------
+        file
+            Its columns.
+        si
+            SI unit that is needed; empty for one that is not calibrated, whose values stay as they are.
+
+        Raises
+        ------
+        CampaignError
+            A column that there is not, of another length or unit, or with values that are not finite.
+        """
+        parts = {part: file.column(name) for part, name in self.columns.items()}
+        lengths = {len(column.values) for column in parts.values()}
+        if len(lengths) > 1:
+            raise self.problem(f"its columns in {file.path.name} have different lengths {sorted(lengths)}: mend one")
+        for column in parts.values():
+            _require_finite(self, file, column)
+        first = next(iter(parts.values()))
+        factor = self.sign * self._factor(file, first, si)
+        if "column" in parts:
+            return np.asarray(factor * parts["column"].values, dtype=np.complex128)
+        for part, column in parts.items():
+            if np.iscomplexobj(column.values):
+                raise self.problem(f'"{column.name}" is complex: give it as column = "{column.name}", not as {part}')
+        if "real" in parts:
+            return np.asarray(factor * (parts["real"].values + 1j * parts["imag"].values))
+        if (parts["amplitude"].values < 0).any():
+            row = int(np.argmax(parts["amplitude"].values < 0))
+            raise self.problem(
+                f'"{first.name}" is an amplitude and is {first.values[row]:.4g} at row {row + 1}: an amplitude is not '
+                "negative; give a signed reading as column"
+            )
+        if "phase" not in parts:
+            return np.asarray(abs(factor) * parts["amplitude"].values, dtype=np.complex128)
+        return np.asarray(factor * parts["amplitude"].values * np.exp(1j * self._phase(parts["phase"])))
+
+    def real_values(self, file: MeasuredFile, si: str) -> Float[NDArray[np.float64], " n"]:
+        """Real values in SI, shape (n,); see `complex_values`.
+
+        Raises
+        ------
+        CampaignError
+            As `complex_values`, or values that are complex.
+        """
+        if "column" not in self.columns and self.has_phase:
+            raise self.problem("is one real number a row: name its column")
+        values = self.complex_values(file, si)
+        if np.iscomplexobj(file.column(next(iter(self.columns.values()))).values):
+            raise self.problem("is complex in its file: name a real column")
+        return np.asarray(values.real)
+
+    def _phase(self, column: Column) -> Float[NDArray[np.float64], " n"]:
+        unit = self.phase_unit or column.unit
+        if unit not in PHASE:
+            raise self.problem(
+                f'the phase "{column.name}" {f"is in {unit}" if unit else "has no unit"}: add phase_unit = "deg" or '
+                'phase_unit = "rad"'
+            )
+        return np.asarray(PHASE[unit] * column.values)
+
+    def _factor(self, file: MeasuredFile, column: Column, si: str) -> float:
+        """What the column's values are multiplied by to become SI."""
+        if not si:
+            return 1.0
+        unit = self.unit or column.unit
+        if not unit:
+            raise self.problem(
+                f'"{column.name}" of {file.path.name} has no unit: write {{ column = "{column.name}", unit = "{si}" }} '
+                "with the unit that it is in"
+            )
+        try:
+            if not self.sensitivity:
+                return si_factor(unit, si)
+            return si_factor(unit, "V") / si_quantity(self.sensitivity, f"V/({si})")
+        except ValueError as error:
+            raise self.problem(f'"{column.name}" of {file.path.name}: {error}') from None
+
+
+def read_signal(table: TomlTable, key: str) -> SignalEntry:
+    """One quantity: the name of a column, or a table with its columns.
+
+    Raises
+    ------
+    CampaignError
+        Another value, or columns that do not make a quantity together.
+    """
+    value = table.values.get(key)
+    table.known.add(key)
+    where = f"{table.file}: {table.path}.{key}"
+    if isinstance(value, str) and value:
+        return SignalEntry(where=where, columns={"column": value})
+    if not isinstance(value, dict):
+        raise table.problem(key, f'give the name of a column, e.g. {key} = "channel 1"')
+    entry = TomlTable(file=table.file, path=f"{table.path}.{key}", values=value)
+    given = tuple(part for part in ("column", "real", "imag", "amplitude", "phase") if part in value)
+    if given not in PARTS:
+        raise table.problem(
+            key, "give column, or real and imag, or amplitude and phase, or amplitude alone; each the name of a column"
+        )
+    result = SignalEntry(
+        where=where,
+        columns={part: entry.take(part, str) for part in given},
+        unit=entry.take("unit", str, ""),
+        phase_unit=entry.take("phase_unit", str, ""),
+        sensitivity=entry.take("sensitivity", str, ""),
+        harmonic=entry.take("harmonic", int, 1),
+        sign=entry.take("sign", int, 1),
+    )
+    if result.sign not in {1, -1}:
+        raise entry.problem("sign", "must be 1 or -1")
+    if result.harmonic < 0:
+        raise entry.problem("harmonic", "must be 0 (the mean), 1, 2, ...")
+    if result.phase_unit and result.phase_unit not in PHASE:
+        raise entry.problem("phase_unit", 'must be "deg" or "rad"')
+    entry.finish()
+    return result
+
+
+def _require_finite(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:
+    wrong = np.flatnonzero(~np.isfinite(column.values))
+    if len(wrong) == len(column.values):
+        raise entry.problem(f'"{column.name}" of {file.path.name} holds no number: a dead channel; remove it')
+    if len(wrong):
+        raise entry.problem(
+            f'"{column.name}" of {file.path.name} is not finite at {len(wrong)} of {len(column.values)} rows, first '
+            f'at row {wrong[0] + 1}: leave these rows out of the file, or add missing = "skip" to its table'
+        )

@@ -1,0 +1,337 @@
+"""Frequency responses of a test with broadband excitation: measured by the analyser, or estimated from a record.
+
+They say what the structure does at one level, about which it is taken as linear. With the level stated they also count
+as steady states of that level, thinned to where they change; without it they give modes alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measured_files import take_rows
+from correlation.campaign.measurement import CONFIGURATIONS, SI_UNIT, MeasuredSensor, Measurement
+from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.signal_entry import SignalEntry, read_signal
+from correlation.campaign.toml_table import TomlTable
+from correlation.data_type.mode import (
+    DAMPING_DEVIATION,
+    FREQUENCY_DEVIATION,
+    MeasuredMode,
+    motion_sensors,
+    predict_mode,
+)
+from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
+from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
+from correlation.metric.response import fit_resonance
+from correlation.model import DERIVATIVE, Model
+from correlation.signal.frequency_response import Excitation, estimate_frequency_response
+from fe.dense_modes import compute_dense_modes
+from geometry.read_only_array import freeze_fields
+from reduction.stuck import stick_at_rest
+
+Frequencies = Float[NDArray[np.float64], " f"]
+
+ESTIMATORS = ("H1", "H2")
+#: Columns of an entry that are no sensor.
+OWN = ("frequency", "time", "force")
+#: Steady states that a response is thinned to, and the coherence below which a point is left out [-].
+MOST_STATES, COHERENT = 60, 0.8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredResponse:
+    """Frequency responses to one force.
+
+    Parameters
+    ----------
+    name
+        As in the manifest.
+    test
+        Number of its test among those of the campaign.
+    configuration
+        "jointed", or "free" of all contacts.
+    sensors
+        Names of the sensors.
+    frequency
+        Rising, shape (f,) [Hz].
+    value
+        Response per unit of force, e^{+i Omega t}, shape (c, f) [unit of each sensor per newton].
+    coherence
+        Shape (c, f); 1 where it is not known [-].
+    level
+        Amplitude of the force that the response stands for [N]; None if it is not stated.
+    repeat
+        Number of the repeat.
+    held_out
+        Whether no calibration may see it.
+    suspicions
+        What looks wrong in the record, in words.
+    """
+
+    type: ClassVar[str] = "frequency response"
+    name: str
+    test: int
+    configuration: str
+    sensors: tuple[str, ...]
+    frequency: Frequencies
+    value: Complex[NDArray[np.complex128], "c f"]
+    coherence: Float[NDArray[np.float64], "c f"]
+    level: float | None
+    repeat: int
+    held_out: bool = False
+    suspicions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "frequency", "coherence")
+        freeze_fields(self, "value", kind=np.complex128)
+
+
+def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredResponse:
+    """A ``[[frf]]`` of a manifest.
+
+    Raises
+    ------
+    CampaignError
+        A key or value that cannot be used, or columns that are no frequency response.
+    """
+    columns = table.table("columns")
+    sensors = [sensor for sensor in context.sensors if sensor.name in columns.values]
+    own = {name: read_signal(columns, name) for name in OWN if name in columns.values}
+    signals = {sensor.name: read_signal(columns, sensor.name) for sensor in sensors}
+    columns.known.update((*OWN, *(sensor.name for sensor in context.sensors)))
+    columns.finish()
+    coherences = table.table("coherence", required=False)
+    coherent = {name: read_signal(coherences, name) for name in signals if name in coherences.values}
+    coherences.finish()
+    if not sensors:
+        raise table.problem("columns", "names no sensor: add one", show=False)
+    if ("frequency" in own) == ("time" in own):
+        raise columns.problem(
+            "frequency", "name the column of the frequency (responses of an analyser) or of the time (a record to "
+            "estimate them from), one of them", show=False,
+        )  # fmt: skip
+    names = [
+        name for entry in (*own.values(), *signals.values(), *coherent.values()) for name in entry.columns.values()
+    ]
+    file = take_rows(table, context.files.read(table.take("file", str)), names)
+    level = table.values.get("level")
+    table.known.add("level")
+    if level is not None and (isinstance(level, bool) or not isinstance(level, int | float) or not level > 0):
+        raise table.problem("level", "must be a number above zero in the unit of the campaign's levels")
+    tests = [test.name for test in context.tests]
+    test = tests.index(table.choice("test", tests)) if "test" in table.values else -1
+    configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
+    suspicions: tuple[str, ...] = ()
+    if "frequency" in own:
+        frequency = own["frequency"].or_unit(file, "Hz").real_values(file, "Hz")
+        value = np.array([_per_force(signals[sensor.name], file, sensor, context) for sensor in sensors])
+        coherence = np.array(
+            [
+                coherent[sensor.name].real_values(file, "") if sensor.name in coherent else np.ones(len(frequency))
+                for sensor in sensors
+            ]
+        )
+        if context.units.time_sign < 0:
+            value = value.conj()
+    else:
+        with table.reading(file.path.name):
+            result = _estimate(table, own, signals, file, sensors, context)
+        frequency, value, coherence, suspicions = result
+    there = frequency > 0
+    response = MeasuredResponse(
+        name=table.take("name", str),
+        test=test,
+        configuration=configuration,
+        sensors=tuple(sensor.name for sensor in sensors),
+        frequency=frequency[there],
+        value=value[:, there],
+        coherence=coherence[:, there],
+        level=None if level is None else float(level) * context.units.level_factor,
+        repeat=table.take("repeat", int, 1),
+        held_out=table.take("held_out", bool, False),
+        suspicions=suspicions,
+    )
+    if response.level is not None and test < 0:
+        raise table.problem("level", "makes steady states of the response: name their test as well")
+    table.finish()
+    return response
+
+
+def _per_force(
+    signal: SignalEntry, file: MeasuredFile, sensor: MeasuredSensor, context: DataContext
+) -> Complex[NDArray[np.complex128], " f"]:
+    """A response per unit of force, in SI as far as it is calibrated."""
+    if not (sensor.calibrated and context.units.level_si):
+        return signal.complex_values(file, "")
+    si = f"({sensor.unit})/({context.units.level_si})"
+    return signal.complex_values(file, si)
+
+
+def _estimate(
+    table: TomlTable,
+    own: Mapping[str, SignalEntry],
+    signals: Mapping[str, SignalEntry],
+    file: MeasuredFile,
+    sensors: Sequence[MeasuredSensor],
+    context: DataContext,
+) -> tuple[Frequencies, NDArray[np.complex128], NDArray[np.float64], tuple[str, ...]]:
+    """Frequency responses of a record."""
+    if "force" not in own:
+        raise table.problem("columns.force", 'is missing: add force = "COLUMN", the channel that drives', show=False)
+    estimator = table.choice("estimator", ESTIMATORS) if "estimator" in table.values else "H1"
+    kinds = [kind.value for kind in Excitation]
+    block = table.converted("block", lambda value: si_quantity(value, "s"), np.nan)
+    result = estimate_frequency_response(
+        own["time"].or_unit(file, "s").real_values(file, "s"),
+        own["force"].or_unit(file, context.units.level_unit).real_values(file, context.units.level_si),
+        np.array([signals[item.name].real_values(file, item.unit if item.calibrated else "") for item in sensors]),
+        excitation=table.choice("excitation", kinds) if "excitation" in table.values else Excitation.RANDOM,
+        block=None if np.isnan(block) else block,
+    )
+    value = result.h1 if estimator == "H1" else result.h2
+    return result.frequency, np.asarray(value), np.asarray(result.coherence), result.suspicions
+
+
+def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measurement | None:
+    """The response as steady states of its level; None without one.
+
+    States are spread evenly along the curves of log H in the complex plane, so that resonances have most of them.
+
+    Parameters
+    ----------
+    response
+        Measured responses.
+    sensors
+        Names of all sensors of the campaign; rows hold their numbers.
+    """
+    if response.level is None:
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        curve = np.log(np.where(response.value == 0, np.nan, response.value))
+    curve.imag[:] = np.unwrap(np.nan_to_num(curve.imag))
+    step = np.nan_to_num(np.abs(np.diff(curve, axis=1))).max(axis=0)
+    # Noise would draw all states to where the response is smallest: a step counts as far as its points are coherent.
+    coherent = np.asarray((response.coherence >= COHERENT).all(axis=0))
+    way = np.concatenate([[0.0], np.cumsum(step * (coherent[1:] & coherent[:-1]))])
+    wanted = np.linspace(0, way[-1], MOST_STATES)
+    chosen = np.unique(np.searchsorted(way, wanted).clip(max=len(way) - 1))
+    chosen = chosen[coherent[chosen]]
+    n, c = len(chosen), len(response.sensors)
+    one = np.ones(n * c, dtype=np.int64)
+    level = np.full(n * c, float(response.level))
+    return Measurement(
+        test=response.test * one,
+        order=np.tile(np.arange(n), c),
+        repeat=response.repeat * one,
+        sweep=0 * one,
+        level=level,
+        frequency=np.tile(response.frequency[chosen], c),
+        sensor=np.repeat([sensors.index(name) for name in response.sensors], n),
+        harmonic=one,
+        value=(response.level * response.value[:, chosen]).ravel(),
+    )
+
+
+def response_features(response: MeasuredResponse) -> Features:
+    """Frequencies and damping ratios of the modes that the responses show."""
+    modes = _modes(response)
+    label = [
+        f"{words} of mode {number}" for number in range(1, len(modes) + 1) for words in ("frequency", "damping ratio")
+    ]
+    value = [(mode.frequency, mode.damping) for mode in modes]
+    deviation = [(mode.frequency_deviation, mode.damping_deviation) for mode in modes]
+    return Features(
+        label=tuple(label), unit=("Hz", "-") * len(modes), value=np.ravel(value), deviation=np.ravel(deviation)
+    )
+
+
+def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[np.float64], " m"]:
+    """The same of the model's linear modes, shape (m,); NaN where it has no partner.
+
+    Raises
+    ------
+    CampaignError
+        A sensor that the model has not as one of motion.
+    """
+    parts = [predict_mode(model, mode) for mode in _modes(response)]
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
+    """Modulus of the response of each sensor beside that of the model, linear with its closed contacts stuck."""
+    predicted = predict_linear_response(model, response)
+    unit = {sensor.name: SI_UNIT[sensor.quantity] for sensor in motion_sensors(model, response.sensors)}
+    return [
+        Panel(
+            title=f"{response.name}: {name}",
+            x_label="frequency [Hz]",
+            y_label=f"|H| [{unit[name]} per N]",
+            measured=((response.frequency, np.abs(response.value[row])),),
+            predicted=((response.frequency, np.abs(predicted[row])),),
+            is_curve=True,
+            log_y=True,
+        )
+        for row, name in enumerate(response.sensors)
+    ]
+
+
+def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex[NDArray[np.complex128], "c f"]:
+    """Response of the linear model to its load of 1 N, its closed contacts stuck, shape (c, f) [unit per newton].
+
+    Raises
+    ------
+    CampaignError
+        A sensor that the model has not as one of motion.
+    """
+    configured = model.free() if response.configuration == "free" else model
+    system = configured.system
+    modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
+    shapes = modes.mode_shapes
+    omega = 2 * np.pi * response.frequency * (1 + model.shift.get(response.configuration, 0.0))
+    # Damping that is not modal couples modes; on the diagonal it holds for light damping.
+    rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
+    force = shapes.T @ system.dynamic[1]
+    motion = force[:, None] / (modes.lambda_[:, None] - omega**2 + 1j * omega * rate[:, None])
+    sensors = motion_sensors(configured, response.sensors)
+    return np.array(
+        [
+            sensor.gain * (sensor.row @ shapes @ motion) * (1j * omega) ** DERIVATIVE[sensor.quantity]
+            for sensor in sensors
+        ]
+    )
+
+
+def _modes(response: MeasuredResponse) -> tuple[MeasuredMode, ...]:
+    """The largest resonance of the sensor that responds most to it; none where the band holds no peak."""
+    row = int(np.argmax(np.abs(response.value).max(axis=1)))
+    # Near one mode displacement and acceleration differ by a factor that hardly changes over the peak.
+    try:
+        frequency, damping = fit_resonance(response.frequency, response.value[row])
+    except CampaignError:
+        return ()
+    return (
+        MeasuredMode(
+            name=response.name, configuration=response.configuration, frequency=frequency,
+            frequency_deviation=FREQUENCY_DEVIATION * frequency, damping=damping,
+            damping_deviation=DAMPING_DEVIATION * damping,
+        ),
+    )  # fmt: skip
+
+
+DATA_TYPES.register(
+    DataType(
+        name=MeasuredResponse.type,
+        table="frf",
+        holds="frequency responses, or records to estimate them from",
+        read=read_frequency_response,
+        features=response_features,
+        predict=predict_response,
+        states=list_states,
+        panels=response_panels,
+    )
+)

@@ -1,0 +1,170 @@
+"""Types of measured data: how each is read, which numbers it gives, and what a model predicts for them.
+
+A loop, a ring-down or a set of modes is compared with a model through a few features of it, such as work per cycle or
+the frequency at an amplitude. Each type brings them with unit and standard deviation, and their prediction.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.measurement import MeasuredSensor, Measurement, Test
+from correlation.campaign.run_table import RunUnits
+from correlation.campaign.toml_table import TomlTable
+from correlation.model import Model
+from geometry.registry import Registry
+
+Curve = tuple[Float[NDArray[np.float64], " n"], Float[NDArray[np.float64], " n"]]
+
+
+class Datum(Protocol):
+    """Measured data of one type."""
+
+    @property
+    def type(self) -> str:
+        """Name of its type in `DATA_TYPES`."""
+
+    @property
+    def name(self) -> str:
+        """Its name in the manifest."""
+
+    @property
+    def held_out(self) -> bool:
+        """Whether no calibration may see it."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DataContext:
+    """What a type needs to read its entry of a manifest.
+
+    Parameters
+    ----------
+    files
+        Files of the campaign.
+    sensors, tests
+        Those of the manifest.
+    units
+        Units and conventions of the manifest.
+    """
+
+    files: MeasuredFiles
+    sensors: Sequence[MeasuredSensor]
+    tests: Sequence[Test]
+    units: RunUnits
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Features:
+    """Numbers that data give.
+
+    Parameters
+    ----------
+    label
+        Name of each, m in all, such as "work per cycle".
+    unit
+        SI unit of each.
+    value, deviation
+        Measured value and its standard deviation, shape (m,) [unit of each].
+    """
+
+    label: tuple[str, ...]
+    unit: tuple[str, ...]
+    value: Float[NDArray[np.float64], " m"]
+    deviation: Float[NDArray[np.float64], " m"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Panel:
+    """What is drawn of a datum beside a model.
+
+    Parameters
+    ----------
+    title, x_label, y_label
+        Words, with units.
+    measured, predicted
+        Curves as pairs of x and y, shape (n,) each.
+    is_curve
+        Whether the measured values are drawn as a line; points otherwise.
+    log_x, log_y
+        Whether the axes are logarithmic.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    measured: tuple[Curve, ...]
+    predicted: tuple[Curve, ...]
+    is_curve: bool = False
+    log_x: bool = False
+    log_y: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataType:
+    """A type of data.
+
+    Parameters
+    ----------
+    name
+        Its name, such as "force-displacement loop".
+    table
+        Name of its tables in a manifest, such as "loop".
+    holds
+        What a user gives, in words.
+    read
+        Reads an entry of a manifest; raises `CampaignError` in one sentence.
+    features
+        Numbers of a datum.
+    predict
+        What a model predicts for them, shape (m,); NaN where it has no answer. Raises `CampaignError` for a model that
+        lacks what the datum speaks of.
+    states
+        The steady states that a datum also counts as, from it and the names of all sensors of the campaign; None for a
+        type that gives none.
+    panels
+        What is drawn of a datum beside a model; None for a type whose features tell all.
+    """
+
+    name: str
+    table: str
+    holds: str
+    read: Callable[[TomlTable, DataContext], Any]
+    features: Callable[[Any], Features]
+    predict: Callable[[Model, Any], Float[NDArray[np.float64], " m"]]
+    states: Callable[[Any, Sequence[str]], Measurement | None] | None
+    panels: Callable[[Model, Any], Sequence[Panel]] | None
+
+
+def _wrong(type_: DataType) -> str | None:
+    for fact in ("table", "holds"):
+        text = getattr(type_, fact)
+        if not (isinstance(text, str) and text.strip()):
+            return f"has {fact} = {text!r}: give text"
+    if type_.table in {"sensor", "test", "run", "record", "load_cells", "units", "convention", "held_out", "drive"}:
+        return f'has table = "{type_.table}", which a manifest uses for something else: take another name'
+    for fact in ("read", "features", "predict"):
+        if not callable(getattr(type_, fact)):
+            return f"has {fact} = {getattr(type_, fact)!r}: give a function"
+    return None
+
+
+DATA_TYPES: Registry[DataType] = Registry(
+    "data type",
+    package="correlation.data_type",
+    group="stickslip.data_types",
+    facts={
+        "table": "the name of its tables in a manifest",
+        "holds": "what a user gives, in words",
+        "read": "a function of a table of a manifest and a DataContext",
+        "features": "a function of what was read",
+        "predict": "a function of a model and of what was read",
+        "states": "a function of what was read and the names of all sensors, or None",
+        "panels": "a function of a model and of what was read, or None",
+    },
+    check=_wrong,
+)

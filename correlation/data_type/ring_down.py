@@ -1,0 +1,201 @@
+"""Ring-downs: the free decay of a structure after a release or a blow, as frequency and damping against amplitude.
+
+The backbone of each mode is read from the decay (`correlation.signal.ring_down`) and compared with that of the model
+(`correlation.data_type.backbone`) at a few amplitudes. What excited the structure need not be known.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measured_files import take_rows
+from correlation.campaign.measurement import CONFIGURATIONS
+from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.signal_entry import read_signal
+from correlation.campaign.toml_table import TomlTable
+from correlation.data_type.backbone import predict_backbone
+from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
+from correlation.model import Model
+from correlation.signal.ring_down import RingDown, analyse_ring_down
+
+#: Amplitudes at which a mode is compared: a backbone is smooth, and neighbouring readings are not independent.
+N_AMPLITUDE = 6
+NO_MODES: tuple[float, ...] = ()
+#: Share of the range in the logarithm of the amplitude that is left out at either end: a curve through a decay is least
+#: certain there, by more than its own deviation says [-].
+ENDS = 0.08
+#: Least standard deviations, relative [-]: between modes of a decay and resonances of a model there are differences of
+#: this size that no scatter of the reading shows (frequency within a period of decay, damping of a slow change).
+LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FreeDecay:
+    """A ring-down of one sensor.
+
+    Parameters
+    ----------
+    name
+        As in the manifest.
+    configuration
+        "jointed", or "free" of all contacts.
+    sensor
+        Name of the sensor.
+    modes
+        Backbones of the modes that were found in it.
+    unit
+        SI unit of the sensor.
+    held_out
+        Whether no calibration may see it.
+    """
+
+    type: ClassVar[str] = "ring-down"
+    name: str
+    configuration: str
+    sensor: str
+    modes: tuple[RingDown, ...]
+    unit: str
+    held_out: bool = False
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of sensors of the campaign that it uses."""
+        return (self.sensor,)
+
+
+def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
+    """A ``[[ring_down]]`` of a manifest.
+
+    Raises
+    ------
+    CampaignError
+        A key or value that cannot be used, a sensor that is not calibrated, or a record without a decay.
+    """
+    sensors = {sensor.name: sensor for sensor in context.sensors}
+    name = table.choice("sensor", sensors)
+    sensor = sensors[name]
+    if not sensor.calibrated:
+        raise table.problem(
+            "sensor",
+            "is not calibrated: frequency and damping go with the amplitude, which must be in SI; calibrate it",
+        )
+    columns = table.table("columns")
+    time, value = read_signal(columns, "time"), read_signal(columns, "value")
+    columns.finish()
+    file = take_rows(
+        table, context.files.read(table.take("file", str)), [*time.columns.values(), *value.columns.values()]
+    )
+    start, end = (table.converted(key, lambda value: si_quantity(value, "s"), np.nan) for key in ("start", "end"))
+    near = table.converted("modes", _frequencies, NO_MODES)
+    instants = time.or_unit(file, "s").real_values(file, "s")
+    signal = value.real_values(file, sensor.unit)
+    with table.reading(file.path.name):
+        modes = analyse_ring_down(
+            instants,
+            signal,
+            quantity=sensor.quantity,
+            start=None if np.isnan(start) else start,
+            end=None if np.isnan(end) else end,
+            frequencies=near or None,
+        )
+    decay = FreeDecay(
+        name=table.take("name", str),
+        configuration=table.choice("configuration", CONFIGURATIONS),
+        sensor=name,
+        modes=modes,
+        unit=sensor.unit,
+        held_out=table.take("held_out", bool, False),
+    )
+    table.finish()
+    return decay
+
+
+def _frequencies(values: object) -> tuple[float, ...]:
+    return tuple(si_quantity(value, "Hz") for value in (values if isinstance(values, list) else [values]))
+
+
+def ring_down_features(decay: FreeDecay) -> Features:
+    """Frequency and damping ratio of each mode at a few amplitudes."""
+    label: list[str] = []
+    unit: list[str] = []
+    value: list[float] = []
+    deviation: list[float] = []
+    for mode in decay.modes:
+        for row in chosen_rows(mode):
+            at = f"at {mode.amplitude[row]:.3g} {decay.unit}"
+            label += [f"frequency {at}", f"damping ratio {at}"]
+            unit += ["Hz", "-"]
+            value += [float(mode.frequency[row]), float(mode.damping_ratio[row])]
+            deviation += [
+                float(np.hypot(mode.frequency_deviation[row], LEAST_FREQUENCY * mode.frequency[row])),
+                float(np.hypot(mode.damping_deviation[row], LEAST_DAMPING * abs(mode.damping_ratio[row]))),
+            ]
+    return Features(label=tuple(label), unit=tuple(unit), value=np.array(value), deviation=np.array(deviation))
+
+
+def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float64], " m"]:
+    """The backbones of the model at the same amplitudes, shape (m,); NaN where it has no steady state.
+
+    Raises
+    ------
+    CampaignError
+        The model has no such sensor, or it does not see a mode.
+    """
+    configured = model.free() if decay.configuration == "free" else model
+    predicted = []
+    for mode in decay.modes:
+        rows = chosen_rows(mode)
+        near = float(mode.frequency[np.argmin(mode.amplitude)])
+        frequency, damping = predict_backbone(configured, decay.sensor, near, mode.amplitude[rows])
+        predicted.append(np.column_stack([frequency, damping]).ravel())
+    return np.concatenate(predicted) if predicted else np.zeros(0)
+
+
+def ring_down_panels(model: Model, decay: FreeDecay) -> list[Panel]:
+    """Frequency and damping ratio of each mode against its amplitude."""
+    predicted = predict_ring_down(model, decay).reshape(-1, 2)
+    panels, first = [], 0
+    for mode in decay.modes:
+        rows = chosen_rows(mode)
+        values, first = predicted[first : first + len(rows)], first + len(rows)
+        near = float(np.median(mode.frequency))
+        for column, (words, measured, scale) in enumerate(
+            (("frequency [Hz]", mode.frequency, 1.0), ("damping ratio [%]", mode.damping_ratio, 100.0))
+        ):
+            panels.append(
+                Panel(
+                    title=f"{decay.name}: mode near {near:.4g} Hz",
+                    x_label=f"amplitude of {decay.sensor} [{decay.unit}]",
+                    y_label=words,
+                    measured=((mode.amplitude, scale * measured),),
+                    predicted=((mode.amplitude[rows], scale * values[:, column]),),
+                    is_curve=True,
+                    log_x=True,
+                )
+            )
+    return panels
+
+
+def chosen_rows(mode: RingDown) -> NDArray[np.int64]:
+    """Rows of a backbone that are compared, by falling amplitude, evenly in its logarithm, shape (up to 6,)."""
+    first, last = np.log(mode.amplitude[0]), np.log(mode.amplitude[-1])
+    wanted = np.linspace(first + ENDS * (last - first), last - ENDS * (last - first), N_AMPLITUDE)
+    rows = [int(np.argmin(np.abs(np.log(mode.amplitude) - item))) for item in wanted]
+    return np.array(list(dict.fromkeys(rows)))
+
+
+DATA_TYPES.register(
+    DataType(
+        name=FreeDecay.type,
+        table="ring_down",
+        holds="free decays over time",
+        read=read_ring_down,
+        features=ring_down_features,
+        predict=predict_ring_down,
+        states=None,
+        panels=ring_down_panels,
+    )
+)

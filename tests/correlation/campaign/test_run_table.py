@@ -1,0 +1,177 @@
+"""Runs of a manifest: the columns of a measured file become steady states in SI and in one convention."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign, Measurement
+from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.run_table import passes
+from correlation.errors import CampaignError
+
+HEAD = """schema = 1
+[convention]
+time = "{time}"
+amplitude = "{amplitude}"
+[units]
+level = "{level}"
+frequency = "Hz"
+{drive}
+[[sensor]]
+name = "tip"
+quantity = "acceleration"
+direction = "z"
+place = "tip"
+{sensor}
+[[test]]
+name = "stepped"
+configuration = "jointed"
+"""
+DEFAULT = {"time": "exp(+i omega t)", "amplitude": "peak", "level": "N", "drive": "", "sensor": ""}
+
+
+def write(folder: Path, table: str, run: str, columns: str, **head: str) -> Path:
+    (folder / "data.csv").write_text(table, encoding="utf-8")
+    manifest = HEAD.format(**(DEFAULT | head)) + f'[[run]]\ntest = "stepped"\nfile = "data.csv"\n{run}\n[run.columns]\n'
+    (folder / "campaign.toml").write_text(manifest + columns, encoding="utf-8")
+    return folder
+
+
+def read(*arguments: Path | str, **head: str) -> Measurement:
+    return read_campaign(write(*arguments, **head)).measurement  # type: ignore[arg-type]
+
+
+AMPLITUDES = 'frequency = "f"\ntip = { amplitude = "a", phase = "p", unit = "g_n", phase_unit = "deg" }\n'
+
+
+def test_amplitude_and_phase_in_other_units_become_complex_si(tmp_path: Path) -> None:
+    table = read(tmp_path, "f,a,p\n10,2,90\n11,1,180\n", "level = 3.0", AMPLITUDES)
+    # 1 g_n is 9.80665 m/s^2 by definition.
+    assert table.value == pytest.approx([2 * 9.80665j, -9.80665], abs=1e-12)
+    assert table.level == pytest.approx([3, 3])
+    assert table.sweep.tolist() == [1, 1]
+    assert table.force == pytest.approx(table.level)
+
+
+def test_the_other_time_sign_and_rms_values_are_converted(tmp_path: Path) -> None:
+    table = read(tmp_path, "f,a,p\n10,2,90\n11,1,180\n", "level = 3.0", AMPLITUDES,
+                 time="exp(-i omega t)", amplitude="rms")  # fmt: skip
+    assert table.value == pytest.approx(np.sqrt(2) * np.array([-2 * 9.80665j, -9.80665]), abs=1e-12)
+    assert table.level == pytest.approx(np.full(2, 3 * np.sqrt(2)))
+
+
+def test_phases_count_from_the_measured_force(tmp_path: Path) -> None:
+    columns = 'frequency = "f"\nforce = { amplitude = "F", phase = "q", unit = "mN", phase_unit = "rad" }\n'
+    columns += 'tip = { amplitude = "a", phase = "p", unit = "m/s^2", phase_unit = "rad" }\n'
+    table = read(tmp_path, "f,F,q,a,p\n10,1990,0.3,2,0.5\n11,2010,0.4,2,0.1\n", "level = 2.0", columns)
+    assert table.value == pytest.approx(2 * np.exp([0.2j, -0.3j]))
+    assert table.force == pytest.approx([1.99, 2.01])
+    assert table.level == pytest.approx([2, 2])
+
+
+def test_a_response_controlled_run_has_the_median_force_as_its_level(tmp_path: Path) -> None:
+    columns = 'frequency = "f"\nforce = { column = "F", unit = "N" }\ntip = { column = "a", unit = "m/s^2" }\n'
+    table = read(tmp_path, "f,F,a\n10,3,5\n11,1.2345,5\n12,2,5.01\n", 'control = "response"', columns)
+    assert table.level == pytest.approx([2, 2, 2])
+    assert table.force == pytest.approx([3, 1.2345, 2])
+
+
+def test_a_file_of_passes_up_and_down_has_sweeps_and_repeats(tmp_path: Path) -> None:
+    rows = "".join(f"{f},{f},0\n" for f in (10, 11, 12, 11, 10, 11, 12))
+    table = read(tmp_path, "f,a,p\n" + rows, "level = 3.0", AMPLITUDES)
+    by_order = np.argsort(table.order)
+    assert table.frequency[by_order].tolist() == [10, 11, 12, 11, 10, 11, 12]
+    assert table.sweep[by_order].tolist() == [1, 1, 1, -1, -1, 1, 1]
+    assert table.repeat[by_order].tolist() == [1, 1, 1, 1, 1, 2, 2]
+
+
+def test_passes_number_readings_at_one_frequency() -> None:
+    way, repeat = passes(np.array([5.0, 5.0, 6.0, 6.0, 6.0]))
+    assert way.tolist() == [1, 1, 1, 1, 1]
+    assert repeat.tolist() == [0, 1, 0, 1, 2]
+    way, repeat = passes(np.array([5.0, 5.0]))
+    assert way.tolist() == [0, 0]
+    assert repeat.tolist() == [0, 1]
+
+
+def test_rows_of_a_file_are_chosen_by_number_and_word(tmp_path: Path) -> None:
+    text = "f,a,p,way,level\n10,1,0,up,1\n11,2,0,up,1\n10,3,0,down,1\n10,4,0,up,2\n"
+    run = 'level = 1.0\nrows = { way = "up", level = 1.0 }'
+    assert abs(read(tmp_path, text, run, AMPLITUDES).value) == pytest.approx([9.80665, 2 * 9.80665])
+    with pytest.raises(CampaignError, match=r'"way" of data.csv is never .*sideways.*up, down'):
+        read(tmp_path, text, 'level = 1.0\nrows = { way = "sideways" }', AMPLITUDES)
+
+
+def test_a_sweep_column_of_words_is_taken(tmp_path: Path) -> None:
+    text = "f,a,p,way\n10,1,0,up\n11,2,0,up\n10,3,0,down\n11,3,0,down\n"
+    table = read(tmp_path, text, "level = 1.0", AMPLITUDES + 'sweep = "way"\n')
+    assert table.sweep.tolist() == [-1, 1, -1, 1]
+
+
+def uncalibrated(tmp_path: Path) -> Campaign:
+    columns = 'frequency = "f"\nlevel = "U"\ntip = { amplitude = "a" }\n'
+    return read_campaign(write(
+        tmp_path, "f,U,a\n10,0.5,1\n11,0.5,2\n", "", columns, level="V",
+        drive="[drive]\ncalibrated = false", sensor='calibrated = false\nphase = false\nnoise = "1 %"',
+    ))  # fmt: skip
+
+
+def test_a_drive_in_volts_and_amplitudes_without_phase_are_taken_as_such(tmp_path: Path) -> None:
+    campaign = uncalibrated(tmp_path)
+    assert (campaign.drive.unit, campaign.drive.calibrated) == ("V", False)
+    (sensor,) = campaign.sensors
+    assert (sensor.calibrated, sensor.has_phase, sensor.unit, sensor.noise) == (False, False, "V", (0.01, 0.0))
+    assert campaign.measurement.value == pytest.approx([1, 2])
+
+
+def test_a_sensitivity_turns_volts_into_acceleration(tmp_path: Path) -> None:
+    columns = 'frequency = "f"\ntip = { real = "a", imag = "b", unit = "mV", sensitivity = "100 mV/g_n" }\n'
+    table = read(tmp_path, "f,a,b\n10,200,0\n11,0,-100\n", "level = 1.0", columns)
+    assert table.value == pytest.approx([2 * 9.80665, -9.80665j], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("run", "columns", "head", "words"),
+    [
+        ("level = 1.0", 'frequency = "f"\ntip = "a"\n', {}, ["run[1].columns.tip", '"a"', "no unit"]),
+        ("level = 1.0", 'frequency = "g"\ntip = "a"\n', {}, ["data.csv", '"g"']),
+        ("level = 1.0", 'tip = "a"\n', {}, ["run[1].columns.frequency"]),
+        ("", 'frequency = "f"\ntip = { column = "a", unit = "m/s^2" }\n', {}, ["run[1].level", "is missing"]),
+        ("level = -1.0", 'frequency = "f"\ntip = "a"\n', {}, ["run[1].level = -1.0"]),
+        ("level = 1.0", 'frequency = "f"\ntop = "a"\n', {}, ['did you mean "tip"']),
+        ("level = 1.0", AMPLITUDES.replace("deg", "grad"), {}, ["phase_unit", "grad"]),
+        ("level = 1.0", AMPLITUDES.replace(', phase_unit = "deg"', ""), {}, ["tip", "phase_unit"]),
+        ("level = 1.0", AMPLITUDES.replace("g_n", "V"), {}, ["tip", '"V"', "m/s^2"]),
+        ("level = 1.0", 'frequency = "f"\ntip = { amplitude = "a", unit = "m/s^2" }\n', {}, ["phase = false"]),
+        ('level = 1.0\ncontrol = "response"', AMPLITUDES, {}, ["control", "force"]),
+        ("level = 1.0", AMPLITUDES, {"level": "V"}, ["units.level", "calibrated = false"]),
+        ("level = 1.0\nrepeat = -2", AMPLITUDES, {}, ["repeat = -2"]),
+    ],
+)
+def test_a_mistake_is_one_sentence_with_its_key(
+    tmp_path: Path, run: str, columns: str, head: dict[str, str], words: list[str]
+) -> None:
+    with pytest.raises(CampaignError) as caught:
+        read(tmp_path, "f,a,p\n10,2,90\n11,1,180\n", run, columns, **head)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_values_that_are_missing_are_skipped_on_request_alone(tmp_path: Path) -> None:
+    text = "f,a,p\n10,2,90\n11,,180\n12,1,0\n"
+    with pytest.raises(CampaignError, match=r'"a" of data.csv is not finite at 1 of 3 rows.*row 2.*missing = "skip"'):
+        read(tmp_path, text, "level = 1.0", AMPLITUDES)
+    assert read(tmp_path, text, 'level = 1.0\nmissing = "skip"', AMPLITUDES).frequency.tolist() == [10, 12]
+
+
+def test_two_runs_of_one_repeat_are_refused(tmp_path: Path) -> None:
+    folder = write(tmp_path, "f,a,p\n10,2,90\n11,1,180\n", "level = 3.0", AMPLITUDES)
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    second = text[text.index("[[run]]") :]
+    manifest.write_text(text + second, encoding="utf-8")
+    with pytest.raises(CampaignError, match=r'two runs of test "stepped".*"tip" at 3, 10 Hz as repeat 1'):
+        read_campaign(folder)
+    manifest.write_text(text + second.replace("level = 3.0", "level = 3.0\nrepeat = 2"), encoding="utf-8")
+    assert np.unique(read_campaign(folder).measurement.repeat).tolist() == [1, 2]

@@ -1,0 +1,184 @@
+"""Ring-downs, loops, frequency responses and load cells, read by a manifest from their files."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.campaign.read_campaign import read_campaign
+from correlation.data_type.frequency_response import predict_linear_response
+from correlation.data_type.registry import DATA_TYPES
+from correlation.data_type.ring_down import predict_ring_down, ring_down_features
+from correlation.errors import CampaignError
+from correlation.model import Model
+from reduction.load_cell import decoupler_contact
+
+MASS, STIFFNESS, RATIO = 1.3, 5e5, 0.004
+SENSOR = """[[sensor]]
+name = "tip"
+quantity = "displacement"
+direction = "z"
+place = "tip"
+"""
+
+
+def write(folder: Path, manifest: str, **tables: str) -> Path:
+    (folder / "campaign.toml").write_text("schema = 1\n" + manifest, encoding="utf-8")
+    for name, table in tables.items():
+        (folder / f"{name}.csv").write_text(table, encoding="utf-8")
+    return folder
+
+
+def columns(header: str, *values: np.ndarray) -> str:
+    return header + "\n" + "\n".join(",".join(f"{x:.9g}" for x in row) for row in np.column_stack(values)) + "\n"
+
+
+def test_a_linear_ring_down_has_the_backbone_of_its_model(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
+    omega = np.sqrt(STIFFNESS / MASS)
+    time = np.arange(0, 1.5, 1 / 4000)
+    x = 1e-4 * np.exp(-RATIO * omega * time) * np.cos(np.sqrt(1 - RATIO**2) * omega * time)
+    manifest = (
+        SENSOR
+        + """[[ring_down]]
+name = "release"
+file = "decay.csv"
+configuration = "jointed"
+sensor = "tip"
+[ring_down.columns]
+time = "t"
+value = { column = "x", unit = "mm" }
+"""
+    )
+    (decay,) = read_campaign(write(tmp_path, manifest, decay=columns("t,x", time, 1e3 * x))).data
+    features, predicted = ring_down_features(decay), predict_ring_down(oscillator(), decay)
+    assert len(decay.modes) == 1
+    # The record is without noise; what is left are the digits that were written.
+    assert features.value[0::2] == pytest.approx(omega / (2 * np.pi), rel=1e-4)
+    assert features.value[1::2] == pytest.approx(RATIO, rel=0.02)
+    assert predicted == pytest.approx(features.value, rel=0.02)
+
+
+FRF = """[convention]
+time = "exp({sign}i omega t)"
+amplitude = "peak"
+[units]
+level = "N"
+frequency = "Hz"
+[[sensor]]
+name = "accelerometer"
+quantity = "acceleration"
+direction = "z"
+place = "tip"
+[[test]]
+name = "hammer"
+configuration = "jointed"
+[[frf]]
+name = "H"
+file = "frf.csv"
+test = "hammer"
+level = 0.5
+[frf.columns]
+frequency = "f"
+accelerometer = {{ real = "re", imag = "im", unit = "g_n/N" }}
+"""
+
+
+@pytest.mark.parametrize("sign", ["+", "-"])
+def test_frequency_responses_count_as_steady_states_of_their_level(
+    tmp_path: Path, oscillator: Callable[..., Model], sign: str
+) -> None:
+    frequency = np.linspace(80, 120, 401)
+    omega = 2 * np.pi * frequency
+    damping = 2 * RATIO * np.sqrt(STIFFNESS * MASS)
+    response = -(omega**2) / (STIFFNESS - MASS * omega**2 + 1j * omega * damping)
+    written = (response if sign == "+" else response.conj()) / 9.80665
+    folder = write(tmp_path, FRF.format(sign=sign), frf=columns("f,re,im", frequency, written.real, written.imag))
+    campaign = read_campaign(folder)
+    (frf,) = campaign.data
+    assert frf.value[0] == pytest.approx(response, rel=1e-6)
+    assert predict_linear_response(oscillator(), frf)[0] == pytest.approx(response, rel=1e-6)
+    table = campaign.measurement
+    assert 20 <= len(table) <= 60
+    at = np.searchsorted(frequency, table.frequency)
+    assert table.value == pytest.approx(0.5 * response[at], rel=1e-6)
+    # States are where the response changes: most of them in the ten hertz around the resonance.
+    assert (np.abs(table.frequency - np.sqrt(STIFFNESS / MASS) / (2 * np.pi)) < 5).mean() > 0.6
+
+
+CELLS = """[convention]
+time = "exp(+i omega t)"
+amplitude = "peak"
+[units]
+level = "N"
+frequency = "Hz"
+[[sensor]]
+name = "R3"
+quantity = "load cell"
+[[sensor]]
+name = "R4"
+quantity = "load cell"
+[[sensor]]
+name = "left_T"
+quantity = "contact force"
+line = "left"
+component = "tangential"
+[[sensor]]
+name = "left_N"
+quantity = "contact force"
+line = "left"
+component = "normal"
+[[load_cells]]
+cells = ["R3", "R4"]
+tangential = "left_T"
+normal = "left_N"
+taper = "8.53 deg"
+arm = "45 deg"
+[[test]]
+name = "t"
+configuration = "jointed"
+[[run]]
+test = "t"
+file = "cells.csv"
+level = 1.0
+[run.columns]
+frequency = "f"
+R3 = { real = "a", imag = "b", unit = "N" }
+R4 = { real = "c", imag = "d", unit = "N" }
+"""
+
+
+def test_load_cells_become_the_forces_of_equation_1(tmp_path: Path) -> None:
+    campaign = read_campaign(write(tmp_path, CELLS, cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n"))
+    assert [sensor.name for sensor in campaign.sensors] == ["left_T", "left_N"]
+    table = campaign.measurement
+    r3, r4 = np.array([3 + 1j, 2]), np.array([1 - 1j, 1 + 0.5j])
+    expected = decoupler_contact(r3, r4, np.radians(8.53), np.radians(45))
+    assert table.value[table.sensor == 0] == pytest.approx(expected.tangential)
+    assert table.value[table.sensor == 1] == pytest.approx(expected.normal)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('cells = ["R3", "R4"]', 'cells = ["R3"]', ["load_cells[1].cells", "two"]),
+        ('cells = ["R3", "R4"]', 'cells = ["R3", "left_T"]', ["load_cells[1].cells", '"left_T"']),
+        ('tangential = "left_T"', 'tangential = "left_N"', ["load_cells[1].tangential"]),
+        ('taper = "8.53 deg"', 'taper = "8.53 mm"', ["load_cells[1].taper", "mm"]),
+        ('side = "blade"\n', "", []),
+    ],
+)
+def test_a_mistake_in_load_cells_names_its_key(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
+    folder = write(tmp_path, CELLS.replace(old, new), cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n")
+    if not words:
+        assert read_campaign(folder).sensors
+        return
+    with pytest.raises(CampaignError) as caught:
+        read_campaign(folder)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_every_type_says_what_it_holds() -> None:
+    assert {kind.table for kind in DATA_TYPES} >= {"frf", "loop", "mode", "ring_down"}
+    assert all(kind.holds for kind in DATA_TYPES)
