@@ -1,0 +1,131 @@
+"""Data of other types than steady states in a fit: loops, ring-downs, modes, each through a few features."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from correlation.data_type.registry import DATA_TYPES, Datum, Features
+from correlation.model import Model
+from diagnosis.fit.calibration import Data, Matrix, Search, Vector, inverse
+from diagnosis.fit.fit_parameter import Unknowns, Values
+
+#: Residual of a feature without a prediction, in standard deviations.
+NOT_FOUND = 10.0
+#: Step of a difference of predictions, relative to the typical size of a parameter: large beside their accuracy (1e-5
+#: of a backbone), small beside the curvature of what a parameter does.
+STEP = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureComparison:
+    """Features of some data, to compare a model with.
+
+    Parameters
+    ----------
+    data
+        Measured data.
+    features
+        Features of each.
+    """
+
+    data: tuple[Datum, ...]
+    features: tuple[Features, ...]
+
+    search: ClassVar[Search] = Search(steps=12)
+
+    @classmethod
+    def of(cls, data: Sequence[Datum]) -> "FeatureComparison":
+        """Features of some data."""
+        return cls(data=tuple(data), features=tuple(DATA_TYPES[datum.type].features(datum) for datum in data))
+
+    @property
+    def measured(self) -> Vector:
+        """Values of all features, shape (m,)."""
+        return np.concatenate([[], *(item.value for item in self.features)])
+
+    @property
+    def deviation(self) -> Vector:
+        """Their standard deviations, shape (m,)."""
+        return np.concatenate([[], *(item.deviation for item in self.features)])
+
+    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Vector:
+        """What a model predicts for all features, shape (m,).
+
+        Raises
+        ------
+        CampaignError
+            The model lacks what some data speak of.
+        """
+        del before, starts
+        return np.concatenate([[], *(DATA_TYPES[datum.type].predict(model, datum) for datum in self.data)])
+
+    def residual(self, prediction: Vector) -> Vector:
+        """Measured less predicted in standard deviations, shape (m,)."""
+        there = np.isfinite(prediction)
+        return np.where(there, (self.measured - np.where(there, prediction, 0.0)) / self.deviation, NOT_FOUND)
+
+    def has_prediction(self, prediction: Vector) -> Bool[NDArray[np.bool_], " m"]:
+        """Mask of the features that have a prediction."""
+        return np.isfinite(prediction)
+
+    def slopes(self, unknowns: Unknowns, values: Values, model: Model, prediction: Vector, first: int = 0) -> Matrix:
+        """Derivatives of the predictions in standard deviations, from value number `first` on, by differences."""
+        del model
+        slopes = np.zeros((len(prediction), len(values) - first))
+        for number in range(first, len(values)):
+            upper = unknowns.bounds[number][1]
+            moved, step = np.array(values), STEP * unknowns.size[number]
+            moved[number] += step if values[number] + step <= upper else -step
+            change = self.predict(unknowns.compose(moved)) - prediction
+            slopes[:, number - first] = change / (moved[number] - values[number]) / self.deviation
+        return np.where(np.isfinite(slopes), slopes, 0.0)
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """Inverse of the curvature of chi^2, shape (p, p)."""
+        del residual
+        return inverse(jacobian, size)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JoinedComparison:
+    """Two comparisons that one model is fitted to; a prediction is a pair."""
+
+    first: Data
+    second: Data
+
+    @property
+    def search(self) -> Search:
+        """Limits of fits: those of the first."""
+        return self.first.search
+
+    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> tuple[Any, Any]:
+        """Predictions of both."""
+        one, other = before or (None, None)
+        return self.first.predict(model, one, starts), self.second.predict(model, other)
+
+    def residual(self, prediction: tuple[Any, Any]) -> Vector:
+        """Residuals of both, one below the other."""
+        return np.concatenate([self.first.residual(prediction[0]), self.second.residual(prediction[1])])
+
+    def has_prediction(self, prediction: tuple[Any, Any]) -> NDArray[np.bool_]:
+        """Masks of both."""
+        return np.concatenate([self.first.has_prediction(prediction[0]), self.second.has_prediction(prediction[1])])
+
+    def slopes(
+        self, unknowns: Unknowns, values: Values, model: Model, prediction: tuple[Any, Any], first: int = 0
+    ) -> Matrix:
+        """Derivatives of both."""
+        return np.vstack(
+            [
+                self.first.slopes(unknowns, values, model, prediction[0], first),
+                self.second.slopes(unknowns, values, model, prediction[1], first),
+            ]
+        )
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """That of the first's kind."""
+        return self.first.covariance(residual, jacobian, size)

@@ -1,0 +1,57 @@
+"""Measured data of any type beside a model: loops, ring-downs, frequency responses, a panel each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.data_type.registry import Panel
+from figure.registry import draws
+from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, new_figure, open_box
+
+COLUMNS = 2
+#: Predictions at fewer points are drawn with a marker at each.
+FEW = 20
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredData(Headed):
+    """Panels of measured data, at least one."""
+
+    panels: Sequence[Panel]
+
+
+@draws(MeasuredData, "measured_data")
+def measured_data_figure(result: MeasuredData) -> Figure:
+    """Draw the panels, two in a row."""
+    columns = min(COLUMNS, len(result.panels))
+    rows = -(-len(result.panels) // columns)
+    figure = new_figure(5.6 * columns, 1.2 + 3.2 * rows, hspace=0.06)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat[len(result.panels) :]:
+        axes.set_visible(False)
+    for axes, panel in zip(grid.flat, result.panels, strict=False):
+        _draw(axes, panel)
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    if labels:
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    add_heading(figure, result)
+    return figure
+
+
+def _draw(axes: Axes, panel: Panel) -> None:
+    for number, (x, y) in enumerate(panel.measured):
+        style = {"linewidth": 1.1} if panel.is_curve else {"marker": "o", "markersize": 4, "linestyle": "none"}
+        axes.plot(x, y, color=INK, label=None if number else "measured", **style)
+    for number, (x, y) in enumerate(panel.predicted):
+        few = len(x) < FEW
+        axes.plot(
+            x, y, color=LIMITS[1], linewidth=1.4, marker="s" if few else "", markersize=4.5,
+            label=None if number else "model",
+        )  # fmt: skip
+    axes.set_title(panel.title, fontsize=10, loc="left")
+    axes.set_xlabel(panel.x_label)
+    axes.set_ylabel(panel.y_label)
+    if panel.log_x:
+        axes.set_xscale("log")
+    if panel.log_y:
+        axes.set_yscale("log")
+    open_box(axes)

@@ -1,0 +1,170 @@
+"""Data of other types than steady states beside a model: loops, ring-downs, frequency responses, modes."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import StringIO
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.data_type.registry import DATA_TYPES, Datum, Features, Panel
+from correlation.errors import CampaignError
+from correlation.model import Model
+from figure.measured_data import MeasuredData
+
+COLUMNS = ("data", "type", "set", "quantity", "unit", "measured", "deviation", "predicted", "error_in_deviations")
+#: A number further off than this is worth a sentence [standard deviations].
+CLEAR = 3.0
+#: Panels of one figure.
+MOST_PANELS = 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DataComparison:
+    """One datum beside a model.
+
+    Parameters
+    ----------
+    name, type
+        Name of the datum, and of its type.
+    held_out
+        Whether no calibration may see it.
+    features
+        Measured numbers.
+    predicted
+        The model's, shape (m,); NaN where it has no answer.
+    reason
+        Why the datum could not be compared; empty if it was.
+    """
+
+    name: str
+    type: str
+    held_out: bool
+    features: Features
+    predicted: Float[NDArray[np.float64], " m"]
+    reason: str = ""
+
+    @property
+    def error(self) -> Float[NDArray[np.float64], " m"]:
+        """Predicted less measured, shape (m,) [standard deviations]."""
+        return np.asarray((self.predicted - self.features.value) / self.features.deviation)
+
+    @property
+    def root_mean_square(self) -> float:
+        """Root mean square of the errors that there are [standard deviations]; NaN without any."""
+        there = self.error[np.isfinite(self.error)]
+        return float(np.sqrt(np.mean(there**2))) if len(there) else np.nan
+
+
+def compare_data(model: Model, data: Sequence[Datum]) -> tuple[DataComparison, ...]:
+    """Features of some data beside those that a model predicts."""
+    result = []
+    for datum in data:
+        kind = DATA_TYPES[datum.type]
+        features, reason = kind.features(datum), ""
+        try:
+            predicted = kind.predict(model, datum)
+        except CampaignError as error:
+            predicted, reason = np.full(len(features.label), np.nan), str(error)
+        result.append(
+            DataComparison(
+                name=datum.name,
+                type=kind.name,
+                held_out=datum.held_out,
+                features=features,
+                predicted=predicted,
+                reason=reason,
+            )
+        )
+    return tuple(result)
+
+
+def describe_data(compared: Sequence[DataComparison]) -> list[str]:
+    """For people: one paragraph per datum with its numbers that are furthest off."""
+    lines = []
+    for item in compared:
+        where = f"{item.type} {item.name}" + (" (held out)" if item.held_out else "")
+        if item.reason:
+            lines.append(f"{where}: not compared: {item.reason}")
+            continue
+        there = np.flatnonzero(np.isfinite(item.error))
+        if not len(there):
+            lines.append(f"{where}: the model has no answer")
+            continue
+        far = there[np.argsort(-np.abs(item.error[there]))]
+        lines.append(
+            f"{where}: {len(there)} numbers, root mean square error {item.root_mean_square:.3g} standard deviations"
+            + (f"; {len(item.error) - len(there)} without a prediction" if len(there) < len(item.error) else "")
+        )
+        lines += [f"  {_number(item, row)}" for row in far[:3] if abs(item.error[row]) > CLEAR]
+    return lines
+
+
+def _number(item: DataComparison, row: int) -> str:
+    features = item.features
+    unit = "" if features.unit[row] == "-" else f" {features.unit[row]}"
+    return (
+        f"{features.label[row]}: measured {features.value[row]:.5g} +- {features.deviation[row]:.2g}{unit}, "
+        f"model {item.predicted[row]:.5g}{unit} ({item.predicted[row] / features.value[row] - 1:+.2%})"
+    )
+
+
+def data_document(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:
+    """The same for ``--json``."""
+    return [
+        {
+            "name": item.name,
+            "type": item.type,
+            "held_out": item.held_out,
+            "reason": item.reason,
+            "root_mean_square_error": item.root_mean_square,
+            "numbers": [
+                {"quantity": label, "unit": unit, "measured": value, "deviation": deviation, "predicted": predicted}
+                for label, unit, value, deviation, predicted in zip(
+                    item.features.label, item.features.unit, item.features.value.tolist(),
+                    item.features.deviation.tolist(), item.predicted.tolist(), strict=True,
+                )
+            ],
+        }
+        for item in compared
+    ]  # fmt: skip
+
+
+def format_data_csv(compared: Sequence[DataComparison]) -> str:
+    """One line per number."""
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for item in compared:
+        side = "held out" if item.held_out else "training"
+        for row, label in enumerate(item.features.label):
+            numbers = (item.features.value[row], item.features.deviation[row], item.predicted[row], item.error[row])
+            texts = [f"{number:.7g}" if np.isfinite(number) else "" for number in numbers]
+            writer.writerow([item.name, item.type, side, label, item.features.unit[row], *texts])
+    return stream.getvalue()
+
+
+def data_figures(model: Model, data: Sequence[Datum], title: str) -> dict[str, object]:
+    """Results to draw, by name: measured and predicted curves of each type, eight panels per figure."""
+    drawn: dict[str, object] = {}
+    for kind in DATA_TYPES:
+        if kind.panels is None:
+            continue
+        panels: list[Panel] = []
+        for datum in data:
+            if datum.type == kind.name:
+                try:
+                    panels += kind.panels(model, datum)
+                except CampaignError:
+                    continue  # said in the text, with its reason
+        for first in range(0, len(panels), MOST_PANELS):
+            number = "" if len(panels) <= MOST_PANELS else f"_{first // MOST_PANELS + 1}"
+            drawn[f"{kind.table}{number}"] = MeasuredData(
+                panels=panels[first : first + MOST_PANELS],
+                title=f"{title}: {kind.name}s",
+                subtitle="measured and model",
+            )
+    return drawn
