@@ -57,6 +57,7 @@ def _title(datasets: list[Dataset]) -> tuple[str, dict[str, str]]:
     """Title and facts of dataset 151."""
     for dataset in datasets:
         if dataset.kind == 151:
+            dataset.require_at_most(8)
             keys = ("model", "description", "program of the model", "created", "saved", "program", "written")
             facts = {key: dataset.text(row).strip() for row, key in enumerate(keys) if row < len(dataset.lines)}
             facts = {key: text for key, text in facts.items() if text and text.upper() != "NONE"}

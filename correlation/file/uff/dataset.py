@@ -67,6 +67,14 @@ class Dataset:
             )
         return decode(self.lines[row])
 
+    def require_at_most(self, count: int) -> None:
+        """Raise `CampaignError` if it has more lines: those of the next dataset, whose delimiter is lost."""
+        rows = [row for row, line in enumerate(self.lines) if line.strip()]
+        if len(rows) > count:
+            raise self.error(
+                rows[count], f'type {self.kind} has at most {count} lines; is a line "    -1" lost before this one?'
+            )
+
 
 def split_datasets(file: str, data: bytes) -> Iterator[Dataset]:
     """Datasets of a universal file.

@@ -61,6 +61,7 @@ def read_units(dataset: Dataset) -> FileUnits:
     """
     code, description, _ = read_fields(dataset, 0, (10, 20, 10), "iti")
     dataset.text(1)
+    dataset.require_at_most(3)
     factors = read_numbers(b" ".join(dataset.lines[1:3]))
     if factors is None or len(factors) < 2:
         raise dataset.error(1, "needs the factors of length, force and temperature; export the file again")

@@ -251,6 +251,7 @@ TEXT, BINARY = example(DOUBLE_COMPLEX, even=True), example(DOUBLE_REAL, even=Fal
         (nodes([(1, 0.0, 0.0, 0.0), (1, 1.0, 0.0, 0.0)]), "line 4: node 1 stands twice"),
         (nodes([(1, 0.0, 0.0, 0.0)]).replace(b"0.00000E+00", b"0.0000xE+00"), "line 3: .* is no record of 7 numbers"),
         (units(1, 0.0, 1.0), "length 0 .* must be positive"),
+        (units(1, 1.0, 1.0)[:-7] + TEXT.text()[7:], 'line 6: type 164 has at most 3 lines; is a line "    -1" lost'),
         (shape(2, 2, [1.0, 1.0, 0.0, 0.0], [(1, [1.0, 2.0])], 3), r"dataset 1, line 11: node 1 has 2 values"),
     ],
 )
