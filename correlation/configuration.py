@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.linear_structure import LinearStructure
@@ -19,6 +19,9 @@ from hbsolve.sensitivity import ModelParameter, derivatives
 from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import rescue
+
+#: Motions of two sweeps whose relative difference is larger are of two branches; Newton's method ends at 1e-9 [-].
+ONE_BRANCH = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -165,18 +168,20 @@ class Configuration:
         d, nh, n = balance.n_direction, 2 * balance.n_harmonic - 1, len(frequencies)
         guess, twin, seen = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
         for number, (frequency, state) in enumerate(zip(frequencies, guesses, strict=True)):
-            twin[number] = seen.setdefault(frequency, number) if carried and frequency in seen else -1
-            seen.setdefault(frequency, number)
             if state is not None and state.displacement.shape == (balance.n_harmonic, d):
                 guess[number] = state.motion
+            first = seen.setdefault(frequency, number)
+            # Where two sweeps are on two branches the way back is no copy of the first.
+            if carried and first < number and not (near and _differ(guess[first], guess[number])):
+                twin[number] = first
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + level * linear.dynamic)
         way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
-        first, count = balance.joint_of_direction
+        begin, count = balance.joint_of_direction
         while number < n:
             number = int(follow(
-                number, carried, near, way, balance.table, first, count, slider, balance.sampling, TOLERANCE,
+                number, carried, near, way, balance.table, begin, count, slider, balance.sampling, TOLERANCE,
                 MAX_ITERATION, track,
             ))  # fmt: skip
             if number < n:
@@ -204,6 +209,20 @@ class Configuration:
         track.end[number], track.norm[number] = state.slider_at_start, state.residual_norm
         track.iterations[number] = state.iterations
         return np.array(state.slider_at_start) if carried else slider
+
+    def write(
+        self, level: float, track: Track, numbers: Int[NDArray[np.int64], " n"], states: Sequence[SteadyState | None]
+    ) -> None:
+        """Write states into a track at some of its numbers, where there are any."""
+        balance = self._at_level(level)
+        for number, state in zip(numbers, states, strict=True):
+            track.norm[number] = np.nan
+            if state is None:
+                continue
+            forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0)
+            track.motion[number], track.force[number] = state.motion, forces.coefficients
+            track.start[number], track.end[number] = state.slider, state.slider_at_start
+            track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
     def state(self, level: float, frequency: float, track: Track, number: int) -> SteadyState:
         """A state of a track with its full response."""
@@ -309,3 +328,10 @@ class Configuration:
                 first, last = self.balance.table.direction[number : number + 2]
                 seen[last - 1 if component == "normal" else first] = 1.0
         return seen
+
+
+def _differ(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    """Whether two known motions are of two branches."""
+    if not (np.isfinite(one).all() and np.isfinite(other).all()):
+        return False
+    return bool(np.abs(one - other).max(initial=0.0) > ONE_BRANCH * np.abs(one).max(initial=0.0))

@@ -6,6 +6,10 @@ in frequency.
 
 Friction remembers: a contact that sticks keeps the force that it was left with. Sweeps are therefore followed point by
 point, as they were measured, up and then down; each point begins with the sliders where the last one left them.
+
+Where a structure has two steady states, a sweep stays on its branch until that ends. Newton's method may leave a branch
+earlier if a step is large: a level with large steps is followed once more, in steps as small as its branches want
+(`correlation.sweep_path`).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,6 +24,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
 from correlation.row_table import RowTable
+from correlation.sweep_path import SweepPath, has_wide_steps
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.follow import Track
@@ -42,6 +47,8 @@ class Points(RowTable):
         Name of the sensor, shape (k,).
     harmonic
         Shape (k,) [-].
+    sweep
+        Sweep whose branch a row is of, +1 up or -1 down; 0, the default, for the mean of all sweeps, shape (k,).
     """
 
     free: NDArray[np.bool_]
@@ -49,12 +56,30 @@ class Points(RowTable):
     frequency: Float[NDArray[np.float64], " k"]
     sensor: NDArray[np.str_]
     harmonic: Int[NDArray[np.int64], " k"]
+    sweep: Int[NDArray[np.int64], " k"] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        if not len(self.sweep):
+            object.__setattr__(self, "sweep", np.zeros(len(self.level), dtype=np.int64))
 
 
 #: Relative difference of motions below which two sweeps count as one.
 ALIKE = 1e-3
 #: Configuration, level [N] and frequency [Hz] of one steady state.
 Key = tuple[bool, float, float]
+
+
+class Jump(NamedTuple):
+    """Step of a sweep to another branch."""
+
+    free: bool
+    level: float
+    sweep: int
+    """Direction of the sweep, +1 up, -1 down."""
+    frequency: float
+    """Middle of the smallest step that still jumps [Hz]."""
+    falls: bool
+    """Whether the amplitude falls along the sweep."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,7 +97,10 @@ class Prediction:
     others
         Those of the sweep back, where it was followed.
     by_sweep
-        The coefficients of each sweep that was followed, shape (S, k); `value` is their mean.
+        The coefficients of each sweep that was followed, shape (S, k); `value` is their mean, or that of the row's
+        own sweep.
+    jumps
+        Steps at which a sweep left its branch.
     """
 
     points: Points
@@ -80,6 +108,7 @@ class Prediction:
     states: Mapping[Key, SteadyState]
     others: Mapping[Key, SteadyState] = field(default_factory=dict)
     by_sweep: Complex[NDArray[np.complex128], "S k"] = field(default_factory=lambda: np.zeros((0, 0), dtype=complex))
+    jumps: tuple[Jump, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,16 +146,19 @@ class Predictor:
             A prediction for a model nearby.
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
-        by_sweep = self._empty()
-        for one in self._tracks(model, before, near=False):
+        by_sweep, jumps = self._empty(), list[Jump]()
+        for compiled in self._tracks(model, before, near=False):
+            one, steps = self._on_branches(compiled)
+            jumps += steps
             for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
                 if np.isfinite(one.track.norm[number]):
                     key = (one.free, one.level, frequency)
                     states[sweep][key] = one.solver.state(one.level, frequency, one.track, number)
             self._read(one, by_sweep)
         return Prediction(
-            points=self.points, value=_mean(by_sweep), states=states[0], others=states[1], by_sweep=by_sweep
-        )
+            points=self.points, value=self._value(by_sweep), states=states[0], others=states[1], by_sweep=by_sweep,
+            jumps=tuple(jumps),
+        )  # fmt: skip
 
     @on_one_blas_thread
     def vary(self, model: Model, before: Prediction) -> Complex[NDArray[np.complex128], " k"]:
@@ -143,7 +175,21 @@ class Predictor:
         by_sweep = self._empty()
         for one in self._tracks(model, before, near=True):
             self._read(one, by_sweep)
-        return _mean(by_sweep)
+        return self._value(by_sweep)
+
+    def _on_branches(self, one: "_Track") -> tuple["_Track", list[Jump]]:
+        """The states of a level with each sweep on its own branch, and its jumps."""
+        swept = bool(self.sweeps) and not one.free
+        if not swept or not has_wide_steps(one.solver, one.level, one.frequencies, one.sweep, one.track):
+            return one, []
+        path, jumps = SweepPath(solver=one.solver, level=one.level), list[Jump]()
+        sweep = np.array(one.sweep)
+        for number, way in enumerate(self.sweeps):
+            own = np.flatnonzero(sweep == number)
+            states, steps = path.follow([one.frequencies[state] for state in own])
+            one.solver.write(one.level, one.track, own, states)
+            jumps += [Jump(one.free, one.level, way, *step) for step in steps]
+        return one, jumps
 
     def _empty(self) -> Complex[NDArray[np.complex128], "S k"]:
         return np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
@@ -186,6 +232,18 @@ class Predictor:
         else:
             by_sweep[np.array(one.sweep)[state], rows] = read
 
+    def _value(self, by_sweep: Complex[NDArray[np.complex128], "S k"]) -> Complex[NDArray[np.complex128], " k"]:
+        """Of each row the value of its own sweep, or the mean of the sweeps that have a state, shape (k,).
+
+        Not a number where the first sweep has none.
+        """
+        value = by_sweep[0].copy()
+        for other in by_sweep[1:]:
+            value = np.where(np.isfinite(other), (value + other) / 2, value)
+        for number, way in enumerate(self.sweeps):
+            value = np.where(self.points.sweep == way, by_sweep[number], value)
+        return np.asarray(value)
+
     @on_one_blas_thread
     def derivatives(
         self, model: Model, prediction: Prediction, tangents: Sequence["Tangent"]
@@ -214,11 +272,14 @@ class Predictor:
                     if state is None:
                         continue
                     names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
-                    slopes[rows] = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
+                    own = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
                     other = prediction.others.get((free, level, frequency))
                     if other is not None and not _alike(state, other):
                         back = solver.slopes(other, solver.at(frequency), names, harmonics, tangents)
-                        slopes[rows] = (slopes[rows] + back) / 2
+                        way = self.points.sweep[rows][:, None]
+                        alone = np.where(way == self.sweeps[0], own, back)
+                        own = np.where(way == 0, (own + back) / 2, alone)
+                    slopes[rows] = own
         return slopes
 
     def _solver(self, model: Model, free: bool) -> Configuration:
@@ -259,14 +320,6 @@ class _Track(NamedTuple):
     rows: list[NDArray[np.int64]]
     """Rows of the points that each state is read at."""
     track: Track
-
-
-def _mean(by_sweep: Complex[NDArray[np.complex128], "S k"]) -> Complex[NDArray[np.complex128], " k"]:
-    """Mean of the sweeps that have a state; not a number where the first has none."""
-    value = by_sweep[0].copy()
-    for other in by_sweep[1:]:
-        value = np.where(np.isfinite(other), (value + other) / 2, value)
-    return np.asarray(value)
 
 
 def _alike(state: SteadyState, other: SteadyState) -> bool:

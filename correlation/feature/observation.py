@@ -3,12 +3,13 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Int
+from jaxtyping import Bool, Complex, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
-from correlation.data_quality.jump import find_jumps
+from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
+from correlation.feature.branch import find_branches, mark_readings
+from correlation.feature.curve import number_frequencies
 from correlation.prediction import Points
 from correlation.row_table import RowTable
 
@@ -25,7 +26,8 @@ class Observation(RowTable):
     points
         Where.
     repeat
-        Coefficients, the mean of both sweeps, shape (k, R); NaN where a repeat lacks the point [SI].
+        Coefficients, the mean of both sweeps or of that of the row, shape (k, R) [SI]; NaN where a repeat lacks the
+        point, or has it on another branch than most repeats.
     motion
         Whether the row's sensor follows a motion (and no force), shape (k,).
     taken
@@ -75,22 +77,26 @@ class Observation(RowTable):
 
 
 def arrange_campaign(campaign: Campaign) -> Observation:
-    """Arrange a whole campaign."""
+    """Arrange a whole campaign; a state with two branches has a row for each sweep (`correlation.feature.branch`)."""
     table = campaign.measurement
+    split, out = mark_readings(campaign, find_branches(campaign))
+    sweep = np.where(split, table.sweep, 0)
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     frequency = table.frequency
     key = np.column_stack(
         [
             free_test[table.test],
             np.unique(table.level, return_inverse=True)[1],
-            _same(frequency),
+            number_frequencies(frequency),
+            sweep,
             table.sensor,
             table.harmonic,
         ]
     ).astype(np.int64)
     _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
     _, column = np.unique(table.repeat, return_inverse=True)
-    repeat = average_readings(table.value, row.ravel(), column, (len(first), int(column.max()) + 1))
+    value = np.where(out, np.nan, table.value)
+    repeat = average_readings(value, row.ravel(), column, (len(first), int(column.max()) + 1))
     names = np.array([sensor.name for sensor in campaign.sensors])
     motion = np.array([sensor.line is None for sensor in campaign.sensors])
     sensor = table.sensor[first]
@@ -100,6 +106,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
         frequency=frequency[first],
         sensor=names[sensor],
         harmonic=table.harmonic[first],
+        sweep=sweep[first],
     )
     return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
 
@@ -135,19 +142,18 @@ def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " 
     table = campaign.measurement
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     names = np.array([sensor.name for sensor in campaign.sensors])
-    place = _same(np.concatenate([points.frequency, table.frequency]))
-    known = zip(points.free, points.level, place[: len(points)], points.sensor, points.harmonic, strict=True)
+    place = number_frequencies(np.concatenate([points.frequency, table.frequency]))
+    known = zip(
+        points.free, points.level, place[: len(points)], points.sensor, points.harmonic, points.sweep, strict=True
+    )
     number = {key: point for point, key in reversed([*enumerate(known)])}
     rows = zip(
         free_test[table.test], table.level, place[len(points) :], names[table.sensor], table.harmonic, strict=True
     )
-    return np.array([number.get(key, -1) for key in rows], dtype=np.int64)
-
-
-def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64], " k"]:
-    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
-    rising, place = np.unique(frequency, return_inverse=True)
-    return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
+    return np.array(
+        [number.get((*key, 0), number.get((*key, way), -1)) for key, way in zip(rows, table.sweep, strict=True)],
+        dtype=np.int64,
+    )
 
 
 def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
@@ -159,7 +165,7 @@ def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
 
 
 def take_training_part(campaign: Campaign) -> Observation:
-    """Training data: neither held-out levels nor held-out repeats, and no state that jumps."""
+    """Training data: neither held-out levels nor held-out repeats, and no state without a branch of most repeats."""
     return _parts(campaign)[0]
 
 
@@ -185,7 +191,7 @@ def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
 
 def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
     everything = arrange_campaign(campaign)
-    steady = everything.where(~find_jumps(campaign, everything.points))
+    steady = everything.where(np.asarray(np.isfinite(everything.repeat).any(axis=1)))
     kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
     at_level = np.isin(steady.points.level, campaign.held_out.levels)
     tests = kept[None, :] if kept.any() else at_level[:, None]

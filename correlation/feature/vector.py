@@ -66,14 +66,22 @@ class FeatureVector:
         """
         fundamental = motion & (points.harmonic == 1)
         reference = np.full(len(points), -1, dtype=np.int64)
-        largest: dict[tuple[bool, float, float], int] = {}
+        largest: dict[tuple[bool, float, float, int], int] = {}
+        keys = [
+            *zip(
+                points.free.tolist(),
+                points.level.tolist(),
+                points.frequency.tolist(),
+                points.sweep.tolist(),
+                strict=True,
+            )
+        ]
         for row in np.flatnonzero(fundamental & np.isfinite(value)):
-            key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
+            key = keys[row]
             if key not in largest or abs(value[row]) > abs(value[largest[key]]):
                 largest[key] = int(row)
         for row in np.flatnonzero(points.harmonic > 0):
-            key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
-            reference[row] = largest.get(key, -1)
+            reference[row] = largest.get(keys[row], -1)
         reference[fundamental & ~_dips(points, value, fundamental, reference)] = -1
         return cls(
             points=points,
@@ -90,9 +98,9 @@ class FeatureVector:
 
     @property
     def state(self) -> Int[NDArray[np.int64], " m"]:
-        """Number of the steady state that each number is of: a configuration, a level and a frequency."""
+        """Number of the steady state that each number is of: a configuration, level, frequency, and sweep if apart."""
         points = self.points
-        key = np.column_stack([points.free, points.level, points.frequency])
+        key = np.column_stack([points.free, points.level, points.frequency, points.sweep])
         return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()[self.row]
 
     def of_values(self, value: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:

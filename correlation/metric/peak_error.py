@@ -18,10 +18,12 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
+from correlation.feature.jump import find_curve_jumps
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import find_peak, fit_resonance, measure_bend
 from correlation.noise.covariance import Whitening
+from correlation.prediction import Points
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 Vector = Float[NDArray[np.float64], " m"]
@@ -75,9 +77,13 @@ class PeakError:
 
 
 def compute_peak_errors(
-    observed: Observation, predicted: Coefficients, features: FeatureVector, whitening: Whitening
+    observed: Observation,
+    predicted: Coefficients,
+    features: FeatureVector,
+    whitening: Whitening,
+    sweeps: tuple[int, ...] = (),
 ) -> tuple[PeakError, ...]:
-    """Resonances by configuration and level, as far as the band holds one.
+    """Resonances by configuration and level, as far as the band holds one; none whose peak ends in a jump.
 
     Parameters
     ----------
@@ -88,6 +94,8 @@ def compute_peak_errors(
         Predicted coefficients at the same points, shape (k,).
     features, whitening
         Features and covariance of the same points, from which the deviations follow.
+    sweeps
+        Directions in which the structure was swept.
     """
     points, found = observed.points, []
     mean = features.values(features.of_repeats(observed.repeat, observed.taken))
@@ -96,9 +104,11 @@ def compute_peak_errors(
         if not here.any():
             continue
         sensor = str(points.sensor[here][np.argmax(np.abs(mean[here]))])
-        rows = np.flatnonzero(here & (points.sensor == sensor))
+        rows = choose_upper_branch(points, mean, np.flatnonzero(here & (points.sensor == sensor)))
         frequency, value = points.frequency[rows], mean[rows]
         try:
+            if any(has_jump_at_peak(points, of, rows, sweeps) for of in (mean, predicted)):
+                continue
             chosen, own = _points(frequency, value, predicted[rows])
             measured = fit_resonance(frequency, value, chosen)
             model = fit_resonance(frequency, predicted[rows], own) if own.any() else (np.nan, np.nan)
@@ -128,6 +138,50 @@ def compute_peak_errors(
             )
         )
     return tuple(found)
+
+
+def find_unread_peaks(
+    observed: Observation, predicted: Coefficients, features: FeatureVector, sweeps: tuple[int, ...] = ()
+) -> tuple[str, ...]:
+    """Why a resonance was not read, of each configuration and level whose peak ends in a jump, in words."""
+    points, reasons = observed.points, []
+    mean = features.values(features.of_repeats(observed.repeat, observed.taken))
+    for free, level in sorted({(bool(a), float(b)) for a, b in zip(points.free, points.level, strict=True)}):
+        here = features.inverse & (points.free == free) & (points.level == level)
+        if not here.any():
+            continue
+        sensor = points.sensor[here][np.argmax(np.abs(mean[here]))]
+        rows = choose_upper_branch(points, mean, np.flatnonzero(here & (points.sensor == sensor)))
+        both = {"measured": mean, "predicted": predicted}
+        whose = [name for name, of in both.items() if has_jump_at_peak(points, of, rows, sweeps)]
+        if whose:
+            reasons.append(
+                f"the {' and the '.join(whose)} peak of {'free' if free else 'jointed'} at {level:g} N ends in a jump: "
+                "it has two branches, of which neither shows a damping ratio by its width"
+            )
+    return tuple(reasons)
+
+
+def choose_upper_branch(
+    points: Points, value: Coefficients, rows: Int[NDArray[np.int64], " f"]
+) -> Int[NDArray[np.int64], " f"]:
+    """Of rows at one frequency in two sweeps the one with the larger amplitude; rising in frequency."""
+    order = rows[np.lexsort([-np.abs(value[rows]), points.frequency[rows]])]
+    return np.asarray(order[np.unique(points.frequency[order], return_index=True)[1]])
+
+
+def has_jump_at_peak(
+    points: Points, value: Coefficients, rows: Int[NDArray[np.int64], " f"], sweeps: tuple[int, ...]
+) -> bool:
+    """Whether the points of a peak are on one of two branches, or beside a jump of the only sweep."""
+    there = rows[np.isfinite(value[rows])]
+    try:
+        peak = np.flatnonzero(find_peak(points.frequency[there], value[there]))
+    except CampaignError:
+        return False
+    beside = np.arange(peak.min() - 1, peak.max() + 1)
+    steps = find_curve_jumps(value[there]) if len(sweeps) < 2 else beside[:0]
+    return bool(np.isin(steps, beside).any() or points.sweep[there][peak].any())
 
 
 def _points(frequency: Vector, value: Coefficients, predicted: Coefficients, beside: int = 0) -> tuple[Mask, Mask]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
+from correlation.metric.jump_error import compute_jump_errors, find_astray
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
@@ -25,7 +26,7 @@ from correlation.noise.nuisance import (
 from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import RowTable, join_tables
-from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
@@ -123,7 +124,7 @@ def weigh_together(
     bent = make_curvature_modes(nominal, jitter)
     departures = [find_departures(nominal, shift) for shift in _shifts(model, repeats, seen[0])]
     return [
-        _finished(side, at, scatter, bent, departures, take_prediction(prediction, sides, number) if fitted else None)
+        _finished(side, at, scatter, bent, departures, take_prediction(prediction, sides, number), fitted=fitted)
         for number, (side, at, scatter) in enumerate(zip(sides, rows, seen, strict=True))
     ]
 
@@ -169,14 +170,17 @@ def _finished(
     scatter: Scatter,
     bent: Modes,
     departures: Sequence[Modes],
-    fitted: Prediction | None,
+    prediction: Prediction,
+    *,
+    fitted: bool,
 ) -> tuple[Comparison, Scatter]:
     """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
     n_repeat = float(np.median(side.observed.count))
     kinks = make_kink_modes(
         side.features.state, [item[rows] for item in departures], scatter.whitening.deviation, n_repeat
     )
-    scatter = scatter._replace(whitening=scatter.whitening.with_modes(np.column_stack([bent[rows], kinks])))
+    whitening = scatter.whitening.with_modes(np.column_stack([bent[rows], kinks]))
+    scatter = scatter._replace(whitening=_without_astray(side, prediction, whitening))
     comparison = Comparison(
         observed=side.observed,
         features=side.features,
@@ -185,9 +189,18 @@ def _finished(
         predictor=side.predictor,
         noise=scatter.noise,
     )
-    if fitted is not None:
-        comparison = _steadied(comparison, fitted)
+    if fitted:
+        comparison = _steadied(comparison, prediction)
     return comparison, scatter._replace(whitening=comparison.whitening)
+
+
+def _without_astray(side: Measured, prediction: Prediction, whitening: Whitening) -> Whitening:
+    """Next to no weight for the points between a measured jump and the predicted one; their distance is the error."""
+    errors = compute_jump_errors(side.observed, prediction, side.predictor.sweeps)
+    astray = find_astray(side.observed, errors)[side.features.row]
+    return (
+        replace(whitening, deviation=np.where(astray, FAINT, 1.0) * whitening.deviation) if astray.any() else whitening
+    )
 
 
 def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
-from study.compare.result import Compared
+from study.compare.result import SWEEP_WORDS, Compared
 from study.compare.sentence import CLEAR_PEAK, summarise
 
 #: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
@@ -32,6 +33,8 @@ def in_words(compared: Compared) -> str:
         lines += [*_side(name, misfit), ""]
     if compared.peaks:
         lines += [*_peaks(compared), ""]
+    if compared.unread or compared.jumps:
+        lines += [*(f"Not read: {reason}." for reason in compared.unread), *map(describe_jump, compared.jumps), ""]
     pages = [file for file in compared.files if file.suffix == ".html"]
     lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
     return "\n".join([*lines, *map(str, compared.files)])
@@ -63,6 +66,19 @@ def document(compared: Compared) -> dict[str, Any]:
             }
             for peak in compared.peaks
         ],
+        "jumps": [
+            {
+                "configuration": configuration(jump.free),
+                "level_n": jump.level,
+                "sweep": SWEEP_WORDS[jump.sweep],
+                "direction": "down" if jump.falls else "up",
+                "frequency_hz": jump.frequency,
+                "frequency_deviation_hz": jump.frequency_deviation,
+                "predicted_frequency_hz": jump.predicted_frequency,
+            }
+            for jump in compared.jumps
+        ],
+        "unread_resonances": list(compared.unread),
         "files": [str(file) for file in compared.files],
     }
 
@@ -182,6 +198,18 @@ def _peaks(compared: Compared) -> Iterator[str]:
             f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} N is "
             f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
         )
+
+
+def describe_jump(jump: JumpError) -> str:
+    """``jointed, 3 N, up-sweep: jumps down at 25.1 Hz, the model at 24.6 Hz (-0.5 Hz)``."""
+    where = f"{configuration(jump.free)}, {jump.level:g} N, {'up' if jump.sweep > 0 else 'down'}-sweep"
+    way = "down" if jump.falls else "up"
+    if not np.isfinite(jump.frequency):
+        return f"{where}: the model jumps {way} at {jump.predicted_frequency:.5g} Hz, the measured response does not"
+    seen = f"{where}: jumps {way} at {jump.frequency:.5g} Hz"
+    if not np.isfinite(jump.predicted_frequency):
+        return f"{seen}, the model does not"
+    return f"{seen}, the model at {jump.predicted_frequency:.5g} Hz ({jump.frequency_error:+.3g} Hz)"
 
 
 def _error(relative: float, value: float, deviation: float, digits: int) -> str:

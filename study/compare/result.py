@@ -4,11 +4,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import Misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
 from study.compare.section.section import Section
+
+#: Sweep of a row of a table; none where both agree.
+SWEEP_WORDS = {0: "", 1: "up", -1: "down"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +40,10 @@ class Compared:
         Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
     peaks
         Errors of the resonances, of all levels.
+    jumps
+        Errors of the frequencies at which a response jumps, of the training data.
+    unread
+        Why a resonance of the training data was not read, in words.
     suspicions
         Suspicious data of the campaign.
     calibrated
@@ -53,6 +61,8 @@ class Compared:
     train: Misfit
     held_out: Misfit | None
     peaks: tuple[PeakError, ...]
+    jumps: tuple[JumpError, ...]
+    unread: tuple[str, ...]
     suspicions: tuple[Suspicion, ...]
     calibrated: tuple[Calibrated, ...] = ()
     sections: tuple[Section, ...] = ()

@@ -12,8 +12,9 @@ from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
+from correlation.metric.jump_error import JumpError, compute_jump_errors
 from correlation.metric.misfit import Misfit, compute_misfit, configuration
-from correlation.metric.peak_error import PeakError, compute_peak_errors
+from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
@@ -30,15 +31,15 @@ from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.page import page
 from study.compare.pictures import pictures
-from study.compare.result import Calibrated, Compared
+from study.compare.result import SWEEP_WORDS, Calibrated, Compared
 from study.compare.suspicions import find_all_suspicions, require_repeats
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
 COLUMNS = (
-    "set", "configuration", "level_N", "frequency_Hz", "sensor", "harmonic", "unit", "measured_real", "measured_imag",
-    "deviation", "predicted_real", "predicted_imag", "amplitude_error", "phase_error_deg",
-    "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
+    "set", "configuration", "level_N", "frequency_Hz", "sweep", "sensor", "harmonic", "unit",
+    "measured_real", "measured_imag", "deviation", "predicted_real", "predicted_imag", "amplitude_error",
+    "phase_error_deg", "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
 )  # fmt: skip
 
 
@@ -122,6 +123,10 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         train=train,
         held_out=rest[0] if rest else None,
         peaks=_peaks(sides),
+        jumps=compute_jump_errors(
+            sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
+        ),
+        unread=sides[0].unread_peaks,
         suspicions=find_all_suspicions(campaign, model, sides[0].prediction),
         calibrated=calibrated,
     )
@@ -133,6 +138,18 @@ class Side:
 
     comparison: Comparison
     prediction: Prediction
+
+    @property
+    def peaks(self) -> tuple[PeakError, ...]:
+        """Errors of its resonances."""
+        of = self.comparison
+        return compute_peak_errors(of.observed, self.prediction.value, of.features, of.whitening, of.predictor.sweeps)
+
+    @property
+    def unread_peaks(self) -> tuple[str, ...]:
+        """Why a resonance was not read, in words."""
+        of = self.comparison
+        return find_unread_peaks(of.observed, self.prediction.value, of.features, of.predictor.sweeps)
 
     @property
     def misfit(self) -> Misfit:
@@ -197,9 +214,7 @@ def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
     """Of the training levels from the training data, of the others from what is held out."""
     result: dict[tuple[bool, float], PeakError] = {}
     for side in sides:
-        comparison = side.comparison
-        values = side.prediction.value
-        for peak in compute_peak_errors(comparison.observed, values, comparison.features, comparison.whitening):
+        for peak in side.peaks:
             result.setdefault((peak.free, peak.level), peak)
     return tuple(result[key] for key in sorted(result))
 
@@ -237,6 +252,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
                     configuration(bool(points.free[row])),
                     f"{points.level[row]:.9g}",
                     f"{points.frequency[row]:.9g}",
+                    SWEEP_WORDS[int(points.sweep[row])],
                     sensor,
                     int(points.harmonic[row]),
                     units[sensor],

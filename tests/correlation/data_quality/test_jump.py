@@ -1,4 +1,4 @@
-"""A state at which repeats jump is left out with all its readings; noise and jitter alone are no jump."""
+"""Where half of the repeats jump a state is left out; where one does, that one; noise and jitter alone are no jump."""
 
 from dataclasses import replace
 from types import ModuleType
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign
-from correlation.data_quality.jump import FEWEST, find_jump_suspicions, find_jumps
+from correlation.data_quality.jump import find_jump_suspicions, find_jumps
+from correlation.feature.branch import FEWEST
 from correlation.feature.observation import arrange_campaign, split_held_out
 from correlation.model import Model
 
@@ -72,23 +73,43 @@ def test_a_jump_is_told_with_its_place(small: Model, paper: ModuleType) -> None:
     assert "left out" in told.sentence
 
 
-@pytest.mark.parametrize(("apart", "found"), [(1.03, True), (1.0, False)])
-def test_sweeps_that_disagree_in_every_repeat_tell_of_two_states(
+def test_a_repeat_that_jumped_alone_is_recognised(small: Model, paper: ModuleType) -> None:
+    campaign = jumped(paper.make_campaign(small, seed=3), repeats=(2,))
+    seen = arrange_campaign(campaign)
+    there = (seen.points.free == FREE) & (seen.points.frequency == FREQUENCY) & (seen.points.level == LEVEL)
+    np.testing.assert_array_equal(np.isnan(seen.repeat), there[:, None] & (np.arange(1, 5) == 2))
+    (suspicion,) = find_jump_suspicions(campaign)
+    assert suspicion.sentence.startswith("repeat 2 ")
+
+
+@pytest.mark.parametrize(("apart", "found"), [(1.1, True), (1.0, False)])
+def test_sweeps_that_disagree_in_every_repeat_are_two_rows(
     small: Model, paper: ModuleType, apart: float, found: bool
 ) -> None:
-    """Be the scatter of the repeats ten times as large."""
+    """Be the scatter of the repeats as large."""
     campaign = paper.make_campaign(small, seed=3)
     table = campaign.measurement
     there = (table.frequency == FREQUENCY) & (table.level == LEVEL)
     random = np.random.default_rng(4)
-    off = (1 + 0.1 * random.standard_normal(int(table.repeat.max()) + 1))[table.repeat]
+    of_repeat = 1 + 0.1 * random.standard_normal(int(table.repeat.max()) + 1)
+    off = of_repeat[table.repeat]
     ways = [
         replace(table, sweep=np.full_like(table.sweep, way), value=table.value * off * noise * np.where(there, by, 1.0))
         for way, by in ((1, apart), (-1, 1.0))
         for noise in [1 + 1e-3 * random.standard_normal(len(table.value))]
     ]
     both = replace(ways[0], **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(table)})
-    swept = replace(campaign, measurement=both)
-    points = arrange_campaign(campaign).points
+    seen = arrange_campaign(replace(campaign, measurement=both))
+    points = seen.points
     expected = found & (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
-    np.testing.assert_array_equal(find_jumps(swept, points), expected)
+    np.testing.assert_array_equal(points.sweep != 0, expected)
+    once = arrange_campaign(campaign)
+    assert len(points) == len(once.points) + expected.sum() // 2
+    for way, factor in ((1, apart), (-1, 1.0)) if found else ():
+        own = seen.where(expected & (points.sweep == way) & (points.sensor == "tip") & (points.harmonic == 1))
+        at = once.where(
+            (once.points.frequency == FREQUENCY) & (once.points.level == LEVEL) & ~once.points.free
+            & (once.points.sensor == "tip") & (once.points.harmonic == 1)
+        )  # fmt: skip
+        # The noise of 1e-3.
+        np.testing.assert_allclose(own.repeat, factor * at.repeat * of_repeat[1:], rtol=5e-3)

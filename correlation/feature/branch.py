@@ -1,0 +1,268 @@
+r"""Branches: states of which a sweep up and a sweep down, or two repeats, measured different steady states.
+
+Where a structure has two steady states the sweep decides which one it takes, and the mean of both is none. A state has
+two branches where the sweeps of the same repeat differ
+
+- by more than the noise of the curves (`correlation.noise.smoothness`),
+- by more than a shift of all frequencies from one sweep to the next explains, and
+- by so much that their mean would matter: the mean of :math:`F / X` over two values that differ by a share
+  :math:`\varepsilon` is off by :math:`\varepsilon^2 / 4`.
+
+Repeats of one sweep differ where some of them jumped earlier. Those on the branch of the minority are recognised; where
+there is no majority, none of them can be used.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
+from correlation.feature.curve import CurveSet, list_curves
+from correlation.feature.jump import find_curve_jumps
+from correlation.noise.smoothness import estimate_curve_noise
+
+Curves = Complex[NDArray[np.complex128], "r n"]
+
+#: Difference of the sweeps that is more than noise [standard deviations], and that matters [-].
+CLEAR, MATTERS = 5.0, 0.05
+#: A shift of all frequencies explains the difference of two sweeps if it leaves at most this share of its median [-].
+LEFT = 0.6
+#: Two groups of repeats are apart by so many times what either of them spreads [-], by noise at least so many standard
+#: deviations.
+GAP, NOISY = 3.0, 2.0
+#: Scatter of the repeats of a state, as a multiple of the median of so many states beside it, that is no noise; from
+#: so many readings.
+SCATTER, BESIDE, FEWEST = 3.0, 6, 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Branches:
+    """Which readings of a set of curves are of which branch.
+
+    Parameters
+    ----------
+    curves
+        The curves.
+    noise
+        Standard deviation of each reading by noise, shape (c, n); NaN where curves are too short to tell.
+    split
+        States of which the sweeps measured different branches, shape (n,).
+    out
+        Readings that cannot be averaged with the others of their sweep, shape (c, n): of another branch than most
+        repeats, or of a state without a majority.
+    """
+
+    curves: CurveSet
+    noise: Float[NDArray[np.float64], "c n"]
+    split: Bool[NDArray[np.bool_], " n"]
+    out: Bool[NDArray[np.bool_], "c n"]
+
+    @property
+    def lost(self) -> Bool[NDArray[np.bool_], " n"]:
+        """States of which no reading is left, shape (n,)."""
+        there = np.isfinite(self.curves.value)
+        return np.asarray((there & self.out).any(axis=0) & ~(there & ~self.out).any(axis=0))
+
+
+def find_branches(campaign: Campaign) -> list[Branches]:
+    """Branches of each configuration and level."""
+    return [separate(curves) for curves in list_curves(campaign)]
+
+
+def separate(curves: CurveSet) -> Branches:
+    """Separate the branches of one level."""
+    noise = np.array([_noise(curves, number) for number in range(len(curves.value))])
+    out = np.zeros(curves.value.shape, dtype=bool)
+    ways = [np.flatnonzero(curves.sweep == way) for way in np.unique(curves.sweep)]
+    for rows in ways:
+        for state in _states_between_jumps(curves.value[rows], noise[rows]):
+            out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state])
+    split = _find_split(curves, np.where(out, np.nan, curves.value), noise)
+    for state in np.flatnonzero(find_scattered(curves, split) & ~out.any(axis=0)).tolist():
+        for rows in ways if split[state] else [np.arange(len(out))]:
+            out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state], wild=True)
+    return Branches(curves=curves, noise=noise, split=split, out=out)
+
+
+def mark_readings(
+    campaign: Campaign, branches: list[Branches]
+) -> tuple[Bool[NDArray[np.bool_], " k"], Bool[NDArray[np.bool_], " k"]]:
+    """Which rows of a campaign are of a state with two branches, and which cannot be averaged, shape (k,) each."""
+    table = campaign.measurement
+    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    split, out = np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
+    for each in branches:
+        if not (each.split.any() or each.out.any()):
+            continue
+        of = each.curves
+        rows = np.flatnonzero((free == of.free) & (table.level == of.level))
+        state = find_states(of.frequency, table.frequency[rows])
+        rows, state = rows[state >= 0], state[state >= 0]
+        split[rows] = each.split[state]
+        number = {key: curve for curve, key in enumerate(zip(of.sweep.tolist(), of.repeat.tolist(), strict=True))}
+        keys = zip(table.sweep[rows].tolist(), table.repeat[rows].tolist(), strict=True)
+        curve = np.array([number.get(key, -1) for key in keys], dtype=np.int64)
+        # A sensor may have been read in a sweep of which the one that moves most has nothing.
+        out[rows] = np.where(curve >= 0, each.out[curve, state], each.lost[state])
+    return split, out
+
+
+def find_states(
+    known: Float[NDArray[np.float64], " n"], frequency: Float[NDArray[np.float64], " k"]
+) -> Int[NDArray[np.int64], " k"]:
+    """Index of each frequency among known ones that rise, shape (k,); -1 for none of them."""
+    middle = (known[1:] + known[:-1]) / 2
+    nearest = np.searchsorted(middle, frequency)
+    return np.where(np.abs(frequency / known[nearest] - 1) < 2 * SAME_FREQUENCY, nearest, -1)
+
+
+def find_minority(
+    value: Complex[NDArray[np.complex128], " r"], noise: Float[NDArray[np.float64], " r"], *, wild: bool = False
+) -> Bool[NDArray[np.bool_], " r"]:
+    """Readings of one state that are on another branch than most, shape (r,); all of them without a majority.
+
+    Parameters
+    ----------
+    value, noise
+        Readings and their standard deviations, shape (r,).
+    wild
+        Whether the readings are known to scatter, so that they cannot be used if they do not form two groups.
+    """
+    there = np.flatnonzero(np.isfinite(value))
+    found = np.zeros(len(value), dtype=bool)
+    if len(there) < 2:
+        return found
+    order = there[np.argsort(np.abs(value[there]))]
+    size = np.abs(value[order])
+    gap = np.diff(size)
+    cut = int(np.argmax(gap)) + 1
+    by_noise = NOISY * float(np.nan_to_num(noise[order]).max())
+    spread = max(float(np.ptp(size[:cut])), float(np.ptp(size[cut:])), by_noise)
+    apart = gap[cut - 1] > max(GAP * spread, MATTERS * size[-1])
+    if not apart:
+        found[there] = wild
+    elif 2 * cut == len(order):
+        found[there] = True
+    else:
+        found[order[:cut] if 2 * cut < len(order) else order[cut:]] = True
+    return found
+
+
+def _noise(curves: CurveSet, number: int) -> Float[NDArray[np.float64], " n"]:
+    value, noise = curves.value[number], np.full(len(curves.frequency), np.nan)
+    there = np.isfinite(value)
+    noise[there], _ = estimate_curve_noise(curves.frequency[there], value[there], parts=curves.parts)
+    return noise
+
+
+def _states_between_jumps(value: Curves, noise: Float[NDArray[np.float64], "r n"]) -> Iterator[int]:
+    """States that some repeats pass before a jump and others after it."""
+    if len(value) < 2:
+        return
+    jumps = [find_curve_jumps(curve, scatter) for curve, scatter in zip(value, noise, strict=True)]
+    found = np.unique(np.concatenate(jumps))
+    if not len(found):
+        return
+    # Jumps that lie within a few points are one and the same.
+    for group in np.split(found, np.flatnonzero(np.diff(found) > max(3, value.shape[1] // 10)) + 1):
+        # A repeat whose jump was not recognised may have jumped a step beside.
+        yield from range(max(int(group[0]), 0), min(int(group[-1]) + 2, value.shape[1]))
+
+
+def _find_split(
+    curves: CurveSet, value: Complex[NDArray[np.complex128], "c n"], noise: Float[NDArray[np.float64], "c n"]
+) -> Bool[NDArray[np.bool_], " n"]:
+    """States of which the sweeps measured different branches, shape (n,)."""
+    repeats = np.intersect1d(curves.repeat[curves.sweep == 1], curves.repeat[curves.sweep == -1])
+    if not len(repeats):
+        return np.zeros(value.shape[1], dtype=bool)
+    up, down = ([_row(curves, way, repeat) for repeat in repeats] for way in (1, -1))
+    own = np.hypot(noise[up], noise[down])
+    pairs = zip(value[up], value[down], own, strict=True)
+    apart = np.array([_without_shift(curves.frequency, *pair) for pair in pairs])
+    known = np.isfinite(apart)
+    count = np.maximum(known.sum(axis=0), 1)
+    mean = np.where(known, apart, 0.0).sum(axis=0) / count
+    variance = np.where(known, own**2, 0.0).sum(axis=0) / count**2
+    if not np.isfinite(variance).all():
+        # Too few frequencies to see the noise of a curve; what the repeats agree in is no difference of the sweeps.
+        squares = np.where(known, np.abs(apart - mean) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1) / curves.parts
+        usual = float(np.median(squares[count > 1])) if (count > 1).any() else np.inf
+        variance = np.maximum(squares, usual) / count
+    size = np.fmax(*(np.abs(np.where(np.isfinite(value[rows]), value[rows], 0)).max(axis=0) for rows in (up, down)))
+    clear = np.abs(mean) > CLEAR * np.sqrt(curves.parts * variance)
+    return np.asarray(known.any(axis=0) & clear & (np.abs(mean) > MATTERS * size))
+
+
+def _row(curves: CurveSet, way: int, repeat: int) -> int:
+    return int(np.flatnonzero((curves.sweep == way) & (curves.repeat == repeat))[0])
+
+
+def _without_shift(
+    frequency: Float[NDArray[np.float64], " n"],
+    up: Complex[NDArray[np.complex128], " n"],
+    down: Complex[NDArray[np.complex128], " n"],
+    noise: Float[NDArray[np.float64], " n"],
+) -> Complex[NDArray[np.complex128], " n"]:
+    """Difference of two sweeps without what a shift of all frequencies explains, if it explains most of it."""
+    apart = up - down
+    there = np.flatnonzero(np.isfinite(apart))
+    if len(there) < FEWEST:
+        return apart
+    rate = np.gradient((up[there] + down[there]) / 2, np.log(frequency[there]))
+    scale = noise[there] if np.isfinite(noise[there]).all() else np.ones(len(there))
+    size = np.maximum(np.abs(rate) ** 2, np.finfo(float).tiny)
+    # Weighted median of the shift that each state alone asks for: a branch does not move it.
+    each, weight = (np.conj(rate) * apart[there]).real / size, np.abs(rate) / scale
+    order = np.argsort(each)
+    shift = each[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
+    left = apart[there] - shift * rate
+    if np.median(np.abs(left) / scale) > LEFT * np.median(np.abs(apart[there]) / scale):
+        return apart
+    explained = np.array(apart)
+    explained[there] = np.where(np.abs(left) < np.abs(apart[there]), left, apart[there])
+    return explained
+
+
+def find_scattered(curves: CurveSet, split: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+    """States whose readings scatter far more than beside them, as X and as 1 / X, shape (n,).
+
+    Jitter makes the dynamic stiffness F / X scatter almost alike at neighbouring frequencies, and noise X itself. (Away
+    from a resonance F / X alone scatters more, and at a resonance X alone.)
+    """
+    found = np.ones(len(split), dtype=bool)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inverse = 1 / curves.value
+    for value in (curves.value, inverse):
+        there = np.isfinite(value)
+        mean = _mean(value)
+        for way in np.unique(curves.sweep):
+            rows = curves.sweep == way
+            mean[rows] = np.where(split, _mean(value[rows]), mean[rows])
+        n_mean = np.where(split, len(np.unique(curves.sweep)), 1)
+        n = there.sum(axis=0)
+        squares = np.where(there, np.abs(value - mean) ** 2, 0.0).sum(axis=0)
+        found &= _outlying(np.where(n >= FEWEST, np.sqrt(squares / np.maximum(n - n_mean, 1)), np.nan))
+    return found
+
+
+def _mean(value: Curves) -> Curves:
+    """Mean of the readings of each state, in the shape of the readings."""
+    there = np.isfinite(value)
+    mean = np.where(there, value, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    return np.array(np.broadcast_to(mean, value.shape))
+
+
+def _outlying(scatter: Float[NDArray[np.float64], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+    found = np.zeros(len(scatter), dtype=bool)
+    known = np.flatnonzero(np.isfinite(scatter))
+    if len(known) <= FEWEST:
+        return found
+    for place, number in enumerate(known):
+        first = int(np.clip(place - BESIDE // 2, 0, max(len(known) - BESIDE - 1, 0)))
+        beside = [other for other in known[first : first + BESIDE + 1] if other != number]
+        found[number] = scatter[number] > SCATTER * np.median(scatter[beside])
+    return found

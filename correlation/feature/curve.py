@@ -1,0 +1,94 @@
+"""Measured curves: the fundamental of the motion that moves most, over the frequencies of one sweep of one repeat."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CurveSet:
+    """All sweeps of one level of one configuration, read by one sensor.
+
+    Parameters
+    ----------
+    free, level
+        Configuration, and level [-, unit of the drive].
+    sensor
+        Name of the sensor.
+    has_phase
+        Whether values are complex; without, they are amplitudes.
+    frequency
+        Rising, shape (n,) [Hz].
+    sweep, repeat
+        Direction (+1 up, -1 down, 0 none) and number of the repeat of each curve, shape (c,).
+    value
+        Fundamental, shape (c, n) [SI unit of the sensor]; NaN where it was not read.
+    """
+
+    free: bool
+    level: float
+    sensor: str
+    has_phase: bool
+    frequency: Float[NDArray[np.float64], " n"]
+    sweep: Int[NDArray[np.int64], " c"]
+    repeat: Int[NDArray[np.int64], " c"]
+    value: Complex[NDArray[np.complex128], "c n"]
+
+    @property
+    def parts(self) -> int:
+        """Numbers of each value: two of a complex one, one of an amplitude [-]."""
+        return 2 if self.has_phase else 1
+
+
+def list_curves(campaign: Campaign) -> list[CurveSet]:
+    """Curves of each configuration and level, in this order; none of levels at which no motion was read."""
+    table, found = campaign.measurement, []
+    is_free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    for free in np.unique(is_free):
+        for level in np.unique(table.level[is_free == free]):
+            rows = _largest_motion(campaign, (is_free == free) & (table.level == level))
+            if rows.any():
+                found.append(_arranged(campaign, rows, bool(free)))
+    return found
+
+
+def number_frequencies(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64], " k"]:
+    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
+    rising, place = np.unique(frequency, return_inverse=True)
+    return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
+
+
+def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: bool) -> CurveSet:
+    table = campaign.measurement.where(rows)
+    number = number_frequencies(table.frequency)
+    keys, curve = np.unique(np.column_stack([table.sweep, table.repeat]), axis=0, return_inverse=True)
+    shape = (len(keys), int(number.max()) + 1)
+    total, count = np.zeros(shape, dtype=np.complex128), np.zeros(shape)
+    np.add.at(total, (curve.ravel(), number), table.value)
+    np.add.at(count, (curve.ravel(), number), 1.0)
+    first = np.unique(number, return_index=True)[1]
+    sensor = campaign.sensors[int(table.sensor[0])]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        value = np.where(count > 0, total / count, np.nan)
+    return CurveSet(
+        free=free, level=float(table.level[0]), sensor=sensor.name, has_phase=sensor.has_phase,
+        frequency=table.frequency[first], sweep=keys[:, 0], repeat=keys[:, 1], value=value,
+    )  # fmt: skip
+
+
+def _largest_motion(campaign: Campaign, there: Bool[NDArray[np.bool_], " k"]) -> Bool[NDArray[np.bool_], " k"]:
+    """Rows of the fundamental of the sensor that moves most; one with a phase where there is any."""
+    table = campaign.measurement
+    follows = np.array([sensor.line is None for sensor in campaign.sensors])
+    rows = there & follows[table.sensor] & (table.harmonic == 1) & (np.abs(table.value) > 0)
+    sensors = np.unique(table.sensor[rows])
+    if not len(sensors):
+        return np.asarray(rows)
+    phased = [number for number in sensors if campaign.sensors[number].has_phase]
+    chosen = phased or sensors.tolist()
+    largest = chosen[int(np.argmax([np.abs(table.value[rows & (table.sensor == each)]).mean() for each in chosen]))]
+    return np.asarray(rows & (table.sensor == largest))

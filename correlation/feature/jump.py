@@ -1,0 +1,58 @@
+r"""Jumps of a measured curve: steps to another steady state, far larger than the steps beside them.
+
+Near one mode the response X changes fast and its inverse 1 / X does not; at an antiresonance it is the other way round.
+A step is a jump where both change by far more than at the steps beside it.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+Curve = Complex[NDArray[np.complex128], " n"]
+Steps = Float[NDArray[np.float64], " s"]
+
+#: Step, as a multiple of the median of so many steps beside it, that is a jump.
+JUMP, NEIGHBOURS = 4.0, 8
+#: Change of a jump, of the larger value [-], and the fewest points of a curve that shows one.
+LEAST, FEWEST = 0.1, 6
+#: Noise of a step that is no jump [standard deviations].
+NOISE = 5.0
+
+
+def find_curve_jumps(
+    value: Curve, noise: Float[NDArray[np.float64], " n"] | None = None
+) -> Int[NDArray[np.int64], " j"]:
+    """Steps of one curve that are jumps: from point i to point i + 1.
+
+    Parameters
+    ----------
+    value
+        Values over the frequency, shape (n,); NaN where there is none.
+    noise
+        Standard deviation of each, shape (n,); none by default.
+    """
+    there = np.flatnonzero(np.isfinite(value) & (np.abs(value) > 0))
+    if len(there) < FEWEST:
+        return np.zeros(0, dtype=np.int64)
+    x = value[there]
+    step, inverse = np.abs(np.diff(x)), np.abs(np.diff(1 / x))
+    larger = np.maximum(np.abs(x[1:]), np.abs(x[:-1]))
+    found = _stand_out(step) & _stand_out(inverse) & (step > LEAST * larger)
+    if noise is not None:
+        scatter = np.nan_to_num(noise[there])
+        found &= step > NOISE * np.hypot(scatter[1:], scatter[:-1])
+    # A single wild point makes two steps, there and back.
+    back = np.abs(x[2:] - x[:-2]) < 0.5 * np.minimum(step[1:], step[:-1])
+    found[1:] &= ~back
+    found[:-1] &= ~back
+    return np.asarray(there[np.flatnonzero(found)])
+
+
+def _stand_out(step: Steps) -> Bool[NDArray[np.bool_], " s"]:
+    n = len(step)
+    first = np.clip(np.arange(n) - NEIGHBOURS // 2, 0, max(n - NEIGHBOURS - 1, 0))
+    found = np.zeros(n, dtype=bool)
+    for number in range(n):
+        beside = np.delete(np.arange(first[number], min(first[number] + NEIGHBOURS + 1, n)), number - first[number])
+        found[number] = step[number] > JUMP * np.median(step[beside])
+    return found

@@ -1,0 +1,143 @@
+"""Errors of the frequencies at which a response jumps from one steady state to another.
+
+A model whose branch ends a little earlier than the measured one is wrong by that frequency, and not by the difference
+of two branches at the points between.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Int
+from numpy.typing import NDArray
+
+from correlation.feature.jump import find_curve_jumps
+from correlation.feature.observation import Observation
+from correlation.prediction import Jump, Prediction
+
+#: Change of a jump, relative to the larger value, and beside the change of the sweep that does not jump [-].
+LEAST, ALONE = 0.2, 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class JumpError:
+    """A jump of a sweep, measured and predicted.
+
+    Parameters
+    ----------
+    free, level
+        Configuration and level [-, unit of the drive].
+    sweep
+        +1 up, -1 down.
+    falls
+        Whether the amplitude falls along the sweep.
+    frequency, frequency_deviation
+        Middle of the measured step, and the standard deviation of a frequency within it [Hz]; NaN if the measured
+        response does not jump.
+    predicted_frequency
+        [Hz]; NaN if the model's response does not jump.
+    """
+
+    free: bool
+    level: float
+    sweep: int
+    falls: bool
+    frequency: float
+    frequency_deviation: float
+    predicted_frequency: float
+
+    @property
+    def frequency_error(self) -> float:
+        """How much too high the prediction is [Hz]."""
+        return self.predicted_frequency - self.frequency
+
+
+def compute_jump_errors(
+    observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
+) -> tuple[JumpError, ...]:
+    """Jumps of each configuration, level and sweep; each measured one beside the nearest predicted one of its kind.
+
+    Parameters
+    ----------
+    observed
+        Measurements, k points.
+    prediction
+        Prediction at the same points.
+    sweeps
+        Directions in which the structure was swept.
+    """
+    found, predicted = [], list(prediction.jumps)
+    for jump, width in find_measured_jumps(observed, sweeps):
+        own = [each for each in predicted if each[:3] == jump[:3] and each.falls == jump.falls]
+        nearest = min(own, key=lambda each: abs(each.frequency - jump.frequency), default=None)
+        if nearest is not None:
+            predicted.remove(nearest)
+        found.append(
+            JumpError(
+                **jump._asdict(),
+                frequency_deviation=width / np.sqrt(12),
+                predicted_frequency=np.nan if nearest is None else nearest.frequency,
+            )
+        )
+    found += [
+        JumpError(
+            **each._replace(frequency=np.nan)._asdict(), frequency_deviation=np.nan, predicted_frequency=each.frequency
+        )
+        for each in predicted
+    ]
+    return tuple(sorted(found, key=lambda each: (each.free, each.level, -each.sweep)))
+
+
+def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[Jump, float]]:
+    """Jumps of the motion that is largest, and the width of the step in which each lies [Hz].
+
+    Where both sweeps were measured, one of them jumps at either end of the states at which they differ. Where one was,
+    a step far larger than those beside it is a jump.
+    """
+    points, value = observed.points, np.abs(observed.value)
+    motion = observed.motion & (points.harmonic == 1) & (observed.count > 0)
+    for free, level in sorted({*zip(points.free[motion].tolist(), points.level[motion].tolist(), strict=True)}):
+        here = motion & (points.free == free) & (points.level == level)
+        sensor = points.sensor[here][np.argmax(value[here])]
+        of_sensor = here & (points.sensor == sensor)
+        rows = {way: _rising(observed, of_sensor & np.isin(points.sweep, (0, way))) for way in sweeps}
+        for way, own in rows.items():
+            if len(sweeps) == 1:
+                steps = find_curve_jumps(observed.value[own]).tolist()
+            else:
+                steps = _ends(observed, own, rows[-way])
+            for step in steps:
+                low, high = own[step], own[step + 1]
+                middle = float(points.frequency[low] + points.frequency[high]) / 2
+                falls = bool((value[high] < value[low]) == (way > 0))
+                yield Jump(free, level, way, middle, falls), float(points.frequency[high] - points.frequency[low])
+
+
+def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int[NDArray[np.int64], " n"]:
+    rows = np.flatnonzero(chosen)
+    return np.asarray(rows[np.argsort(observed.points.frequency[rows])])
+
+
+def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]) -> list[int]:
+    """Steps of a sweep that lead into or out of the states with two branches, and that the other sweep has not."""
+    points, value = observed.points, observed.value
+    steps = []
+    for step in np.flatnonzero(np.diff(points.sweep[own] != 0)):
+        low, high = own[step], own[step + 1]
+        ends = [other[points.frequency[other] == points.frequency[row]] for row in (low, high)]
+        if all(len(end) for end in ends):
+            change, beside = abs(value[high] - value[low]), abs(value[ends[1][0]] - value[ends[0][0]])
+            if change > max(LEAST * max(abs(value[low]), abs(value[high])), ALONE * beside):
+                steps.append(int(step))
+    return steps
+
+
+def find_astray(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:
+    """Rows between a measured jump and its predicted one, shape (k,): the model is on another branch there."""
+    points, astray = observed.points, np.zeros(len(observed.points), dtype=bool)
+    for each in errors:
+        if np.isfinite(each.frequency_error):
+            low, high = sorted((each.frequency, each.predicted_frequency))
+            between = (points.frequency > low) & (points.frequency < high) & np.isin(points.sweep, (0, each.sweep))
+            astray |= between & (points.free == each.free) & (points.level == each.level)
+    return astray

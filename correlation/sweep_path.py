@@ -1,0 +1,173 @@
+"""The way of a stepped sweep through the steady states of a model: each point begins where the last one ended."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Complex
+from numpy.typing import NDArray
+
+from correlation.configuration import Configuration
+from hbsolve.follow import Track
+from hbsolve.sampling import complex_from_real
+from hbsolve.state import SteadyState
+
+#: Change of the motion between two states, of the larger, beyond which smaller steps look for what is between [-].
+FAR = 0.5
+#: Difference from the motion of the linear structure, relative to it, below which there is only one state [-].
+NEARLY_LINEAR = 0.1
+#: The smallest of the smaller steps, as a share of a step of the sweep [-].
+LEAST_STEP = 1 / 64
+#: States of two sweeps are one if their motions differ by less, relative [-]; Newton's method ends at 1e-9.
+SAME = 1e-6
+
+
+class Step(NamedTuple):
+    """A jump: its frequency [Hz], and whether the amplitude falls."""
+
+    frequency: float
+    falls: bool
+
+
+@dataclass(eq=False)
+class SweepPath:
+    """Sweeps over the same frequencies of one level, one after another.
+
+    Parameters
+    ----------
+    solver
+        Solver of the configuration.
+    level
+        Level of the drive [its unit].
+    """
+
+    solver: Configuration
+    level: float
+    _sliders: NDArray[np.float64] = field(init=False)
+    _first: dict[float, SteadyState] = field(init=False, default_factory=dict)
+    _cliffs: set[frozenset[float | None]] = field(init=False, default_factory=set)
+
+    def __post_init__(self) -> None:
+        self._sliders = self.solver.slider
+
+    def follow(self, frequencies: Sequence[float]) -> tuple[list[SteadyState | None], list[Step]]:
+        """Steady states along one sweep, in its order, and its jumps.
+
+        Parameters
+        ----------
+        frequencies
+            Frequencies of the sweep, the same in all sweeps [Hz].
+        """
+        states: list[SteadyState | None] = [None] * len(frequencies)
+        jumps: list[Step] = []
+        last: int | None = None
+        for number, frequency in enumerate(frequencies):
+            first = self._first.get(frequency)
+            before = None if last is None else frequencies[last]
+            here = None if last is None else states[last]
+            if first is not None and self._on_first(here, before, frequency, first):
+                state: SteadyState | None = first
+            else:
+                state, jump = self._next(here, before, frequency)
+                if jump is not None:
+                    jumps.append(jump)
+                    self._cliffs.add(frozenset((frequency, before)))
+                if first is not None and state is not None and _is_same(first, state):
+                    state = first
+            if state is None:
+                continue
+            states[number], last = state, number
+            self._sliders = state.slider_at_start
+        for frequency, state in zip(frequencies, states, strict=True):
+            if state is not None:
+                self._first.setdefault(frequency, state)
+        return states, jumps
+
+    def _on_first(self, here: SteadyState | None, before: float | None, frequency: float, first: SteadyState) -> bool:
+        """Whether the way back is that of the first sweep: with its sliders, and no jump in between."""
+        if not np.array_equal(first.slider, self._sliders):
+            return False
+        if before is None:
+            return True
+        return here is self._first.get(before) and frozenset((frequency, before)) not in self._cliffs
+
+    def _next(
+        self, here: SteadyState | None, before: float | None, target: float
+    ) -> tuple[SteadyState | None, Step | None]:
+        """The state after the last one, and the jump that leads to it."""
+        state = self._solve(target, here)
+        if here is None or before is None or state is None or not self._may_jump(here, before, state, target):
+            return state, None
+        return self._in_small_steps(here, before, target)
+
+    def _in_small_steps(
+        self, here: SteadyState, frequency: float, target: float
+    ) -> tuple[SteadyState | None, Step | None]:
+        """The same, with steps as small as the branch wants."""
+        state, share, step = here, 0.0, 0.5
+        jump: Step | None = None
+        while share < 1:
+            to = min(share + step, 1.0)
+            ends = [frequency + each * (target - frequency) if each < 1 else target for each in (share, to)]
+            following = self._solve(ends[1], state)
+            if following is None:
+                return None, jump
+            wide = self._may_jump(state, ends[0], following, ends[1])
+            if wide and to - share > LEAST_STEP:
+                step = (to - share) / 2
+                continue
+            if wide:
+                jump = Step((ends[0] + ends[1]) / 2, _size(following) < _size(state))
+            state, share, step = following, to, 2 * (to - share)
+        return state, jump
+
+    def _solve(self, frequency: float, start: SteadyState | None) -> SteadyState | None:
+        return self.solver.solve(self.level, frequency, self._sliders, [start])
+
+    def _may_jump(self, here: SteadyState, frequency: float, there: SteadyState, target: float) -> bool:
+        """Whether two states are so far apart, and so far from linear, that a branch may have ended between them."""
+        motion = np.array([state.displacement[1:] for state in (here, there)])
+        linear = np.array([self.level * self.solver.at(at).dynamic[1:] for at in (frequency, target)], dtype=complex)
+        return bool(_are_wide(motion, linear)[0])
+
+
+def has_wide_steps(
+    solver: Configuration, level: float, frequencies: Sequence[float], sweep: Sequence[int], track: Track
+) -> bool:
+    """Whether a sweep makes steps so large that a branch may have ended in between.
+
+    Parameters
+    ----------
+    solver, level, frequencies, track
+        As `Configuration.follow` takes and returns them.
+    sweep
+        Number of the sweep of each state.
+    """
+    if not track.motion.size:
+        return False
+    linear = np.array([level * solver.at(frequency).dynamic[1:] for frequency in frequencies], dtype=complex)
+    motion = complex_from_real(track.motion)[:, 1:]
+    return bool((_are_wide(motion, linear) & (np.diff(sweep) == 0)).any())
+
+
+def _are_wide(
+    motion: Complex[NDArray[np.complex128], "n h d"], linear: Complex[NDArray[np.complex128], "n h d"]
+) -> Bool[NDArray[np.bool_], " s"]:
+    """Whether each step from one state to the next is wide, shape (n - 1,)."""
+    axes = (1, 2)
+    apart, size = np.abs(np.diff(motion, axis=0)).max(axes, initial=0.0), np.abs(motion).max(axes, initial=0.0)
+    bent = np.abs(motion - linear).max(axes, initial=0.0) > NEARLY_LINEAR * np.abs(linear).max(axes, initial=0.0)
+    return np.asarray((apart > FAR * np.maximum(size[1:], size[:-1])) & (bent[1:] | bent[:-1]))
+
+
+def _is_same(first: SteadyState, state: SteadyState) -> bool:
+    if not np.array_equal(first.slider, state.slider):
+        return False
+    apart = np.abs(first.displacement - state.displacement).max(initial=0.0)
+    return bool(apart <= SAME * np.abs(first.displacement).max(initial=0.0))
+
+
+def _size(state: SteadyState) -> float:
+    """Largest amplitude of a joint direction in any harmonic [m]."""
+    return float(np.abs(state.displacement[1:]).max(initial=0.0))
