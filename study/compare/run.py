@@ -12,7 +12,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
-from correlation.metric.jump_error import JumpError, compute_jump_errors
+from correlation.metric.jump_error import compute_jump_errors
 from correlation.metric.misfit import Misfit, compute_misfit, configuration
 from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
 from correlation.metric.response import amplitude_error, phase_error
