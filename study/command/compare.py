@@ -33,8 +33,11 @@ def compare(
 ) -> Answer:
     """Compare a model with measurements."""
     one_thread_by_default()
+    from study.compare.data_run import DataCompared
     from study.compare.report import document, in_words
     from study.compare.run import run_compare
 
     compared = run_compare(case, campaign, options.open(out), calibrate=calibrate)
+    if isinstance(compared, DataCompared):
+        return Answer(document=compared.document(), text=compared.text())
     return Answer(document=document(compared), text=in_words(compared))

@@ -1,7 +1,7 @@
 """Data of other types than steady states beside a model: loops, ring-downs, frequency responses, modes."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from typing import Any
@@ -14,6 +14,7 @@ from correlation.data_type.registry import DATA_TYPES, Datum, Features, Panel
 from correlation.errors import CampaignError
 from correlation.model import Model
 from figure.measured_data import MeasuredData
+from study.compare.section.section import Section, Table
 
 COLUMNS = ("data", "type", "set", "quantity", "unit", "measured", "deviation", "predicted", "error_in_deviations")
 #: A number further off than this is worth a sentence [standard deviations].
@@ -145,6 +146,48 @@ def format_data_csv(compared: Sequence[DataComparison]) -> str:
             texts = [f"{number:.7g}" if np.isfinite(number) else "" for number in numbers]
             writer.writerow([item.name, item.type, side, label, item.features.unit[row], *texts])
     return stream.getvalue()
+
+
+def data_sections(compared: Sequence[DataComparison], drawn: Mapping[str, bytes]) -> tuple[Section, ...]:
+    """Sections of a page: one per type, with its numbers and pictures.
+
+    Parameters
+    ----------
+    compared
+        Data beside a model.
+    drawn
+        Pictures of `data_figures`, by name.
+    """
+    sections = []
+    for kind in DATA_TYPES:
+        items = [item for item in compared if item.type == kind.name]
+        if items:
+            rows = [row for item in items for row in _rows(item)]
+            pictures = {name: picture for name, picture in drawn.items() if name.rstrip("_0123456789") == kind.table}
+            head = ("data", "set", "quantity", "unit", "measured", "deviation", "predicted", "error in deviations")
+            reasons = " ".join(f"{item.name} was not compared: {item.reason}." for item in items if item.reason)
+            sections.append(
+                Section(
+                    title=f"{kind.name[0].upper()}{kind.name[1:]}s",
+                    text=f"{kind.holds[0].upper()}{kind.holds[1:]}: measured and predicted. {reasons}".strip(),
+                    table=Table(head=head, rows=rows, words=4),
+                    pictures=pictures,
+                )
+            )
+    return tuple(sections)
+
+
+def _rows(item: DataComparison) -> list[list[str]]:
+    side, features = "held out" if item.held_out else "training", item.features
+    return [
+        [
+            item.name, side, label, "" if features.unit[row] == "-" else features.unit[row],
+            f"{features.value[row]:.5g}", f"{features.deviation[row]:.2g}",
+            *(f"{number:.{digits}g}" if np.isfinite(number) else "" for number, digits in
+              ((item.predicted[row], 5), (item.error[row], 3))),
+        ]
+        for row, label in enumerate(features.label)
+    ]  # fmt: skip
 
 
 def data_figures(model: Model, data: Sequence[Datum], title: str) -> dict[str, object]:

@@ -4,15 +4,16 @@ from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from correlation.campaign.measurement import Suspicion
 from study.compare.curve import Drawing
-from study.compare.result import Compared
+from study.compare.result import Calibrated, Compared
 from study.compare.section.contact_force import contact_force_sections
 from study.compare.section.misfit import misfit_sections
 from study.compare.section.overview import overview_sections
 from study.compare.section.resonance import resonance_sections
 from study.compare.section.response import response_sections
 from study.compare.section.section import Section
-from study.compare.sentence import summarise
+from study.compare.sentence import Summary, summarise
 from study.page.html import render_page
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -38,6 +39,40 @@ def page(compared: Compared, drawing: Drawing) -> str:
     """
     sections = [section for make in SECTIONS for section in make(compared, drawing)]
     sections += [*compared.sections, *overview_sections(compared, drawing)]
+    return render_sections(
+        title=compared.title,
+        campaign=compared.campaign.title,
+        summary=summarise(compared),
+        calibrated=compared.calibrated,
+        suspicions=compared.suspicions,
+        sections=sections,
+    )
+
+
+def render_sections(
+    *,
+    title: str,
+    campaign: str,
+    summary: Summary,
+    calibrated: Sequence[Calibrated],
+    suspicions: Sequence[Suspicion],
+    sections: Sequence[Section],
+) -> str:
+    """HTML of a verdict and the sections below it.
+
+    Parameters
+    ----------
+    title, campaign
+        Titles of the case and of the campaign.
+    summary
+        Verdict.
+    calibrated
+        Calibration parameters, if they were calibrated first.
+    suspicions
+        Suspicious data.
+    sections
+        In the order in which they are read.
+    """
     drawn = {
         "sections": [
             {"element": section.element, "data": section.data, "plots": list(section.plots)} for section in sections
@@ -48,10 +83,10 @@ def page(compared: Compared, drawing: Drawing) -> str:
         SCRIPT,
         drawn,
         {"png": lambda picture: f"data:image/png;base64,{b64encode(picture).decode()}"},
-        title=compared.title,
-        campaign=compared.campaign.title,
-        summary=summarise(compared),
-        calibrated=compared.calibrated,
-        suspicions=compared.suspicions,
+        title=title,
+        campaign=campaign,
+        summary=summary,
+        calibrated=calibrated,
+        suspicions=suspicions,
         sections=sections,
     )

@@ -8,6 +8,7 @@ import numpy as np
 from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
+from study.compare.data import data_document, describe_data
 from study.compare.result import SWEEP_WORDS, Compared
 from study.compare.sentence import CLEAR_PEAK, summarise
 
@@ -35,6 +36,8 @@ def in_words(compared: Compared) -> str:
         lines += [*_peaks(compared), ""]
     if compared.unread or compared.jumps:
         lines += [*(f"Not read: {reason}." for reason in compared.unread), *map(describe_jump, compared.jumps), ""]
+    if compared.data:
+        lines += [*describe_data(compared.data), ""]
     pages = [file for file in compared.files if file.suffix == ".html"]
     lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
     return "\n".join([*lines, *map(str, compared.files)])
@@ -79,6 +82,7 @@ def document(compared: Compared) -> dict[str, Any]:
             for jump in compared.jumps
         ],
         "unread_resonances": list(compared.unread),
+        "data": data_document(compared.data),
         "files": [str(file) for file in compared.files],
     }
 

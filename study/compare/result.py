@@ -9,6 +9,7 @@ from correlation.metric.misfit import Misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
+from study.compare.data import DataComparison
 from study.compare.section.section import Section
 
 #: Sweep of a row of a table; none where both agree.
@@ -48,6 +49,8 @@ class Compared:
         Suspicious data of the campaign.
     calibrated
         Calibration parameters, if they were calibrated first.
+    data
+        Data of other types beside the model.
     sections
         Sections of the page by what the command did besides, after those of every comparison.
     files
@@ -65,5 +68,6 @@ class Compared:
     unread: tuple[str, ...]
     suspicions: tuple[Suspicion, ...]
     calibrated: tuple[Calibrated, ...] = ()
+    data: tuple[DataComparison, ...] = ()
     sections: tuple[Section, ...] = ()
     files: tuple[Path, ...] = ()

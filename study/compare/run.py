@@ -24,11 +24,14 @@ from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.weighting import Measured, join_measured, take_prediction, weigh_together
+from figure.registry import pictures as draw_pictures
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
+from study.compare.data import compare_data, data_figures, data_sections, format_data_csv
+from study.compare.data_run import DataCompared, run_data_comparison
 from study.compare.page import page
 from study.compare.pictures import pictures
 from study.compare.result import SWEEP_WORDS, Calibrated, Compared
@@ -43,7 +46,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = False) -> Compared:
+def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = False) -> Compared | DataCompared:
     """Compare, and write tables and figures.
 
     Parameters
@@ -66,6 +69,9 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     opened = open_case(case)  # what is wrong with the file itself is reported first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
+    if not len(campaign.measurement):
+        setup = read_case(opened, campaign, run).setup
+        return run_data_comparison(case, setup, campaign, run, fitted=calibrate)
     require_repeats(campaign, folder)
     setup = require_loads(read_case(opened, campaign, run)).setup
     # What was read counts, not from which folder.
@@ -76,11 +82,17 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         run.warn(str(suspicion))
     with run.progress.step("figures", expected=4):
         drawing = Drawing.of(compared)
-        drawn = pictures(f"{setup.title}, calibrated" if calibrate else setup.title, drawing)
+        title = f"{setup.title}, calibrated" if calibrate else setup.title
+        drawn = pictures(title, drawing)
+        others = draw_pictures(data_figures(compared.model, campaign.data, title))
+    compared = replace(compared, data=compare_data(compared.model, campaign.data))
+    compared = replace(compared, sections=(*compared.sections, *data_sections(compared.data, others)))
     stem = f"{case.stem}_compare"
     files = {run.output / f"{stem}.html": page(compared, drawing).encode()}
     files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
-    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}
+    if compared.data:
+        files[run.output / f"{stem}_data.csv"] = format_data_csv(compared.data).encode()
     for file, content in files.items():
         replace_file(file, content)
     return replace(compared, files=tuple(files))

@@ -1,0 +1,198 @@
+"""A campaign without steady states beside a model: loops, ring-downs, frequency responses and modes alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.data_type.registry import Datum
+from correlation.errors import CampaignError
+from correlation.model import Model
+from correlation.sensor_placement import with_sensors
+from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.feature_comparison import FeatureComparison
+from diagnosis.fit.fit_parameter import Unknowns
+from figure.registry import pictures
+from pipeline.output import replace_file
+from study.case.setup import Setup
+from study.compare.data import (
+    CLEAR,
+    DataComparison,
+    compare_data,
+    data_document,
+    data_figures,
+    data_sections,
+    describe_data,
+    format_data_csv,
+)
+from study.compare.page import render_sections
+from study.compare.report import side_by_side
+from study.compare.result import Calibrated
+from study.compare.sentence import AGREES, DIFFERS, Summary
+from study.run_context import RunContext
+
+NEXT = "stickslip compare --calibrate fits the calibration parameters of the case to these data first."
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DataCompared:
+    """A model beside data of other types than steady states.
+
+    Parameters
+    ----------
+    title, campaign
+        Titles of the case and of what was measured.
+    data
+        Each datum beside the model.
+    calibrated
+        Calibration parameters, if they were calibrated first.
+    suspicions
+        Suspicious data.
+    files
+        Written ones.
+    """
+
+    title: str
+    campaign: str
+    data: tuple[DataComparison, ...]
+    calibrated: tuple[Calibrated, ...]
+    suspicions: tuple[Suspicion, ...]
+    files: tuple[Path, ...] = ()
+
+    @property
+    def summary(self) -> Summary:
+        """Verdict in a few sentences."""
+        return summarise_data(self.data)
+
+    def text(self) -> str:
+        """For people."""
+        summary = self.summary
+        lines = [f"{side_by_side(self.title, self.campaign)}: {len(self.data)} sets of data", ""]
+        if self.calibrated:
+            values = ", ".join(f"{item.name} x {item.factor:.4f} +- {item.deviation:.2g}" for item in self.calibrated)
+            lines += [f"Calibrated on the training data: {values}", ""]
+        lines += [f"{summary.tag}.", *summary.sentences, "", *describe_data(self.data), "", summary.next, ""]
+        return "\n".join([*lines, *map(str, self.files)])
+
+    def document(self) -> dict[str, Any]:
+        """The same for ``--json``."""
+        return {
+            "title": self.title,
+            "campaign": self.campaign,
+            "summary": [self.summary.tag, *self.summary.sentences],
+            "suspicions": [str(item) for item in self.suspicions],
+            "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in self.calibrated},
+            "data": data_document(self.data),
+            "files": [str(file) for file in self.files],
+        }
+
+
+def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunContext, *, fitted: bool) -> DataCompared:
+    """Compare, and write tables, figures and a page.
+
+    Parameters
+    ----------
+    case
+        Case file, which names the results.
+    setup
+        Its model and calibration parameters.
+    campaign
+        Campaign without steady states.
+    run
+        Output folder and progress of the run.
+    fitted
+        Whether the calibration parameters are fitted to the training data first.
+
+    Raises
+    ------
+    CampaignError
+        There is nothing to compare, or nothing to calibrate.
+    """
+    assert run.output is not None
+    if not campaign.data:
+        raise CampaignError(
+            f"{campaign.folder}: holds time records alone, which stickslip diagnose compares with a model; add steady "
+            "states, loops, ring-downs, frequency responses or modes for stickslip compare"
+        )
+    model = with_sensors(setup.complete, campaign)
+    calibrated: tuple[Calibrated, ...] = ()
+    with run.progress.step("comparison", expected=5):
+        if fitted:
+            model, calibrated = calibrate_on_data(setup, campaign)
+        data = compare_data(model, campaign.data)
+    title = f"{setup.title}, calibrated" if fitted else setup.title
+    with run.progress.step("figures", expected=4):
+        drawn = pictures(data_figures(model, campaign.data, title))
+    result = DataCompared(
+        title=setup.title, campaign=campaign.title, data=data, calibrated=calibrated, suspicions=campaign.suspicions
+    )
+    for suspicion in campaign.suspicions:
+        run.warn(str(suspicion))
+    stem = f"{case.stem}_compare"
+    html = render_sections(
+        title=setup.title,
+        campaign=campaign.title,
+        summary=result.summary,
+        calibrated=calibrated,
+        suspicions=campaign.suspicions,
+        sections=data_sections(data, drawn),
+    )
+    files = {
+        run.output / f"{stem}.html": html.encode(),
+        run.output / f"{stem}_data.csv": format_data_csv(data).encode(),
+    }
+    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    for file, content in files.items():
+        replace_file(file, content)
+    return replace(result, files=tuple(files))
+
+
+def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Calibrated, ...]]:
+    """The model with its calibration parameters fitted to the training data, and their values.
+
+    Raises
+    ------
+    CampaignError
+        The case accepts no parameter, or all data are held out.
+    """
+    if not setup.accepted:
+        raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
+    training: Sequence[Datum] = [datum for datum in campaign.data if not datum.held_out]
+    if not training:
+        raise CampaignError(f"{campaign.folder}: all data are held out: leave some to train on")
+    base = with_sensors(replace(setup, calibrated={}).complete, campaign)
+    unknowns = Unknowns.from_effects(base, [(item, item.deviation) for item in setup.accepted], [])
+    comparison = FeatureComparison.of(training)
+    fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), exact=True)
+    # Where the model is further off than the deviations say, they are too small in proportion.
+    excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))
+    values = zip(setup.accepted, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)
+    return fit.model, tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
+
+
+def summarise_data(data: Sequence[DataComparison]) -> Summary:
+    """Verdict of a comparison of other data than steady states."""
+    errors = np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
+    lacking = sum(int((~np.isfinite(item.error)).sum()) for item in data)
+    if not len(errors):
+        tag = "The model cannot be compared with these data"
+        reasons = tuple(dict.fromkeys(item.reason for item in data if item.reason))
+        return Summary(tone="ambiguous", tag=tag, sentences=reasons, next=NEXT, cards=())
+    size = float(np.sqrt(np.mean(errors**2)))
+    tone = "nothing" if size <= AGREES else "ambiguous" if size <= DIFFERS else "missing"
+    tag = {
+        "nothing": "The model agrees with the measurements",
+        "ambiguous": "The model is close to the measurements",
+        "missing": "The model differs from the measurements",
+    }[tone]
+    sentences = [
+        f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations in the mean; "
+        f"{int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."
+    ]
+    if lacking:
+        sentences.append(f"For {lacking} numbers the model has no answer.")
+    cards = (("measured numbers", str(len(errors))), ("mean difference [standard deviations]", f"{size:.3g}"))
+    return Summary(tone=tone, tag=tag, sentences=tuple(sentences), next=NEXT, cards=cards)

@@ -1,0 +1,96 @@
+"""``stickslip compare`` of a campaign without steady states: modes and ring-downs beside a plain case."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from study.cli import main
+
+CASE = """schema = 2
+title = "Two masses"
+[structure]
+kind = "plain"
+file = "chain.npz"
+[[structure.dof]]
+direction = "x"
+[[structure.dof]]
+direction = "x"
+[[sensor]]
+name = "a"
+dof = 0
+[accepted]
+zeta = "20 %"
+"""
+#: 1.2 % stiffer than the case, and 1.25 times as damped.
+MODES = """schema = 1
+title = "Modal test"
+[[mode]]
+name = "lower"
+configuration = "jointed"
+frequency = "32.021 Hz"
+damping = "1.2426 %"
+damping_deviation = "0.01 %"
+[[mode]]
+name = "upper"
+configuration = "jointed"
+frequency = "55.462 Hz"
+damping = "2.1522 %"
+damping_deviation = "0.02 %"
+held_out = true
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    stiffness = 4e4 * np.array([[2.0, -1.0], [-1.0, 2.0]])
+    np.savez(tmp_path / "chain.npz", M=np.eye(2), K=stiffness, C=1e-4 * stiffness)
+    (tmp_path / "chain.toml").write_text(CASE, encoding="utf-8")
+    (tmp_path / "modal").mkdir()
+    (tmp_path / "modal" / "campaign.toml").write_text(MODES, encoding="utf-8")
+    return tmp_path
+
+
+def run(folder: Path, capfdbinary: pytest.CaptureFixture[bytes], *options: str) -> dict[str, object]:
+    words = ["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out"), "--json"]
+    assert main([*words, *options]) == 0
+    result: dict[str, object] = json.loads(capfdbinary.readouterr().out)
+    return result
+
+
+def test_numbers_stand_beside_those_of_the_model(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    result = run(folder, capfdbinary)
+    lower, upper = result["data"]  # type: ignore[misc]
+    # Chain of two: sqrt(4e4) and sqrt(12e4) rad/s.
+    assert lower["numbers"][0]["predicted"] == pytest.approx(200 / (2 * np.pi))
+    assert upper["numbers"][0]["predicted"] == pytest.approx(200 * np.sqrt(3) / (2 * np.pi))
+    assert upper["held_out"]
+    with (folder / "out" / "chain_compare_data.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["quantity"] for row in rows] == ["frequency", "damping ratio"] * 2
+    html = (folder / "out" / "chain_compare.html").read_text(encoding="utf-8")
+    assert "32.021" in html
+    assert "http://" not in html.replace("http://www.w3.org", "")
+
+
+def test_calibration_parameters_are_fitted_to_the_training_data(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    result = run(folder, capfdbinary, "--calibrate")
+    calibrated = result["calibrated"]
+    assert calibrated["E"]["factor"] == pytest.approx(1.012, abs=2e-3)  # type: ignore[index]
+    assert calibrated["zeta"]["factor"] == pytest.approx(1.25, abs=0.02)  # type: ignore[index]
+    upper = result["data"][1]  # type: ignore[index]
+    # The held-out mode is predicted by the calibrated model.
+    assert upper["root_mean_square_error"] < 2
+
+
+def test_time_records_alone_are_sent_to_the_diagnosis(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    manifest = 'schema = 1\n[[sensor]]\nname = "a"\nquantity = "displacement"\ndirection = "x"\nplace = "p"\n'
+    manifest += '[[record]]\nname = "r"\nfile = "r.csv"\nunits = { a = "m" }\n'
+    (folder / "modal" / "campaign.toml").write_text(manifest, encoding="utf-8")
+    (folder / "modal" / "r.csv").write_text("time,a\n0,1\n1,2\n", encoding="utf-8")
+    assert main(["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out")]) == 2
+    assert b"stickslip diagnose" in capfdbinary.readouterr().err
