@@ -1,0 +1,1 @@
+"""Modes from measured frequency responses, and modes beside modes: poles, shapes, assurance, pairing, linearity."""

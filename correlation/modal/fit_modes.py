@@ -1,0 +1,265 @@
+"""Modes of a structure from its measured frequency responses: poles, shapes, and how well they are known."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.modal.modal_model import ModalFit, fit_poles
+from correlation.modal.stabilisation import MOST_DAMPING, Stabilisation, find_poles, select_modes
+from geometry.read_only_array import freeze_fields
+
+Numbers = Float[NDArray[np.float64], " m"]
+
+#: Powers of i omega by which a response exceeds a receptance.
+POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+#: Highest order of the diagram, and lines per order at least [-].
+HIGHEST_ORDER, LINES_PER_ORDER = 30, 3
+#: A mode stays if it improves the information criterion by more than chance does.
+SIGNIFICANT = 10.0
+#: Most modes that are added because the residual has a peak.
+MOST_ADDED = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Modes:
+    """Modes of a structure.
+
+    Parameters
+    ----------
+    frequency, frequency_deviation
+        Undamped, rising, shape (m,) [Hz].
+    damping_ratio, damping_deviation
+        Shape (m,) [-].
+    shapes, shape_deviation
+        Shape (c, m): residues over the largest of each mode, so that this sensor is 1 [-]; with a driving point
+        normalised to unit modal mass [1/sqrt(kg)]. The deviation is that of real and imaginary part alike.
+    participation
+        Share of the mean square of all responses that the mode alone makes up, shape (m,) [-]; overlapping modes do not
+        sum to 1.
+    residual
+        Root mean square of what the modes leave over that of each response, shape (c,) [-].
+    fitted
+        Responses of the modes, shape (c, f).
+    stabilisation
+        All poles that were looked at.
+    suspicions
+        What speaks against the result, in words.
+    """
+
+    frequency: Numbers
+    frequency_deviation: Numbers
+    damping_ratio: Numbers
+    damping_deviation: Numbers
+    shapes: Complex[NDArray[np.complex128], "c m"]
+    shape_deviation: Float[NDArray[np.float64], "c m"]
+    participation: Numbers
+    residual: Float[NDArray[np.float64], " c"]
+    fitted: Complex[NDArray[np.complex128], "c f"]
+    stabilisation: Stabilisation
+    suspicions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_fields(
+            self, "frequency", "frequency_deviation", "damping_ratio", "damping_deviation", "shape_deviation",
+            "participation", "residual",
+        )  # fmt: skip
+        freeze_fields(self, "shapes", "fitted", kind=np.complex128)
+
+
+def fit_modes(
+    frequency: Any,
+    responses: Any,
+    *,
+    quantity: str = "acceleration",
+    deviation: Any | None = None,
+    band: tuple[float, float] | None = None,
+    n_mode: int | None = None,
+    driving_point: int | None = None,
+    decay: float = 0.0,
+) -> Modes:
+    """Modes in a band of measured frequency responses to one force.
+
+    Parameters
+    ----------
+    frequency
+        Rising, evenly spaced or not, shape (f,) [Hz].
+    responses
+        Of all sensors, shape (f,) or (c, f) [quantity / N].
+    quantity
+        "displacement", "velocity" or "acceleration".
+    deviation
+        Standard deviation of real and imaginary part, shape (c, f); by default equal along each response.
+    band
+        Lowest and highest frequency that are used [Hz].
+    n_mode
+        Number of modes; by default as many as the data call for.
+    driving_point
+        Row of the sensor at the force, for shapes of unit modal mass.
+    decay
+        sigma of an exponential window [1/s], whose damping is taken off.
+
+    Raises
+    ------
+    CampaignError
+        Shapes that do not fit, too few lines, an unknown quantity, or no mode in the band.
+    """
+    lines, values, spread = _checked(frequency, responses, quantity, deviation, band)
+    power = POWER[quantity]
+    receptance = values / (2j * np.pi * lines) ** power
+    scale = np.sqrt((np.abs(receptance) ** 2).mean(axis=1, keepdims=True))
+    order = int(np.clip(len(lines) // LINES_PER_ORDER, 2, HIGHEST_ORDER))
+    diagram = find_poles(lines, receptance / scale, order)
+    fit = _choose(lines, values, spread, power, select_modes(diagram), n_mode)
+    if not len(fit.poles):
+        raise CampaignError(
+            f"no mode between {lines[0]:.6g} and {lines[-1]:.6g} Hz stands out of the noise: choose another "
+            "band, or name "
+            "the number of modes (n_mode)"
+        )
+    return _describe(lines, values, fit, diagram, (power, driving_point, decay))
+
+
+def _checked(
+    frequency: Any, responses: Any, quantity: str, deviation: Any | None, band: tuple[float, float] | None
+) -> tuple[
+    Float[NDArray[np.float64], " f"], Complex[NDArray[np.complex128], "c f"], Complex[NDArray[np.complex128], "c f"] |
+    None
+]:  # fmt: skip
+    """Lines of the band, responses and deviations there."""
+    if quantity not in POWER:
+        raise CampaignError(f'"{quantity}" is no quantity of a frequency response: give {", ".join(POWER)}')
+    lines, values = np.asarray(frequency, dtype=np.float64), np.atleast_2d(np.asarray(responses, dtype=np.complex128))
+    if lines.ndim != 1 or values.ndim != 2 or values.shape[1] != len(lines):
+        raise CampaignError(
+            f"frequencies have shape {lines.shape} and responses {values.shape}: give (f,) and (c, f), a row per sensor"
+        )
+    used = np.isfinite(values).all(axis=0) & (lines > 0)
+    if band is not None:
+        used &= (lines >= band[0]) & (lines <= band[1])
+    if (np.diff(lines) <= 0).any():
+        raise CampaignError(f"frequencies do not rise at line {int(np.argmax(np.diff(lines) <= 0)) + 1}: sort them")
+    if used.sum() < 8:
+        raise CampaignError(
+            f"{int(used.sum())} lines are left between {lines[0]:.6g} and {lines[-1]:.6g} Hz: modes need 8 or more"
+        )
+    silent = np.flatnonzero(~(np.abs(values[:, used]).max(axis=1) > 0))
+    if len(silent):
+        raise CampaignError(f"the response of sensor {silent[0]} is zero at all lines: leave it out")
+    spread = None
+    if deviation is not None:
+        whole = np.broadcast_to(np.asarray(deviation, dtype=np.float64), values.shape)[:, used]
+        least = 1e-9 * np.abs(values[:, used]).max(axis=1, keepdims=True)
+        spread = np.where(np.isfinite(whole), np.maximum(whole, least), np.abs(values[:, used]).max()).astype(complex)
+    return lines[used], values[:, used], spread
+
+
+def _choose(
+    lines: Float[NDArray[np.float64], " f"],
+    values: Complex[NDArray[np.complex128], "c f"],
+    spread: Complex[NDArray[np.complex128], "c f"] | None,
+    power: int,
+    poles: Complex[NDArray[np.complex128], " m"],
+    n_mode: int | None,
+) -> ModalFit:
+    """As many modes as the information criterion allows, or the number that is asked for."""
+    fit = fit_poles(lines, values, poles, power, spread)
+    fit = _without_impossible(lines, values, spread, power, fit)
+    for _ in range(MOST_ADDED if n_mode is None else max(n_mode - len(fit.poles), 0)):
+        left = np.abs(values - fit.fitted) ** 2 / fit.noise[:, None] ** 2
+        peak = lines[int(np.argmax(left.sum(axis=0)))]
+        typical = float(np.median(-fit.poles.real / np.abs(fit.poles))) if len(fit.poles) else 0.01
+        guess = 2 * np.pi * peak * (-typical + 1j)
+        trial = fit_poles(lines, values, np.append(fit.poles, guess), power, spread)
+        if n_mode is None and (trial.criterion() > fit.criterion() - SIGNIFICANT or not _possible(lines, trial).all()):
+            break
+        fit = trial
+    while len(fit.poles) > (n_mode or 0):
+        trials = [
+            fit_poles(lines, values, np.delete(fit.poles, number), power, spread) for number in range(len(fit.poles))
+        ]
+        best = min(trials, key=ModalFit.criterion)
+        if n_mode is None and best.criterion() > fit.criterion() + SIGNIFICANT:
+            break
+        fit = best
+    return fit
+
+
+def _possible(lines: Float[NDArray[np.float64], " f"], fit: ModalFit) -> NDArray[np.bool_]:
+    """Modes that decay, with some but not much damping, in the band or near it."""
+    damping, own = -fit.poles.real / np.abs(fit.poles), np.abs(fit.poles) / (2 * np.pi)
+    width = lines[-1] - lines[0]
+    inside = (own > lines[0] - 0.1 * width) & (own < lines[-1] + 0.1 * width)
+    return np.asarray((damping > 0) & (damping < MOST_DAMPING) & inside)
+
+
+def _without_impossible(
+    lines: Float[NDArray[np.float64], " f"],
+    values: Complex[NDArray[np.complex128], "c f"],
+    spread: Complex[NDArray[np.complex128], "c f"] | None,
+    power: int,
+    fit: ModalFit,
+) -> ModalFit:
+    while not (possible := _possible(lines, fit)).all():
+        fit = fit_poles(lines, values, fit.poles[possible], power, spread)
+    return fit
+
+
+def _describe(
+    lines: Float[NDArray[np.float64], " f"],
+    values: Complex[NDArray[np.complex128], "c f"],
+    fit: ModalFit,
+    diagram: Stabilisation,
+    settings: tuple[int, int | None, float],
+) -> Modes:
+    """Frequencies, damping and shapes of the poles and residues."""
+    power, driving_point, decay = settings
+    order = np.argsort(fit.poles.imag)
+    poles, residues = fit.poles[order], fit.residues[:, order]
+    m = len(poles)
+    places = np.concatenate([order, m + order])
+    covariance = fit.pole_covariance[np.ix_(places, places)]
+    poles = poles + decay  # an exponential window shifts all poles to the left
+    size = np.abs(poles)
+    by_pole = np.hstack([np.diag(poles.real / size), np.diag(poles.imag / size)])
+    by_damping = np.hstack([np.diag(-(poles.imag**2) / size**3), np.diag(poles.real * poles.imag / size**3)])
+    suspicions = []
+    if driving_point is None:
+        largest = residues[np.abs(residues).argmax(axis=0), np.arange(m)]
+    else:
+        # phi_c phi_d / (2 i omega_d) is the residue of a mode of unit modal mass.
+        largest = residues[driving_point] / np.sqrt(residues[driving_point] * 2j * poles.imag)
+        lag = np.angle(residues[driving_point] * 1j)
+        suspicions += [
+            f"mode at {size[k] / (2 * np.pi):.6g} Hz: the residue at the driving point has a phase of "
+            f"{np.degrees(lag[k]):.3g} deg "
+            "beside that of a structure with proportional damping: the force or its sign is not at this sensor"
+            for k in np.flatnonzero(np.abs(lag) > np.pi / 4)
+        ]
+    if (poles.real >= 0).any():
+        suspicions.append(
+            f"an exponential window of {decay:.4g} 1/s leaves no damping: its rate is not that of the data"
+        )
+    s = 2j * np.pi * lines
+    alone = [
+        residues[:, k : k + 1] / (s - fit.poles[order[k]]) * s**power
+        + residues[:, k : k + 1].conj() / (s - fit.poles[order[k]].conj()) * s**power
+        for k in range(m)
+    ]
+    total = (np.abs(values) ** 2).sum(axis=1)
+    return Modes(
+        frequency=size / (2 * np.pi),
+        frequency_deviation=np.sqrt(np.diag(by_pole @ covariance @ by_pole.T)) / (2 * np.pi),
+        damping_ratio=-poles.real / size,
+        damping_deviation=np.sqrt(np.diag(by_damping @ covariance @ by_damping.T)),
+        shapes=residues / largest,
+        shape_deviation=fit.residue_deviation[:, order] / np.abs(largest),
+        participation=np.array([((np.abs(part) ** 2).sum(axis=1) / total).mean() for part in alone]),
+        residual=np.sqrt((np.abs(values - fit.fitted) ** 2).sum(axis=1) / total),
+        fitted=fit.fitted,
+        stabilisation=diagram,
+        suspicions=tuple(suspicions),
+    )

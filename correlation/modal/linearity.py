@@ -1,0 +1,127 @@
+r"""Whether a structure is linear over its levels, without a model: whether its responses grow with the force.
+
+The homogeneity index of a level is the distance of its frequency responses from those of the lowest level,
+
+.. math:: h_l = \sqrt{\frac{\sum |H_l - H_1|^2 - \sum (\sigma_l^2 + \sigma_1^2)}{\sum |H_1|^2}}
+
+without what noise explains. It says that a structure is nonlinear, not why; and a drift between two tests, such as a
+change of temperature, looks like it unless a level is repeated.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from correlation.errors import CampaignError
+from geometry.read_only_array import freeze_fields
+
+Levels = Float[NDArray[np.float64], " l"]
+
+#: A difference is no chance if noise is as large in one of so many sets of levels.
+CHANCE = 1e-3
+#: Homogeneity indices below this share are of no consequence for a model [-].
+NEGLIGIBLE = 0.01
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linearity:
+    """Homogeneity over levels.
+
+    Parameters
+    ----------
+    level
+        Rising, shape (l,) [N].
+    index
+        Homogeneity index of each level beside the lowest, shape (l,) [-]; 0 of the lowest.
+    noise
+        Index that noise alone would give, shape (l,) [-].
+    significant
+        Whether noise does not explain the difference, shape (l,).
+    sentence
+        The result in words.
+    """
+
+    level: Levels
+    index: Levels
+    noise: Levels
+    significant: NDArray[np.bool_]
+    sentence: str
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "level", "index", "noise")
+        freeze_fields(self, "significant", kind=np.bool_)
+
+
+def check_linearity(level: Any, responses: Any, deviation: Any) -> Linearity:
+    """Homogeneity of frequency responses measured at several levels at the same frequencies.
+
+    Parameters
+    ----------
+    level
+        Shape (l,) [N].
+    responses
+        Response per force of each level, complex or amplitudes alone, shape (l, f) or (l, c, f).
+    deviation
+        Standard deviation of real and imaginary part, or of the amplitude, of the same shape.
+
+    Raises
+    ------
+    CampaignError
+        Fewer than two levels, other shapes, or no frequency that two levels have in common.
+    """
+    levels = np.asarray(level, dtype=np.float64)
+    values, spread = np.asarray(responses), np.asarray(deviation, dtype=np.float64)
+    if values.ndim < 2 or len(values) != len(levels) or len(levels) < 2 or values.shape != spread.shape:
+        raise CampaignError(
+            f"levels of shape {levels.shape} with responses of shape {values.shape} and deviations of shape "
+            f"{spread.shape} "
+            "say nothing about linearity: give two levels or more, a row per level"
+        )
+    order = np.argsort(levels)
+    levels, values, spread = levels[order], values[order].reshape(len(order), -1), spread[order].reshape(len(order), -1)
+    parts = 2 if np.iscomplexobj(values) else 1
+    index, noise, significant = np.zeros(len(levels)), np.zeros(len(levels)), np.zeros(len(levels), dtype=bool)
+    for place in range(1, len(levels)):
+        both = np.isfinite(values[place]) & np.isfinite(values[0])
+        if not both.any():
+            raise CampaignError(
+                f"levels {levels[0]:.6g} and {levels[place]:.6g} have no frequency in common: measure both at "
+                "the same ones"
+            )
+        square = np.abs(values[place, both] - values[0, both]) ** 2
+        variance = spread[place, both] ** 2 + spread[0, both] ** 2
+        size = float((np.abs(values[0, both]) ** 2).sum())
+        known = variance > 0
+        statistic = float((square[known] / variance[known]).sum())
+        significant[place] = bool(
+            statistic > chi2.isf(CHANCE, parts * known.sum()) if known.any() else square.sum() > 0
+        )
+        noise[place] = np.sqrt(parts * variance.sum() / size)
+        index[place] = np.sqrt(max(square.sum() - parts * variance.sum(), 0.0) / size)
+    return Linearity(
+        level=levels, index=index, noise=noise, significant=significant,
+        sentence=_sentence(levels, index, noise, significant),
+    )  # fmt: skip
+
+
+def _sentence(level: Levels, index: Levels, noise: Levels, significant: NDArray[np.bool_]) -> str:
+    """Which levels differ from the lowest, and by how much."""
+    matter = np.flatnonzero(significant & (index > NEGLIGIBLE))
+    if not len(matter):
+        most = max(float(index[significant].max()) if significant.any() else 0.0, float(noise.max()))
+        return (
+            f"no level from {level[0]:.4g} to {level[-1]:.4g} N differs from the lowest beyond its noise by more than "
+            f"{NEGLIGIBLE:.0%}: linear as far as these data can tell ({most:.2g} of the response would not have "
+            "been seen)"
+            if noise.max() > NEGLIGIBLE
+            else f"linear within {max(most, NEGLIGIBLE):.2g} of the response from {level[0]:.4g} to {level[-1]:.4g} N"
+        )
+    listed = ", ".join(f"{level[place]:.4g} N by {index[place]:.2g}" for place in matter)
+    return (
+        f"not linear: responses per newton differ from those at {level[0]:.4g} N beyond noise ({noise.max():.2g}) at "
+        f"{listed} of their size"
+    )

@@ -1,0 +1,107 @@
+"""Which measured mode is which mode of the model: one to one, by shape and frequency."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from correlation.modal.assurance import Criterion, Shapes, modal_assurance
+
+Frequencies = Float[NDArray[np.float64], " m"]
+
+#: A pair whose MAC is lower, or whose frequencies differ by a larger factor, is none [-].
+LEAST_ASSURANCE, MOST_RATIO = 0.3, 1.5
+#: Logarithm of the ratio of frequencies that halves the score of a pair: shape decides among near frequencies [-].
+HALF_SCORE = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModePair:
+    """A measured mode and its mode of the model.
+
+    Parameters
+    ----------
+    measured, model
+        Their numbers.
+    assurance
+        MAC of their shapes [-].
+    measured_frequency, model_frequency
+        [Hz].
+    """
+
+    measured: int
+    model: int
+    assurance: float
+    measured_frequency: float
+    model_frequency: float
+
+    @property
+    def frequency_error(self) -> float:
+        """How much too high the model is, relative [-]."""
+        return self.model_frequency / self.measured_frequency - 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pairing:
+    """All pairs, by measured mode, and what is left over.
+
+    Parameters
+    ----------
+    pairs
+        Modes that belong together.
+    measured_only, model_only
+        Numbers of modes without a partner; of the model, those within the measured band alone.
+    assurance
+        MAC of all modes, shape (n_measured, n_model) [-].
+    """
+
+    pairs: tuple[ModePair, ...]
+    measured_only: tuple[int, ...]
+    model_only: tuple[int, ...]
+    assurance: Criterion
+
+
+def pair_modes(
+    measured_frequency: Frequencies, measured: Shapes, model_frequency: Frequencies, model: Shapes
+) -> Pairing:
+    """The pairs with the highest sum of MAC times nearness in frequency.
+
+    Parameters
+    ----------
+    measured_frequency, model_frequency
+        Shape (n_measured,) and (n_model,) [Hz].
+    measured, model
+        Shapes at the same sensors, shape (n_sensor, n_measured) and (n_sensor, n_model).
+
+    Raises
+    ------
+    CampaignError
+        Other numbers of sensors, or a shape of zeros.
+    """
+    assurance = modal_assurance(measured, model)
+    first, second = np.asarray(measured_frequency), np.asarray(model_frequency)
+    ratio = np.abs(np.log(second[None, :] / first[:, None]))
+    score = assurance * 0.5 ** ((ratio / HALF_SCORE) ** 2)
+    possible = (assurance >= LEAST_ASSURANCE) & (ratio <= np.log(MOST_RATIO))
+    rows, places = linear_sum_assignment(np.where(possible, score, 0.0), maximize=True)
+    pairs = tuple(
+        ModePair(
+            measured=int(row),
+            model=int(place),
+            assurance=float(assurance[row, place]),
+            measured_frequency=float(first[row]),
+            model_frequency=float(second[place]),
+        )
+        for row, place in zip(rows, places, strict=True)
+        if possible[row, place]
+    )
+    taken = {pair.model for pair in pairs}
+    inside = np.flatnonzero((second >= first.min() * 0.95) & (second <= first.max() * 1.05)) if len(first) else ()
+    return Pairing(
+        pairs=pairs,
+        measured_only=tuple(sorted(set(range(len(first))) - {pair.measured for pair in pairs})),
+        model_only=tuple(int(place) for place in inside if place not in taken),
+        assurance=assurance,
+    )

@@ -1,0 +1,66 @@
+"""Frequency and damping against level, for resonances whose amplitude dependence is prescribed."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.modal.backbone import fit_backbone
+
+FREQUENCY = np.linspace(95, 105, 81)
+LEVELS = np.array([1.0, 3.0, 5.0, 10.0])
+OWN, DAMPING = 100 - 0.1 * LEVELS, 0.004 + 0.0004 * LEVELS
+
+
+def curves(power: int) -> list[NDArray[np.complex128]]:
+    omega = 2 * np.pi * FREQUENCY
+    return [
+        level * (1j * omega) ** power / ((2 * np.pi * own) ** 2 - omega**2 + 2j * damping * 2 * np.pi * own * omega)
+        for level, own, damping in zip(LEVELS, OWN, DAMPING, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(("quantity", "power"), [("displacement", 0), ("velocity", 1), ("acceleration", 2)])
+@pytest.mark.parametrize("has_phase", [True, False])
+def test_a_single_mode_per_level_is_exact(quantity: str, power: int, has_phase: bool) -> None:
+    responses = [curve if has_phase else np.abs(curve) for curve in curves(power)]
+    result = fit_backbone(LEVELS, [FREQUENCY] * 4, responses, quantity=quantity)
+    # The parabola of 1 / |X|^2 is exact for one mode.
+    np.testing.assert_allclose(result.frequency, OWN, rtol=1e-9)
+    np.testing.assert_allclose(result.damping_ratio, DAMPING, rtol=1e-6)
+    at_peak = LEVELS * (2 * np.pi * OWN) ** (power - 2) / (2 * DAMPING)
+    np.testing.assert_allclose(result.amplitude, at_peak, rtol=1e-6)
+
+
+def test_deviations_are_the_scatter_of_repeats() -> None:
+    random = np.random.default_rng(0)
+    scores = []
+    for _ in range(60):
+        noisy, deviation = [], []
+        for curve in curves(0):
+            size = 0.01 * np.abs(curve).max() / np.sqrt(2)
+            noisy.append(curve + size * (random.standard_normal(81) + 1j * random.standard_normal(81)))
+            deviation.append(np.full(81, size))
+        result = fit_backbone(LEVELS, [FREQUENCY] * 4, noisy, deviation=deviation)
+        scores.append(
+            [
+                (result.frequency - OWN) / result.frequency_deviation,
+                (result.damping_ratio - DAMPING) / result.damping_deviation,
+            ]
+        )
+    # The scatter that the fit leaves is estimated from few points, and the larger of it and the stated one counts:
+    # deviations are too large rather than too small.
+    assert 0.4 < np.mean(np.square(scores)) < 1.4
+
+
+def test_a_level_without_a_peak_is_left_out_and_named() -> None:
+    responses = curves(0)
+    responses[2] = np.linspace(1, 2, 81).astype(complex)
+    result = fit_backbone(LEVELS, [FREQUENCY] * 4, responses)
+    assert result.level.tolist() == [1, 3, 10]
+    assert any("level 5 N" in sentence for sentence in result.suspicions)
+
+
+def test_no_peak_at_all_is_refused() -> None:
+    with pytest.raises(CampaignError, match="no level"):
+        fit_backbone([1.0], [FREQUENCY], [np.linspace(1, 2, 81)])
