@@ -1,11 +1,11 @@
 """A first estimate of the limits: a population of slider states continued along frequency, its best ones improved."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from hbsolve.limits.local_search import LimitSide, local_search
-from hbsolve.limits.optimum import Best, follow, improve, offer
+from hbsolve.limits.optimum import Best, Key, follow, improve, offer
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
@@ -19,23 +19,40 @@ SAME = 1e-4
 
 def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> Best:
     """Limits at frequencies in order; `numbers` says which of all they are."""
-    best: Best = {}
     # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
-    up = _swept(curve, numbers, starts)
-    down = _swept(curve, numbers[::-1], starts)
+    up = swept_states(curve, numbers, starts)
+    down = swept_states(curve, numbers[::-1], starts)
+    chosen: dict[Key, list[tuple[Real, Sliders]]] = {}
+    for at in numbers:
+        box, count = curve.problem.box, number_of_starts(curve, at)
+        for side in LimitSide:
+            states = _distinct([*up[at], *down[at]], side, count)
+            chosen[at, side] = [(trial.x, box.clip(trial.carried)) for trial in states]
+    return improved_along(curve, numbers, chosen)
+
+
+def number_of_starts(curve: LimitCurve, at: int) -> int:
+    """Local searches of each side at a frequency, besides that from the frequency before."""
+    return N_BEST_AT_END if at in (0, len(curve.angular_frequency) - 1) else N_BEST
+
+
+def improved_along(
+    curve: LimitCurve, numbers: Sequence[int], chosen: Mapping[Key, Sequence[tuple[Real, Sliders]]]
+) -> Best:
+    """Limits at frequencies in order, from motions and sliders of each, and from the limit before."""
+    best: Best = {}
     for at in numbers:
         point = curve.point(at)
-        count = N_BEST_AT_END if at in (0, len(curve.angular_frequency) - 1) else N_BEST
         for side in LimitSide:
-            for trial in _distinct([*up[at], *down[at]], side, count):
-                improve(point, best, (at, side), trial.x, point.box.clip(trial.carried))
+            for x, w in chosen.get((at, side), ()):
+                improve(point, best, (at, side), x, w)
             if (at - 1, side) in best:
                 settled = follow(curve, side, best[at - 1, side], at - 1, at)
                 offer(best, (at, side), settled and local_search(point, settled, side))
     return best
 
 
-def _swept(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
+def swept_states(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
     """States of the members at frequencies in this order, each from where it was at the one before."""
     result: dict[int, list[TrialState]] = {}
     members = list(starts)

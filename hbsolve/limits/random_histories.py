@@ -7,7 +7,7 @@ Searches that agree are no proof: on a small damper all seeds found the same wro
 states that lie outside a limit, and then repairs it from them.
 """
 
-from collections.abc import Callable, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -46,17 +46,32 @@ class SampledStates:
 @on_one_blas_thread
 def sampled_states(curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]) -> SampledStates:
     """Sample random histories at the frequencies `numbers`, half of them swept up and half down."""
-    problem, random = curve.problem, np.random.default_rng(seed)
+    box = curve.problem.box
     value = np.full((len(numbers), count), np.nan)
     extreme: dict[tuple[int, LimitSide], TrialState] = {}
+    for row, number, trial in random_states(curve, numbers, count, seed):
+        value[row, number] = trial.value
+        for side in LimitSide:
+            key = numbers[row], side
+            if key not in extreme or side * (trial.value - extreme[key].value) > 0:
+                extreme[key] = trial
+    return SampledStates(
+        value=value, extreme={key: (trial.x, box.clip(trial.carried)) for key, trial in extreme.items()}
+    )
+
+
+def random_states(
+    curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]
+) -> Iterator[tuple[int, int, TrialState]]:
+    """States of random histories as they are found: place in `numbers`, number of the history, state."""
+    problem, random = curve.problem, np.random.default_rng(seed)
     for way in (0, 1):
         carried: dict[int, TrialState] = {}
         waiting = {number: random_sliders(problem.sliders, problem.box, random, number) for number in range(count)}
         order = range(len(numbers)) if way == 0 else range(len(numbers) - 1, -1, -1)
         for row in order:
-            at = numbers[row]
-            point = curve.point(at)
-            over = replace(curve, level=curve.level * random.uniform(*OVERSHOOT)).point(at)
+            point = curve.point(numbers[row])
+            over = replace(curve, level=curve.level * random.uniform(*OVERSHOOT)).point(numbers[row])
             last: TrialState | None = None
             for number in range(way, count, 2):
                 trial = _next(point, over, carried.get(number), waiting[number], last, random)
@@ -65,13 +80,7 @@ def sampled_states(curve: LimitCurve, numbers: Sequence[int], count: int, seed: 
                     continue
                 waiting[number] = problem.box.clip(trial.carried)
                 carried[number] = last = trial
-                value[row, number] = trial.value
-                for side in LimitSide:
-                    if (at, side) not in extreme or side * (trial.value - extreme[at, side].value) > 0:
-                        extreme[at, side] = trial
-    return SampledStates(
-        value=value, extreme={key: (trial.x, problem.box.clip(trial.carried)) for key, trial in extreme.items()}
-    )
+                yield row, number, trial
 
 
 def _next(

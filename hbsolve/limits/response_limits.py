@@ -93,18 +93,19 @@ def response_limits(
         Frequencies or levels that are not positive and ascending.
     """
     chosen = settings or LimitSettings()
-    omega = _ascending(angular_frequency, "angular_frequency")
-    scale = _ascending(levels, "levels")
+    omega = ascending(angular_frequency, "angular_frequency")
+    scale = ascending(levels, "levels")
     starts = starting_sliders(
         problem.balance, problem.balance.at(float(omega[0])), problem.sliders, problem.box, chosen.population,
         chosen.seed,
     )  # fmt: skip
     run = Runner.of(problem, omega, store, executor, progress)
     best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
-    return _result(problem, omega, scale, best, audits, certificates)
+    return collect_limits(problem, omega, scale, best, audits, certificates)
 
 
-def _ascending(given: object, what: str) -> Frequencies:
+def ascending(given: object, what: str) -> Frequencies:
+    """Positive, ascending numbers, refused (`BalanceError`) where they are not."""
     values = np.atleast_1d(np.array(real_array(given, what, BalanceError)))
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (values > 0).all():
         raise BalanceError(f"{what} must be positive numbers: {values}")
@@ -114,7 +115,7 @@ def _ascending(given: object, what: str) -> Frequencies:
     return values
 
 
-def _result(
+def collect_limits(
     problem: LimitProblem,
     omega: Frequencies,
     levels: Real,
@@ -122,6 +123,7 @@ def _result(
     audits: list[dict[int, Audit]],
     certificates: list[dict[Key, Certificate]],
 ) -> ResponseLimits:
+    """Arrays of the optima, audits and certificates of each level."""
     balance, box = problem.balance, problem.box
     arrays = blank_arrays(
         side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,

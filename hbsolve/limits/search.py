@@ -5,10 +5,10 @@ arguments alone, so that a search which finds some of its results in the store c
 comes out the same with any number of workers.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import Certificate, certify
@@ -16,7 +16,8 @@ from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_l
 from hbsolve.limits.local_search import GAIN
 from hbsolve.limits.optimum import Best, Key, is_open
 from hbsolve.limits.perturbation import perturb
-from hbsolve.limits.population import first_limits
+from hbsolve.limits.point import Sliders
+from hbsolve.limits.population import first_limits, improved_along
 from hbsolve.limits.random_histories import Audit, audit
 from hbsolve.limits.task import Runner, SearchTask
 from reduction.array_input import whole_number
@@ -29,6 +30,8 @@ KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
 KICKS = len(KICKED_FROM)
 #: Rounds in which gaps between branches are tried.
 BRIDGES = 4
+#: Motions and sliders from which searches start.
+Starts: TypeAlias = Sequence[tuple[Real, Sliders]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,12 +52,16 @@ class LimitSettings:
     """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
     seed: int = 0
     """Of random starts, kicks and histories."""
+    kicks: int = KICKS
+    """Rounds of kicks after levels have handed on their optima, at most 3 [-]."""
 
     def __post_init__(self) -> None:
-        for name, least in (("population", 1), ("sample", 0), ("block", 1), ("seed", 0)):
+        for name, least in (("population", 1), ("sample", 0), ("block", 1), ("seed", 0), ("kicks", 0)):
             value = whole_number(getattr(self, name), name, BalanceError)
             if value < least:
                 raise BalanceError(f"{name} = {value} must be {least} at least")
+        if self.kicks > KICKS:
+            raise BalanceError(f"kicks = {self.kicks} must be {KICKS} at most")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,11 +88,7 @@ class StagedSearch:
         """Optima, audits and certificates of each level."""
         result = self._stage("population", first_limits, lambda _, numbers: (numbers, self.starts))
         best = [_merged(parts) for parts in result]
-        self._exchanged("neighbours", best, [set(item) for item in best])
-        self._kicked(best, "first kicks", 1)
-        self._levels(best)
-        self._kicked(best, "kicks", KICKS)
-        self._bridged(best)
+        self._developed(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.settings.sample:
             parts = self._stage(
@@ -97,10 +100,32 @@ class StagedSearch:
             )  # fmt: skip
             audits = [{at: result for part in item for at, result in part[2].items()} for item in parts]
             self._exchanged("after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)])
-        certified = self._stage(
+        return best, audits, self._certified(best)
+
+    def limits_from(self, chosen: Sequence[Mapping[Key, Starts]]) -> tuple[list[Best], list[dict[Key, Certificate]]]:
+        """Optima and certificates of each level, searched for from motions and sliders at each frequency and side."""
+
+        def near(level: int, numbers: range) -> tuple[range, dict[Key, Starts]]:
+            return numbers, {key: value for key, value in chosen[level].items() if key[0] in numbers}
+
+        best = [_merged(parts) for parts in self._stage("population", improved_along, near)]
+        self._developed(best)
+        return best, self._certified(best)
+
+    def _developed(self, best: list[Best]) -> None:
+        """Hand optima to neighbours and other levels, kick them, and carry them over gaps."""
+        self._exchanged("neighbours", best, [set(item) for item in best])
+        self._kicked(best, "first kicks", 1)
+        self._levels(best)
+        self._kicked(best, "kicks", self.settings.kicks)
+        self._bridged(best)
+
+    def _certified(self, best: list[Best]) -> list[dict[Key, Certificate]]:
+        """What is known of each optimum, by level."""
+        result = self._stage(
             "certificates", certify, lambda level, numbers: (numbers, self._near(best[level], numbers))
         )
-        return best, audits, [{key: value for part in item for key, value in part.items()} for item in certified]
+        return [{key: value for part in item for key, value in part.items()} for item in result]
 
     def _levels(self, best: list[Best]) -> None:
         """Hand optima from each level to the next, down and up again."""

@@ -57,6 +57,8 @@ class Runner:
     """Runs the tasks; this process by default."""
     progress: Callable[[StageProgress], None]
     """Called after each task."""
+    prefix: str = ""
+    """Of the names of its tasks in the store."""
 
     @classmethod
     def of(
@@ -71,6 +73,7 @@ class Runner:
 
     def __call__(self, stage: str, tasks: Sequence[SearchTask]) -> list[Any]:
         """Results of the tasks of one stage, in order."""
+        tasks = [task._replace(key=f"{self.prefix}{task.key}") for task in tasks]
         missing = [task for task in tasks if task.key not in self.store]
         done = len(tasks) - len(missing)
         self.progress(StageProgress(stage=stage, done=done, total=len(tasks)))

@@ -1,0 +1,142 @@
+"""Limits of several objectives of one system in one search: its steady states are sampled once for all of them."""
+
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.errors import BalanceError
+from hbsolve.limits.objective import Objective
+from hbsolve.limits.optimum import Key
+from hbsolve.limits.problem import Frequencies, LimitProblem
+from hbsolve.limits.random_histories import Audit
+from hbsolve.limits.response_limits import ascending, collect_limits
+from hbsolve.limits.result import ResponseLimits
+from hbsolve.limits.search import LimitSettings, StagedSearch
+from hbsolve.limits.shared_histories import SharedStates, Start, share_histories
+from hbsolve.limits.slider_bounds import starting_sliders
+from hbsolve.limits.task import Runner, SearchTask, StageProgress
+from reduction.array_type import Real
+
+#: Work of the shared states, in that of the local searches of one objective; as measured on the rig.
+SHARED_WORK = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeveralProgress:
+    """How far a search for several limits is."""
+
+    stage: StageProgress
+    """The stage that runs."""
+    before: float
+    """Work of the objectives and shared states that are done [-]."""
+    shared: float
+    total: float
+    """Work of the shared states, and of all; that of one objective is 1 [-]."""
+
+
+@on_one_blas_thread
+def several_limits(
+    problem: LimitProblem,
+    objectives: Mapping[str, Objective],
+    angular_frequency: Sequence[float] | Frequencies,
+    levels: Sequence[float] | Real,
+    *,
+    settings: LimitSettings | None = None,
+    store: MutableMapping[str, Any] | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[SeveralProgress], None] | None = None,
+) -> dict[str, ResponseLimits]:
+    """Largest and smallest value of each objective over all slider states of the box, at each frequency and level.
+
+    As `response_limits` of each, but the population and the random histories are those of all; no sampled state lies
+    outside the limits, since the searches begin at the outermost ones.
+
+    Parameters
+    ----------
+    problem
+        System and box; its own objective does not count.
+    objectives
+        What is bounded, by name.
+    angular_frequency, levels
+        Ascending, shape (f,) [rad/s] and (l,) [-].
+    settings
+        How hard to search.
+    store
+        Keeps the result of each task under a name; it belongs to these arguments alone, the executor excepted.
+    executor
+        Runs the tasks; this process by default.
+    progress
+        Called after each task.
+
+    Raises
+    ------
+    BalanceError
+        Frequencies or levels that are not positive and ascending, no objective, or one that the system does not have.
+    """
+    if not objectives:
+        raise BalanceError("there is no objective: give one at least")
+    chosen = settings or LimitSettings()
+    omega, scale = ascending(angular_frequency, "angular_frequency"), ascending(levels, "levels")
+    problems = {name: replace(problem, objective=item) for name, item in objectives.items()}
+    total = SHARED_WORK + len(problems)
+
+    def runner(searched: LimitProblem, before: float, prefix: str) -> Runner:
+        def report(stage: StageProgress) -> None:
+            if progress is not None:
+                progress(SeveralProgress(stage=stage, before=before, shared=SHARED_WORK, total=total))
+
+        return replace(Runner.of(searched, omega, store, executor, report), prefix=prefix)
+
+    first = next(iter(problems.values()))
+    shared = _shared(runner(first, 0.0, ""), [*objectives.values()], scale, chosen)
+    result = {}
+    for number, (name, searched) in enumerate(problems.items()):
+        run = runner(searched, SHARED_WORK + number, f"{name}: ")
+        search = StagedSearch(run=run, levels=scale.tolist(), starts=(), settings=chosen)
+        best, certificates = search.limits_from([_starts(parts, number) for parts in shared])
+        audits = [_audits(parts, number) for parts in shared]
+        result[name] = collect_limits(searched, omega, scale, best, audits, certificates)
+    return result
+
+
+def _shared(
+    run: Runner, objectives: Sequence[Objective], levels: Real, settings: LimitSettings
+) -> list[list[SharedStates]]:
+    """Sampled states of each level, block by block."""
+    problem, omega = run.problem, run.angular_frequency
+    population = starting_sliders(
+        problem.balance, problem.balance.at(float(omega[0])), problem.sliders, problem.box, settings.population,
+        settings.seed,
+    )  # fmt: skip
+    edges = [*range(0, len(omega), settings.block), len(omega)]
+    blocks = [range(first, last) for first, last in pairwise(edges)]
+    tasks = [
+        SearchTask(
+            key=f"shared; level {number}, frequencies {block.start} to {block.stop - 1}",
+            call=share_histories,
+            level=float(level),
+            arguments=(block, objectives, population, settings.sample, (settings.seed, number, block.start, 2)),
+        )
+        for number, level in reversed([*enumerate(levels)])
+        for block in blocks
+    ]
+    results = iter(run("shared histories", tasks))
+    return [[next(results) for _ in blocks] for _ in levels][::-1]
+
+
+def _starts(parts: Sequence[SharedStates], number: int) -> dict[Key, Sequence[Start]]:
+    """Starts of one objective at one level."""
+    return {key: states for part in parts for key, states in part.starts[number].items()}
+
+
+def _audits(parts: Sequence[SharedStates], number: int) -> dict[int, Audit]:
+    """What was sampled of one objective at one level, by frequency."""
+    result = {}
+    for part in parts:
+        for at, ends in part.sampled.items():
+            lowest, highest = ends[:, number].tolist()
+            result[at] = Audit(count=part.count[at], lowest=lowest, highest=highest, below=0, above=0)
+    return result

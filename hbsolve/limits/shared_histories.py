@@ -1,0 +1,115 @@
+"""Steady states of one population and of random histories, which serve the limits of several objectives.
+
+Which states a system has does not depend on what is bounded. So they are computed once; each objective then takes those
+that are furthest out as the starts of local searches of its own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from hbsolve.limits.local_search import LimitSide
+from hbsolve.limits.objective import Objective
+from hbsolve.limits.optimum import Key
+from hbsolve.limits.point import Sliders, TrialState
+from hbsolve.limits.population import SAME, number_of_starts, swept_states
+from hbsolve.limits.problem import LimitCurve
+from hbsolve.limits.random_histories import RUN_IN, random_states
+from reduction.array_type import Real
+
+#: Motion and sliders of a state.
+Start = tuple[Real, Sliders]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SharedStates:
+    """States at some frequencies of one level, seen by o objectives."""
+
+    starts: tuple[Mapping[Key, Sequence[Start]], ...]
+    """States furthest out, by objective, frequency and side."""
+    sampled: Mapping[int, Float[Real, "2 o"]]
+    """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
+    count: Mapping[int, int]
+    """Random histories by frequency [-]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Seen:
+    """One state, and whether it belongs to a random history."""
+
+    x: Real
+    w: Sliders
+    value: Float[Real, " o"]
+    is_random: bool
+
+
+def share_histories(
+    curve: LimitCurve,
+    numbers: Sequence[int],
+    objectives: Sequence[Objective],
+    population: Sequence[Sliders],
+    count: int,
+    seed: Sequence[int],
+) -> SharedStates:
+    """Continue a population and random histories along the frequencies `numbers`, up and down.
+
+    Parameters
+    ----------
+    curve
+        System, level and all frequencies; its own objective does not matter.
+    numbers
+        Which of the frequencies.
+    objectives
+        What is bounded.
+    population
+        Sliders that the population begins with.
+    count
+        Random histories [-].
+    seed
+        Of them.
+    """
+    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
+    seen: dict[int, list[_Seen]] = {at: [] for at in numbers}
+    balance, box, level = curve.problem.balance, curve.problem.box, curve.level
+    measures = {at: [item.measure(balance, curve.point(at).condensed) for item in objectives] for at in numbers}
+
+    def look(at: int, trial: TrialState, is_random: bool) -> None:
+        value = np.array([item.value(level, trial.x, trial.forces.coefficients) for item in measures[at]])
+        seen[at].append(_Seen(x=trial.x, w=box.clip(trial.carried), value=value, is_random=is_random))
+
+    for order in (numbers, numbers[::-1]):
+        for at, trials in swept_states(curve, order, population).items():
+            for trial in trials:
+                look(at, trial, is_random=False)
+    for row, _, trial in random_states(curve, swept, count, seed):
+        if swept[row] in seen:
+            look(swept[row], trial, is_random=True)
+    starts: list[dict[Key, Sequence[Start]]] = [{} for _ in objectives]
+    for at, states in seen.items():
+        for number, chosen in enumerate(starts):
+            for side in LimitSide:
+                chosen[at, side] = _furthest(states, number, side, number_of_starts(curve, at))
+    random = {at: np.array([item.value for item in states if item.is_random]) for at, states in seen.items()}
+    return SharedStates(
+        starts=tuple(starts),
+        sampled={at: _ends(values, len(objectives)) for at, values in random.items()},
+        count={at: len(values) for at, values in random.items()},
+    )
+
+
+def _furthest(states: Sequence[_Seen], number: int, side: LimitSide, count: int) -> list[Start]:
+    """The states furthest out for one objective whose values differ."""
+    result: list[_Seen] = []
+    for state in sorted(states, key=lambda item: -side * float(item.value[number])):
+        value = state.value[number]
+        if all(abs(value - other.value[number]) > SAME * abs(other.value[number]) for other in result):
+            result.append(state)
+        if len(result) == count:
+            break
+    return [(state.x, state.w) for state in result]
+
+
+def _ends(values: Real, n_objective: int) -> Float[Real, "2 o"]:
+    return np.array([values.min(axis=0), values.max(axis=0)]) if len(values) else np.full((2, n_objective), np.nan)
