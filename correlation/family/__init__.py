@@ -1,0 +1,1 @@
+"""Families of measured curves over the limits that friction history allows."""

@@ -1,0 +1,101 @@
+"""A predicted band over frequency: limits at some frequencies, what they are between them, and how sure they are."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
+
+from geometry.read_only_array import freeze_fields
+
+Values = Float[NDArray[np.float64], " n"]
+Both = Float[NDArray[np.float64], "2 f"]
+
+#: Share of the difference between a smooth curve and straight lines through the limits that counts as one standard
+#: deviation of what is between them.
+BETWEEN = 0.25
+#: Standard deviations of the frequency at which a band is looked at to see what such an error does.
+LOOK = 2.0
+#: Frequencies of one point as files round them.
+SAME = 1e-5
+
+
+class BandAt(NamedTuple):
+    """Limits at n frequencies and their standard deviations, each lower then upper, shape (2, n)."""
+
+    value: Float[NDArray[np.float64], "2 n"]
+    deviation: Float[NDArray[np.float64], "2 n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PredictedBand:
+    """Limits of one sensor and harmonic at one level; arrays of both limits have the lower one first.
+
+    Parameters
+    ----------
+    frequency
+        Rising, shape (f,) [Hz].
+    value
+        Limits, shape (2, f) [SI unit of the sensor]; NaN where none was found.
+    deviation
+        Standard deviation of the limits by the numerical error of the model, shape (2, f) [unit].
+    jump
+        Whether a limit lies on another branch of optima than a neighbour, shape (2, f).
+    """
+
+    frequency: Float[NDArray[np.float64], " f"]
+    value: Both
+    deviation: Both
+    jump: Bool[NDArray[np.bool_], "2 f"]
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "frequency", "value", "deviation")
+        freeze_fields(self, "jump", kind=np.bool_)
+
+    def at(self, frequency: Values, shift: float = 0.0) -> BandAt:
+        """Limits at other frequencies, on a smooth curve through those of the band; next to a jump the outer of both.
+
+        The standard deviation has the numerical error, what an error of the frequency does, and what the curve between
+        two frequencies may miss.
+
+        Parameters
+        ----------
+        frequency
+            Shape (n,) [Hz]; beyond the ends of the band limits are NaN.
+        shift
+            Standard deviation of the frequency, relative [-].
+        """
+        value, deviation = np.full((2, len(frequency)), np.nan), np.full((2, len(frequency)), np.nan)
+        inside = (frequency >= (1 - SAME) * self.frequency[0]) & (frequency <= (1 + SAME) * self.frequency[-1])
+        for side in (0, 1):
+            limit, between = self._limit(side, frequency)
+            moved = [self._limit(side, frequency * (1 + sign * LOOK * shift))[0] - limit for sign in (1, -1)]
+            by_shift = np.nan_to_num(np.fmax(*np.abs(moved))) / LOOK
+            numerical = np.interp(frequency, self.frequency, np.nan_to_num(self.deviation[side]))
+            value[side] = np.where(inside, limit, np.nan)
+            deviation[side] = np.sqrt(by_shift**2 + numerical**2 + between**2)
+        return BandAt(value, deviation)
+
+    def _limit(self, side: int, frequency: Values) -> tuple[Values, Values]:
+        """One limit, on its tangent beyond the ends, and what the interpolation may miss."""
+        known = np.isfinite(self.value[side])
+        f, y, jump = self.frequency[known], self.value[side][known], self.jump[side][known]
+        if len(f) < 2:
+            return np.full(len(frequency), y[0] if len(y) else np.nan), np.zeros(len(frequency))
+        inner = np.clip(frequency, f[0], f[-1])
+        number = np.clip(np.searchsorted(f, inner, side="right") - 1, 0, len(f) - 2)
+        straight = np.interp(inner, f, y)
+        curve = Akima1DInterpolator(f, y) if len(f) > 2 else None
+        smooth = straight if curve is None else curve(inner)
+        ends = np.diff(y)[[0, -1]] / np.diff(f)[[0, -1]] if curve is None else curve.derivative()(f[[0, -1]])
+        at_node = np.isclose(inner, f[number], rtol=SAME, atol=0.0) | np.isclose(inner, f[number + 1], rtol=SAME)
+        jumps = (jump[number] | jump[number + 1]) & ~at_node
+        outer = np.maximum(y[number], y[number + 1]) if side else np.minimum(y[number], y[number + 1])
+        beyond = np.where(frequency > inner, ends[1], ends[0]) * (frequency - inner)
+        # Where a limit is missing beside the interval nothing is known within.
+        left, right = (np.searchsorted(self.frequency, f[number + step]) for step in (0, 1))
+        gap = (right - left > 1) & ~at_node
+        value = np.where(gap, np.nan, np.where(jumps, outer, smooth) + beyond)
+        return value, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))

@@ -1,0 +1,162 @@
+"""Measured families: every curve of a sensor at one level, each repeat and sweep by itself.
+
+Under friction the steady state depends on how the structure came there, so repeats of one test differ by more than
+noise. A family is all of these curves; nothing is averaged, and nothing is left out where a curve jumps.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, Measurement
+from geometry.read_only_array import freeze_fields
+
+Values = Float[NDArray[np.float64], " n"]
+
+#: Two frequencies of different curves are one point of the test if they are nearer than this share of the distance to
+#: the next.
+ALIGNED = 0.4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyCurve:
+    """One pass through the frequencies.
+
+    Parameters
+    ----------
+    test
+        Name of the test.
+    repeat
+        Number of the repeat.
+    sweep
+        +1 up, -1 down, 0 none.
+    frequency
+        Frequencies in rising order, shape (n,) [Hz].
+    value
+        Amplitudes, or signed means of harmonic 0, shape (n,) [SI unit of the sensor].
+    """
+
+    test: str
+    repeat: int
+    sweep: int
+    frequency: Values
+    value: Values
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "frequency", "value")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Family:
+    """All curves of one sensor and harmonic at one level of the jointed structure.
+
+    Parameters
+    ----------
+    sensor
+        Name of the sensor.
+    harmonic
+        0 for means, 1 for amplitudes of the fundamental, and so on.
+    level
+        Level of the excitation [N, or the unit of the drive].
+    curves
+        By test, repeat and sweep.
+    """
+
+    sensor: str
+    harmonic: int
+    level: float
+    curves: tuple[FamilyCurve, ...]
+
+    @property
+    def n_point(self) -> int:
+        """Number of readings [-]."""
+        return sum(len(curve.frequency) for curve in self.curves)
+
+    @property
+    def frequency(self) -> Values:
+        """Frequencies of all readings, curve after curve, shape (p,) [Hz]."""
+        return np.concatenate([curve.frequency for curve in self.curves])
+
+    @property
+    def value(self) -> Values:
+        """All readings, curve after curve, shape (p,)."""
+        return np.concatenate([curve.value for curve in self.curves])
+
+    @property
+    def curve_number(self) -> NDArray[np.int64]:
+        """Number of the curve of each reading, shape (p,)."""
+        return np.repeat(np.arange(len(self.curves)), [len(curve.frequency) for curve in self.curves])
+
+
+def measured_families(campaign: Campaign) -> tuple[Family, ...]:
+    """Families of the jointed tests of a campaign, by sensor, harmonic and level.
+
+    Parameters
+    ----------
+    campaign
+        Every row counts, those of held-out repeats and levels included.
+    """
+    table = campaign.measurement
+    jointed = np.array([test.configuration != "free" for test in campaign.tests], dtype=bool)
+    table = table.where(jointed[table.test]) if len(table) else table
+    families: dict[tuple[int, int, float], list[FamilyCurve]] = {}
+    for rows in _passes(table):
+        first = table.where(rows[:1])
+        key = int(first.sensor[0]), int(first.harmonic[0]), _set_point(float(first.level[0]))
+        families.setdefault(key, []).append(_curve(campaign, table.where(rows)))
+    return tuple(
+        Family(sensor=campaign.sensors[sensor].name, harmonic=harmonic, level=level, curves=tuple(curves))
+        for (sensor, harmonic, level), curves in sorted(families.items(), key=lambda item: item[0])
+    )
+
+
+def _passes(table: Measurement) -> list[NDArray[np.int64]]:
+    """Rows of each pass, in rising frequency."""
+    if not len(table):
+        return []
+    columns = (table.frequency, table.sweep, table.repeat, table.test, table.level, table.harmonic, table.sensor)
+    order = np.lexsort(columns)
+    key = np.column_stack([column[order] for column in columns[1:]])
+    starts = np.flatnonzero((np.diff(key, axis=0) != 0).any(axis=1)) + 1
+    return np.split(order, starts)
+
+
+def _set_point(level: float) -> float:
+    """A level without the rounding of its unit."""
+    return float(f"{level:.9g}")
+
+
+def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
+    value = table.value.real if table.harmonic[0] == 0 else np.abs(table.value)
+    return FamilyCurve(
+        test=campaign.tests[int(table.test[0])].name, repeat=int(table.repeat[0]), sweep=int(table.sweep[0]),
+        frequency=table.frequency, value=value,
+    )  # fmt: skip
+
+
+def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
+    """Number of the point of the test that each reading belongs to, curve after curve, shape (p,).
+
+    The frequencies of repeats may differ a little. Readings are of one point where they are nearest to the same
+    frequency of the longest curve, and clearly nearer than to the next; all others are points of their own.
+    """
+    longest = max(curves, key=lambda curve: len(curve.frequency)).frequency
+    place = np.unique(longest)
+    step = np.diff(place, prepend=-np.inf, append=np.inf)
+    reach = ALIGNED * np.minimum(step[:-1], step[1:])
+    result: list[int] = []
+    fresh = len(place)
+    for curve in curves:
+        taken: set[int] = set()
+        for frequency in curve.frequency:
+            nearest = int(np.argmin(np.abs(place - frequency)))
+            if abs(place[nearest] - frequency) <= reach[nearest] and nearest not in taken:
+                taken.add(nearest)
+                result.append(nearest)
+            else:
+                result.append(fresh)
+                fresh += 1
+    return np.array(result, dtype=np.int64)

@@ -1,0 +1,67 @@
+"""At which frequencies limits are searched for: measured ones, thinned where there are many, filled in where few."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import SAME_FREQUENCY
+from correlation.family.family import Family, common_points
+
+#: Frequencies that are nearer than this share of the least step of any curve are one.
+MERGED = 0.4
+Values = Float[NDArray[np.float64], " f"]
+
+
+def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Values:
+    """Frequencies for the limits of some families, rising [Hz].
+
+    Chosen are measured frequencies, evenly along the curves: by the change of the logarithm of the amplitudes, plus the
+    share of the band. Where there are fewer than `fewest`, others are put between them in the same way: limits are
+    found on the way along the resonance, and missed by a search that jumps over it.
+
+    Parameters
+    ----------
+    families
+        At least one; amplitudes of motions show the resonances best.
+    most, fewest
+        Number of frequencies [-].
+    """
+    measured = _points(families)
+    if len(measured) == 1:
+        return measured
+    length = np.diff(measured) / (measured[-1] - measured[0])
+    for family in families:
+        for curve in family.curves:
+            rising = np.concatenate([[True], np.diff(curve.frequency) > 0])
+            size = np.log(np.maximum(np.abs(curve.value[rising]), 1e-3 * np.abs(curve.value).max(initial=1e-300)))
+            along = np.interp(measured, curve.frequency[rising], np.cumsum(np.abs(np.diff(size, prepend=size[0]))))
+            length = np.maximum(length, np.diff(along))
+    if len(measured) > most:
+        way = np.concatenate([[0.0], np.cumsum(length)])
+        wanted = np.linspace(0.0, way[-1], most)
+        chosen = np.unique(np.abs(way[:, None] - wanted).argmin(axis=0))
+        return np.asarray(measured[np.unique([0, *chosen, len(measured) - 1])])
+    parts = np.ones(len(length), dtype=np.int64)
+    while parts.sum() + 1 < fewest:
+        parts[np.argmax(length / parts)] += 1
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(measured[:-1], measured[1:], parts, strict=True)]
+    return np.concatenate([*pieces, measured[-1:]])
+
+
+def _points(families: Sequence[Family]) -> Values:
+    """Mean frequencies of the measured points: repeats and levels whose frequencies differ a little have one."""
+    result: list[float] = []
+    least = np.inf
+    for family in families:
+        point = common_points(family.curves)
+        count, total = np.bincount(point), np.bincount(point, family.frequency)
+        own = np.sort(total[count > 0] / count[count > 0])
+        longest = max((np.unique(curve.frequency) for curve in family.curves), key=len)
+        least = min(least, float(np.diff(longest).min(initial=np.inf)))
+        result += own.tolist()
+    rising = np.sort(result)
+    apart = np.maximum(MERGED * least if np.isfinite(least) else 0.0, SAME_FREQUENCY * rising[1:])
+    groups = np.split(rising, np.flatnonzero(np.diff(rising) > apart) + 1)
+    return np.array([float(group.mean()) for group in groups])

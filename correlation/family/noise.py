@@ -1,0 +1,205 @@
+r"""What makes curves of a family differ beside friction history: noise of the readings, and the frequency of a set-up.
+
+Friction histories are carried along a sweep, so that curves of one level differ smoothly over frequency; noise does
+not. With the difference :math:`D_j` of a curve from the mean of its family at frequency :math:`f_j`,
+
+.. math:: r_j = D_j - \lambda D_{j-1} - (1 - \lambda) D_{j+1}, \qquad
+          \operatorname{var} r_j = \sigma^2\,(1 + \lambda^2 + (1 - \lambda)^2) ,
+
+is nearly free of history; :math:`\sigma^2 = a^2 |X|^2 + b^2` is fitted to it robustly. A set-up whose frequency is off
+by a share e differs by :math:`e f\,dX/df`, which is fitted to each curve first.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
+from scipy.stats import chi2
+
+from correlation.campaign.measurement import Campaign
+from correlation.family.family import Family, common_points
+from correlation.noise.variance import fit_variance_law
+
+Values = Float[NDArray[np.float64], " n"]
+Table = Float[NDArray[np.float64], "c p"]
+
+#: A scatter of a few set-ups is taken so large that it is too small in one case of five.
+CAUTION = 0.8
+#: Fewer points of a curve have no roughness; fewer roughnesses tell no noise.
+FEWEST_POINTS, FEWEST_ROUGHNESSES = 4, 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingNoise:
+    """Standard deviation of one reading of a sensor and harmonic, sqrt((relative X)^2 + absolute^2).
+
+    Parameters
+    ----------
+    relative
+        Part that grows with the reading [-].
+    absolute
+        Constant part [SI unit of the sensor].
+    source
+        "stated" in the manifest, estimated from the "curves" of the families, or "unknown".
+    """
+
+    relative: float = 0.0
+    absolute: float = 0.0
+    source: str = "unknown"
+
+    def deviation(self, value: Values) -> Values:
+        """Standard deviation of readings, shape (n,)."""
+        return np.hypot(self.relative * value, self.absolute)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RepeatErrors:
+    """What limits do not hold.
+
+    Parameters
+    ----------
+    noise
+        Noise of the readings by sensor and harmonic.
+    frequency
+        Standard deviation of the frequency from one set-up to another, relative [-]; 0 if there is one repeat alone.
+    """
+
+    noise: Mapping[tuple[str, int], ReadingNoise]
+    frequency: float
+
+
+def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> RepeatErrors:
+    """Noise as the manifest states it, else from the roughness of the differences between curves.
+
+    Parameters
+    ----------
+    campaign
+        Its sensors may state their noise.
+    families
+        All families of the campaign.
+    """
+    stated = {sensor.name: sensor.noise for sensor in campaign.sensors if any(sensor.noise)}
+    tables = [_table(family) for family in families]
+    noise: dict[tuple[str, int], ReadingNoise] = {}
+    for key in dict.fromkeys((family.sensor, family.harmonic) for family in families):
+        if key[0] in stated:
+            relative, absolute = stated[key[0]]
+            noise[key] = ReadingNoise(relative=relative, absolute=absolute, source="stated")
+        else:
+            group = [table for table in tables if (table.family.sensor, table.family.harmonic) == key]
+            noise[key] = _noise(group)
+    forces = {sensor.name for sensor in campaign.sensors if sensor.line is not None}
+    moving = [table for table in tables if table.family.sensor not in forces and table.family.harmonic > 0]
+    return RepeatErrors(noise=noise, frequency=_frequency_jitter(moving))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Table:
+    """A family as a table of c curves at p points; NaN where a curve has none."""
+
+    family: Family
+    frequency: Values
+    value: Table
+
+    @property
+    def apart(self) -> Table:
+        """Differences from the mean of the curves; NaN where a point has one curve alone."""
+        count = np.isfinite(self.value).sum(axis=0)
+        mean = np.nansum(self.value, axis=0) / np.maximum(count, 1)
+        return np.where(count > 1, self.value - mean, np.nan)
+
+    @property
+    def slope(self) -> Values:
+        """F dX/df of the mean curve, shape (p,); zero where there are too few points."""
+        mean = np.nansum(self.value, axis=0) / np.maximum(np.isfinite(self.value).sum(axis=0), 1)
+        if len(mean) < FEWEST_POINTS:
+            return np.zeros_like(mean)
+        return np.asarray(self.frequency * Akima1DInterpolator(self.frequency, mean).derivative()(self.frequency))
+
+    @property
+    def shifts(self) -> Values:
+        """Relative shift of frequency of each curve by least squares, shape (c,); NaN where nothing tells."""
+        apart, slope = self.apart, self.slope
+        there = np.isfinite(apart)
+        size = np.where(there, slope**2, 0.0).sum(axis=1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(np.where(there, apart, 0.0) @ slope / size)
+
+
+def _table(family: Family) -> _Table:
+    """Curves beside each other; readings of a point are carried to its mean frequency along their own curve."""
+    point, number = common_points(family.curves), family.curve_number
+    names, place = np.unique(point, return_inverse=True)
+    frequency = np.bincount(place, family.frequency) / np.bincount(place)
+    order = np.argsort(frequency)
+    rank = np.empty(len(names), dtype=np.int64)
+    rank[order] = np.arange(len(names))
+    value = np.full((len(family.curves), len(names)), np.nan)
+    column = rank[place]
+    value[number, column] = family.value + _carried(family, frequency[order][column])
+    return _Table(family=family, frequency=frequency[order], value=value)
+
+
+def _carried(family: Family, target: Values) -> Values:
+    """Change of each curve from where it was read to a frequency nearby, shape (p,)."""
+    result, number = np.zeros(family.n_point), family.curve_number
+    for row, curve in enumerate(family.curves):
+        own = number == row
+        rising = np.concatenate([[True], np.diff(curve.frequency) > 0])
+        if rising.sum() >= FEWEST_POINTS and not np.array_equal(curve.frequency, target[own]):
+            f, x = curve.frequency[rising], curve.value[rising]
+            shape = Akima1DInterpolator(f, x)
+            inside = np.clip(target[own], f[0], f[-1])
+            result[own] = shape(inside) - shape(np.clip(curve.frequency, f[0], f[-1]))
+    return result
+
+
+def _noise(tables: Sequence[_Table]) -> ReadingNoise:
+    squared, scatter, dof = [], [], []
+    for table in tables:
+        f, count = table.frequency, np.isfinite(table.value).sum(axis=0)
+        if len(f) < FEWEST_POINTS:
+            continue
+        apart = table.apart - np.nan_to_num(table.shifts)[:, None] * table.slope
+        share = (f[2:] - f[1:-1]) / (f[2:] - f[:-2])
+        rough = apart[:, 1:-1] - share * apart[:, :-2] - (1 - share) * apart[:, 2:]
+        there = np.isfinite(rough)
+        seen = there.sum(axis=0)
+        # The mean of n curves takes the share 1 / n of the variance with it.
+        whole = (1 + share**2 + (1 - share) ** 2) * (1 - 1 / np.maximum(count[1:-1], 2))
+        mean = np.nansum(table.value, axis=0)[1:-1] / np.maximum(count[1:-1], 1)
+        use = seen > 1
+        scatter += list((np.where(there, rough**2, 0.0).sum(axis=0) / np.maximum(seen, 1) / whole)[use])
+        squared += list(mean[use] ** 2)
+        dof += list((seen[use] - 1).astype(float))
+    if len(scatter) < FEWEST_ROUGHNESSES or not any(scatter):
+        return ReadingNoise()
+    floor = 1e-12 * float(np.median(scatter))
+    a2, b2 = fit_variance_law(np.array(squared), np.maximum(scatter, floor), np.array(dof))
+    return ReadingNoise(relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source="curves")
+
+
+def _frequency_jitter(tables: Sequence[_Table]) -> float:
+    """Of the level at which repeats agree best: elsewhere friction histories shift the resonance as well."""
+    result: list[float] = []
+    for level in sorted({table.family.level for table in tables}):
+        group = [table for table in tables if table.family.level == level]
+        repeats = sorted({curve.repeat for table in group for curve in table.family.curves})
+        shift = []
+        for repeat in repeats:
+            own = [
+                each
+                for table in group
+                for each, curve in zip(table.shifts, table.family.curves, strict=True)
+                if curve.repeat == repeat and np.isfinite(each)
+            ]
+            if own:
+                shift.append(float(np.median(own)))
+        freedom = len(shift) - 1
+        if freedom > 0:
+            margin = freedom / chi2.ppf(1 - CAUTION, freedom)
+            result.append(float(np.sqrt(np.var(shift, ddof=1) * margin)))
+    return min(result, default=0.0)

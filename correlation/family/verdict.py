@@ -1,0 +1,195 @@
+r"""A measured family over its predicted band: how much of it lies inside, and what leaves it, how far and how surely.
+
+A reading x outside of the limits [l, u] by d counts as outside only if d is more than `OUTSIDE` standard deviations of
+what limits do not hold: noise of the reading, frequency of the set-up, numerical error. A family leaves its band if a
+reading is so far outside that noise would reach it in one of a hundred campaigns alone, or if more than one reading in
+twenty is outside.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from correlation.family.band import PredictedBand
+from correlation.family.family import Family, common_points
+from correlation.family.noise import ReadingNoise
+from correlation.metric.band import coverage, interval_score, tightness
+
+Values = Float[NDArray[np.float64], " p"]
+
+#: Standard deviations beyond a limit from which on a reading is outside.
+OUTSIDE = 3.0
+#: Chance of a campaign of noise alone to show a reading that is clearly outside [-].
+CHANCE = 0.01
+#: Share of readings outside that noise does not make [-].
+SHARE = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class Departure:
+    """A reading outside of the band.
+
+    Parameters
+    ----------
+    test, repeat, sweep
+        Curve that it belongs to; sweep +1 up, -1 down, 0 none.
+    frequency
+        [Hz].
+    side
+        "lower" or "upper": the limit that it has left.
+    value, limit
+        Reading and limit [SI unit of the sensor].
+    deviations
+        Distance from the limit over its standard deviation [-].
+    """
+
+    test: str
+    repeat: int
+    sweep: int
+    frequency: float
+    side: str
+    value: float
+    limit: float
+    deviations: float
+
+    @property
+    def distance(self) -> float:
+        """From the limit, positive [SI unit of the sensor]."""
+        return abs(self.value - self.limit)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyVerdict:
+    """A family over its band; p readings.
+
+    Parameters
+    ----------
+    family, band
+        Both.
+    limit, deviation
+        Limits at each reading, and standard deviation of the distance from them, lower then upper, shape (2, p); NaN
+        where a reading has no limits.
+    coverage
+        Share of compared readings that are not outside [-]; NaN if none is compared.
+    tightness
+        Median over the points of width of the band over spread of the curves [-]; NaN with one curve alone.
+    score
+        Mean interval score over the mean size of the readings [-]; alpha is one over the number of readings.
+    departures
+        Readings outside, the surest first.
+    clear
+        Standard deviations from which on a reading alone shows that a family leaves its band [-].
+    """
+
+    family: Family
+    band: PredictedBand
+    limit: Float[NDArray[np.float64], "2 p"]
+    deviation: Float[NDArray[np.float64], "2 p"]
+    coverage: float
+    tightness: float
+    score: float
+    departures: tuple[Departure, ...]
+    clear: float
+
+    @property
+    def n_compared(self) -> int:
+        """Readings with limits [-]."""
+        return int(np.isfinite(self.limit).all(axis=0).sum())
+
+    @property
+    def leaves(self) -> bool:
+        """Whether the family leaves its band by more than noise does."""
+        far = any(item.deviations > self.clear for item in self.departures)
+        return far or len(self.departures) > max(SHARE * self.n_compared, 1)
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """Readings outside, curve after curve, shape (p,)."""
+        return np.asarray(_distance(self.family.value, self.limit, self.deviation)[0] > OUTSIDE)
+
+
+def judge_family(
+    family: Family, band: PredictedBand, noise: ReadingNoise, *, shift: float, n_reading: int
+) -> FamilyVerdict:
+    """Compare a family with its band.
+
+    Parameters
+    ----------
+    family, band
+        Of the same sensor, harmonic and level.
+    noise
+        Noise of its readings.
+    shift
+        Standard deviation of the frequency, of set-ups and of the model, relative [-].
+    n_reading
+        Readings of all families that are judged [-].
+    """
+    value, at = family.value, band.at(family.frequency, shift)
+    limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
+    # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
+    deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2)
+    clear = float(norm.isf(CHANCE / (2 * max(n_reading, 1))))
+    compared = np.isfinite(limit).all(axis=0)
+    deviations, side = _distance(value, limit, deviation)
+    curve = family.curve_number
+    departures = [
+        Departure(
+            test=family.curves[curve[row]].test, repeat=family.curves[curve[row]].repeat,
+            sweep=family.curves[curve[row]].sweep, frequency=float(family.frequency[row]),
+            side=("lower", "upper")[side[row]], value=float(value[row]), limit=float(limit[side[row], row]),
+            deviations=float(deviations[row]),
+        )
+        for row in np.argsort(-np.nan_to_num(deviations))
+        if deviations[row] > OUTSIDE
+    ]  # fmt: skip
+    inside, tight, score = np.nan, np.nan, np.nan
+    if compared.any():
+        x, ends, free = value[compared], limit[:, compared], OUTSIDE * deviation[:, compared]
+        low, high = ends[0] - free[0], np.maximum(ends[1] + free[1], ends[0] - free[0])
+        inside = coverage(x[None], low, high)
+        alpha = 1 / (len(x) + 1)
+        score = float(np.mean(interval_score(x[None], low, high, alpha)) / max(float(np.mean(np.abs(x))), 1e-300))
+        tight = _tightness(family, limit)
+    return FamilyVerdict(
+        family=family, band=band, limit=limit, deviation=deviation, coverage=inside, tightness=tight, score=score,
+        departures=tuple(departures), clear=max(clear, OUTSIDE),
+    )  # fmt: skip
+
+
+def _distance(
+    value: Values, limit: Float[NDArray[np.float64], "2 p"], deviation: Float[NDArray[np.float64], "2 p"]
+) -> tuple[Values, NDArray[np.int64]]:
+    """How far readings are outside, in standard deviations, and of which limit; 0 inside."""
+    beyond = np.nan_to_num(np.array([limit[0] - value, value - limit[1]]), nan=-np.inf)
+    side = np.argmax(beyond, axis=0)
+    rows = np.arange(len(value))
+    distance = np.maximum(beyond[side, rows], 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        deviations = np.where(distance > 0, distance / deviation[side, rows], 0.0)
+    return deviations, side
+
+
+def _tightness(family: Family, limit: Float[NDArray[np.float64], "2 p"]) -> float:
+    """Readings are carried to the middle of their point along the middle of the band."""
+    point, curve = common_points(family.curves), family.curve_number
+    names, column = np.unique(point, return_inverse=True)
+    middle, width = limit.mean(axis=0), np.maximum(limit[1] - limit[0], 0.0)
+    there = np.isfinite(middle)
+    count = np.maximum(np.bincount(column, there), 1)
+    mean = np.bincount(column, np.where(there, middle, 0.0)) / count
+    half = np.bincount(column, np.where(there, width, 0.0)) / count / 2
+    table = np.full((len(family.curves), len(names)), np.nan)
+    table[curve[there], column[there]] = (family.value - middle + mean[column])[there]
+    seen = np.isfinite(table).any(axis=0)
+    ratio = tightness(table[:, seen], (mean - half)[seen], (mean + half)[seen])
+    known = ratio[np.isfinite(ratio)]
+    return float(np.median(known)) if len(known) else float("nan")
+
+
+def count_readings(families: Sequence[Family]) -> int:
+    """Readings of all families [-]."""
+    return sum(family.n_point for family in families)
