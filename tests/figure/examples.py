@@ -7,6 +7,7 @@ import numpy as np
 from figure.candidates import CandidateBar, Candidates
 from figure.confusion import ConfusionMatrix
 from figure.contact_states import ContactStates, StatePanel
+from figure.family_over_limits import FamiliesOverLimits, FamilyPanel, FamilyRow, MeasuredCurve
 from figure.force_limits import ForceLimits, LineForceLimits
 from figure.frequency_response import FrequencyResponse
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
@@ -96,6 +97,30 @@ def line_forces() -> LineForces:
     return LineForces(forces=forces, friction_coefficient={"left": 0.8, "right": 0.5}, **TITLES)
 
 
+def families_over_limits() -> FamiliesOverLimits:
+    upper = np.abs(receptance(100.0))
+    jump = np.zeros((2, 41), dtype=bool)
+    jump[1, 20] = True
+    curves = [
+        MeasuredCurve(
+            repeat=repeat, sweep=sweep, frequency=FREQUENCY[::4], value=(0.7 + 0.2 * repeat) * upper[::4],
+            outside=np.full(11, repeat == 2),
+        )
+        for repeat in (1, 2)
+        for sweep in (1, -1, 0)
+    ]  # fmt: skip
+    panel = FamilyPanel(
+        label="1 N", frequency=FREQUENCY, limit=np.array([0.5 * upper, upper]), jump=jump, curves=curves
+    )
+    one = FamilyPanel(
+        label="3 N", frequency=FREQUENCY[:1], limit=np.array([[0.5], [1.0]]), jump=jump[:, :1], curves=curves[:1]
+    )
+    return FamiliesOverLimits(
+        rows=[FamilyRow(label="tip [um]", panels=[panel, panel]), FamilyRow(label="T [N]", panels=[one], share=True)],
+        **TITLES,
+    )
+
+
 def misfit_map() -> MisfitMap:
     panels = [
         MapPanel(sensor=sensor, harmonic=harmonic, size=np.linspace(0, 30, 3 * 41).reshape(3, 41))
@@ -140,6 +165,7 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     LimitsByLevel: limits_by_level,
     LineForceLimits: force_limits,
     LineForces: line_forces,
+    FamiliesOverLimits: families_over_limits,
     MisfitMap: misfit_map,
     FrfOverlay: frf_overlay,
     MeshConvergence: mesh_convergence,
