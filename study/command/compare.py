@@ -15,9 +15,11 @@ app = command_app(
     Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
     for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
     error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
-    predicted responses. With --calibrate the calibration parameters are fitted to the training data first.
+    predicted responses. With --calibrate the calibration parameters are fitted to the training data first. With
+    --limits every repeat and sweep is laid over the limits of all friction histories, of responses and contact forces
+    (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C.
     Every key stands in docs/case.md, the campaign folder in docs/campaign.md.""",
-    examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --json"],
+    examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --limits"],
 )
 
 
@@ -29,6 +31,9 @@ def compare(
     *,
     out: Out = Path("compared"),
     calibrate: Annotated[bool, Parameter(negative="", help="Fit the calibration parameters first.")] = False,
+    limits: Annotated[
+        bool, Parameter(negative="", help="Lay measured families over the limits of all friction histories.")
+    ] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compare a model with measurements."""
@@ -37,7 +42,7 @@ def compare(
     from study.compare.report import document, in_words
     from study.compare.run import run_compare
 
-    compared = run_compare(case, campaign, options.open(out), calibrate=calibrate)
+    compared = run_compare(case, campaign, options.open(out), calibrate=calibrate, limits=limits)
     if isinstance(compared, DataCompared):
         return Answer(document=compared.document(), text=compared.text())
     return Answer(document=document(compared), text=in_words(compared))

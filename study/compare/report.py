@@ -9,6 +9,7 @@ from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
 from study.compare.data import data_document, describe_data
+from study.compare.family_report import family_document, family_lines
 from study.compare.result import SWEEP_WORDS, Compared
 from study.compare.sentence import CLEAR_PEAK, summarise
 
@@ -38,6 +39,8 @@ def in_words(compared: Compared) -> str:
         lines += [*(f"Not read: {reason}." for reason in compared.unread), *map(describe_jump, compared.jumps), ""]
     if compared.data:
         lines += [*describe_data(compared.data), ""]
+    if compared.families is not None:
+        lines += family_lines(compared.families)
     pages = [file for file in compared.files if file.suffix == ".html"]
     lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
     return "\n".join([*lines, *map(str, compared.files)])
@@ -83,6 +86,7 @@ def document(compared: Compared) -> dict[str, Any]:
         ],
         "unread_resonances": list(compared.unread),
         "data": data_document(compared.data),
+        "families": None if compared.families is None else family_document(compared.families),
         "files": [str(file) for file in compared.files],
     }
 

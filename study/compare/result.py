@@ -10,6 +10,7 @@ from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
 from study.compare.data import DataComparison
+from study.compare.families import FamilyComparison
 from study.compare.section.section import Section
 
 #: Sweep of a row of a table; none where both agree.
@@ -55,6 +56,8 @@ class Compared:
         Sections of the page by what the command did besides, after those of every comparison.
     files
         Written ones.
+    families
+        Measured families over the limits of all friction histories, if these were asked for.
     """
 
     title: str
@@ -71,3 +74,4 @@ class Compared:
     data: tuple[DataComparison, ...] = ()
     sections: tuple[Section, ...] = ()
     files: tuple[Path, ...] = ()
+    families: FamilyComparison | None = None

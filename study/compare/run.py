@@ -32,6 +32,8 @@ from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, data_figures, data_sections, format_data_csv
 from study.compare.data_run import DataCompared, run_data_comparison
+from study.compare.families import compare_families
+from study.compare.family_report import family_sections
 from study.compare.page import page
 from study.compare.pictures import pictures
 from study.compare.result import SWEEP_WORDS, Calibrated, Compared
@@ -46,7 +48,9 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = False) -> Compared | DataCompared:
+def run_compare(
+    case: Path, folder: Path, run: RunContext, *, calibrate: bool = False, limits: bool = False
+) -> Compared | DataCompared:
     """Compare, and write tables and figures.
 
     Parameters
@@ -59,6 +63,8 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         Output folder, store and progress of the run.
     calibrate
         Whether the calibration parameters are fitted to the training data first.
+    limits
+        Whether measured families are laid over the limits of all friction histories.
 
     Raises
     ------
@@ -70,24 +76,33 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     if not len(campaign.measurement):
+        if limits:
+            run.warn("--limits lays harmonics over limits, and this campaign has none: it has typed data alone")
         setup = read_case(opened, campaign, run).setup
         return run_data_comparison(case, setup, campaign, run, fitted=calibrate)
     require_repeats(campaign, folder)
-    setup = require_loads(read_case(opened, campaign, run)).setup
+    read = require_loads(read_case(opened, campaign, run))
+    setup = read.setup
     # What was read counts, not from which folder.
     measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
     key = fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
     compared = run.step("comparison", expected=15).run(comparison, key, setup, campaign, calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
+    title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"
+    if limits:
+        families = compare_families(
+            compared.model, setup.complete_budget, campaign, opened.case.limits, read.structure, run,
+            title=title, stem=stem,
+        )  # fmt: skip
+        sections = (*compared.sections, *family_sections(families))
+        compared = replace(compared, families=families, sections=sections, files=families.files)
     with run.progress.step("figures", expected=4):
         drawing = Drawing.of(compared)
-        title = f"{setup.title}, calibrated" if calibrate else setup.title
         drawn = pictures(title, drawing)
         others = draw_pictures(data_figures(compared.model, campaign.data, title))
     compared = replace(compared, data=compare_data(compared.model, campaign.data))
     compared = replace(compared, sections=(*compared.sections, *data_sections(compared.data, others)))
-    stem = f"{case.stem}_compare"
     files = {run.output / f"{stem}.html": page(compared, drawing).encode()}
     files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}
@@ -95,7 +110,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         files[run.output / f"{stem}_data.csv"] = format_data_csv(compared.data).encode()
     for file, content in files.items():
         replace_file(file, content)
-    return replace(compared, files=tuple(files))
+    return replace(compared, files=(*files, *compared.files))
 
 
 @stage("comparison", ignore=("setup", "campaign", "calibrate"))

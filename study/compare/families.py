@@ -1,0 +1,221 @@
+"""Families of a campaign over the limits of a model, for ``stickslip compare --limits``."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from math import inf
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, MeasuredSensor
+from correlation.family.family import Family, measured_families
+from correlation.family.frequencies import choose_frequencies
+from correlation.family.noise import RepeatErrors, estimate_repeat_errors
+from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
+from correlation.model import Model
+from correlation.noise.nuisance import Budget
+from hbsolve.errors import BalanceError, NoSteadyState
+from hbsolve.limits.search import LimitSettings
+from pipeline.checkpoint import StoredTasks
+from pipeline.parallel import process_pool
+from study.case.structure import Structure
+from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits
+from study.compare.family_pictures import family_figures
+from study.limits.table import LimitsTable
+from study.run_context import RunContext
+
+#: Frequencies of the limits at each level: measured ones thinned to the first, or filled in to the second.
+MOST, FEWEST = 40, 24
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyComparison:
+    """Families over limits.
+
+    Parameters
+    ----------
+    verdicts
+        Each family that was compared.
+    not_compared
+        What was not, with the reason, as sentences.
+    errors
+        Noise and frequency jitter; None if nothing was compared.
+    limits
+        Limits; None if nothing was compared.
+    sensors
+        Measured sensors.
+    level_unit
+        Unit of the levels.
+    files
+        Figures.
+    """
+
+    verdicts: tuple[FamilyVerdict, ...]
+    not_compared: tuple[str, ...]
+    errors: RepeatErrors | None
+    limits: FamilyLimits | None
+    sensors: tuple[MeasuredSensor, ...]
+    level_unit: str
+    files: tuple[Path, ...] = ()
+
+
+def compare_families(
+    model: Model,
+    budget: Budget,
+    campaign: Campaign,
+    table: LimitsTable,
+    structure: Structure,
+    run: RunContext,
+    *,
+    title: str,
+    stem: str,
+    executor: Executor | None = None,
+) -> FamilyComparison:
+    """Search for the limits of all that the families of a campaign measured, compare, and draw.
+
+    Parameters
+    ----------
+    model, budget
+        Model with the sensors of the campaign, and its numerical error.
+    campaign
+        Campaign as it was read.
+    table
+        Table [limits] of the case: reach, population, samples, block and seed of the search.
+    structure
+        Structure of the case, which may know the rest of its sliders.
+    run
+        Output folder, store and progress.
+    title
+        Of the case.
+    stem
+        Of the names of the files.
+    executor
+        Runs the tasks; a process for each core by default.
+
+    Raises
+    ------
+    ComputationFailed
+        No rest under the static load, or a process that was killed.
+    """
+    families = measured_families(campaign)
+    chosen, sentences = select_families(campaign, families)
+    nothing = FamilyComparison(
+        verdicts=(), not_compared=sentences, errors=None, limits=None, sensors=campaign.sensors,
+        level_unit=campaign.drive.unit,
+    )  # fmt: skip
+    if not chosen:
+        return nothing
+    nominal = None if structure.histories is None else structure.histories(1, 0)[0]
+    search = family_search(model, budget, campaign, chosen, table, nominal)
+    try:
+        # From here on nothing depends on what this process finds.
+        box = search.problem().box
+        search = replace(search, nominal=box.nominal, reach=box.reach)
+    except (BalanceError, NoSteadyState) as error:
+        return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
+    limits = _searched(search, stem, run, executor)
+    errors = estimate_repeat_errors(campaign, families)
+    verdicts = judge_families(chosen, limits, errors, budget, search)
+    drawn = family_figures(verdicts, {item.name: item for item in campaign.sensors}, title, campaign.drive.unit)
+    files = run.draw({f"{stem}_{name}": figure for name, figure in drawn.items()})
+    return replace(nothing, verdicts=verdicts, errors=errors, limits=limits, files=tuple(files))
+
+
+def select_families(campaign: Campaign, families: Sequence[Family]) -> tuple[tuple[Family, ...], tuple[str, ...]]:
+    """Families that have limits, and sentences on all that is measured and has none."""
+    sensors = {item.name: item for item in campaign.sensors}
+    sentences = []
+    free = [test.name for test in campaign.tests if test.configuration == "free"]
+    if free:
+        sentences.append(f"tests without contacts have no friction histories: {', '.join(free)}")
+    if not campaign.drive.calibrated:
+        sentences.append(
+            f"levels are in {campaign.drive.unit}, which no model knows: limits depend on the level, so calibrate the "
+            "drive"
+        )
+        return (), tuple(sentences)
+    if not families:
+        sentences.append("there is no jointed test with harmonics")
+    uncalibrated = [item.name for item in campaign.sensors if not item.calibrated]
+    if uncalibrated:
+        sentences.append(f"sensors without calibration have no unit of the model's: {', '.join(uncalibrated)}")
+    chosen = []
+    others: dict[int, list[str]] = {}
+    for family in families:
+        sensor = sensors[family.sensor]
+        if not sensor.calibrated:
+            continue
+        if family.harmonic == 1 or (family.harmonic == 0 and sensor.line is not None):
+            chosen.append(family)
+        else:
+            others.setdefault(family.harmonic, []).append(family.sensor)
+    for harmonic, names in sorted(others.items()):
+        what = f"harmonic {harmonic}" if harmonic else "the mean"
+        listed = ", ".join(dict.fromkeys(names))
+        sentences.append(f"{what} of {listed}: limits are those of harmonic 1, and of static contact forces")
+    return tuple(chosen), tuple(sentences)
+
+
+def family_search(
+    model: Model,
+    budget: Budget,
+    campaign: Campaign,
+    families: Sequence[Family],
+    table: LimitsTable,
+    nominal: Float[NDArray[np.float64], " s"] | None,
+    most: int = MOST,
+    fewest: int = FEWEST,
+) -> FamilySearch:
+    """The search for the limits of some families."""
+    sensors = {item.name: item for item in campaign.sensors}
+    channels = tuple(dict.fromkeys((family.sensor, family.harmonic) for family in families))
+    moving = [family for family in families if sensors[family.sensor].line is None]
+    reach = inf if isinstance(table.reach, str) else table.reach
+    return FamilySearch(
+        model=model,
+        budget=replace(budget, refined=()),
+        channels=channels,
+        frequency=choose_frequencies(moving or families, most, fewest),
+        levels=tuple(sorted({family.level for family in families})),
+        nominal=nominal,
+        reach=reach,
+        settings=LimitSettings(
+            population=table.population, sample=table.samples, block=table.block, seed=table.seed, kicks=1
+        ),
+    )
+
+
+def judge_families(
+    families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget, search: FamilySearch
+) -> tuple[FamilyVerdict, ...]:
+    """Each family over its band."""
+    n_reading = count_readings(families)
+    shift = float(np.hypot(errors.frequency, budget.frequency))
+    result = []
+    for family in families:
+        channel: Channel = (family.sensor, family.harmonic)
+        band = limits.bands[channel][search.levels.index(family.level)]
+        noise = errors.noise[channel]
+        result.append(judge_family(family, band, noise, shift=shift, n_reading=n_reading))
+    return tuple(result)
+
+
+def _searched(search: FamilySearch, stem: str, run: RunContext, executor: Executor | None) -> FamilyLimits:
+    """From the store, or searched for, each task stored beside the results until all are there."""
+    assert run.output is not None
+    known = run.store.look_up(find_family_limits, search)
+    if known is not None:
+        return known.value
+    tasks = StoredTasks(run.output / f".{stem}_limits.part", find_family_limits.key(search), run.warn)
+    before = tasks.n_left
+    if before:
+        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
+    pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.several_limits"])
+    with run.progress.step("limits") as report, pool as processes:
+        result = run.store.run(find_family_limits, search, tasks=tasks, executor=processes, report=report)
+    tasks.remove()
+    return result

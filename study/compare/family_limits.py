@@ -1,0 +1,206 @@
+"""Limits of everything that a campaign's families measured, in one search: a stage whose tasks are stored."""
+
+from collections.abc import Callable, Mapping, MutableMapping
+from concurrent.futures import BrokenExecutor, Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.family.band import PredictedBand
+from correlation.family.limit_reading import LimitReadings, LimitStates, objective_of, read_limits
+from correlation.model import Model
+from correlation.noise.nuisance import Budget
+from geometry.errors import ComputationFailed
+from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import NoSteadyState
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.response_limits import limit_problem
+from hbsolve.limits.result import ResponseLimits
+from hbsolve.limits.search import LimitSettings
+from hbsolve.limits.several_limits import SeveralProgress, several_limits
+from hbsolve.limits.task import Runner, SearchTask
+from pipeline.store import stage
+
+#: Share of the work of one objective at the end of each stage, as measured on the beam; sampling is shared.
+STAGE_END = {"population": 0.2, "neighbours": 0.4, "kicks": 0.7, "levels": 0.75, "gaps": 0.95, "certificates": 1.0}
+
+#: Sensor and harmonic.
+Channel = tuple[str, int]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilySearch:
+    """All that the limits of a campaign's families depend on.
+
+    Parameters
+    ----------
+    model
+        Model with the sensors of the campaign.
+    budget
+        Its numerical error.
+    channels
+        Sensors and harmonics whose limits are searched for.
+    frequency
+        Rising, shape (f,) [Hz].
+    levels
+        Rising, shape (l,) [N, or the unit of the drive].
+    nominal
+        Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
+    reach
+        How far loading histories may have dragged a slider [m]; None for the mean of mu N / k_t at rest.
+    settings
+        Effort of the search.
+    """
+
+    model: Model
+    budget: Budget
+    channels: tuple[Channel, ...]
+    frequency: Float[NDArray[np.float64], " f"]
+    levels: tuple[float, ...]
+    nominal: Float[NDArray[np.float64], " s"] | None
+    reach: float | None
+    settings: LimitSettings
+
+    def problem(self) -> LimitProblem:
+        """System and box, with the objective of the first channel.
+
+        Raises
+        ------
+        BalanceError
+            No contact slides, or contacts whose limits cannot be searched for.
+        NoSteadyState
+            No rest under the static load.
+        """
+        model = self.model
+        balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+        sensors = {item.name: item for item in model.sensors}
+        name, harmonic = self.channels[0]
+        objective = objective_of(model, sensors[name], harmonic)
+        return limit_problem(balance, objective, nominal=self.nominal, reach=self.reach)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyLimits:
+    """What a search found.
+
+    Parameters
+    ----------
+    bands
+        Bands in the order of the levels, by channel.
+    reach
+        How far sliders may have been dragged [m].
+    n_sampled
+        Random histories at each frequency and level, on average [-].
+    """
+
+    bands: Mapping[Channel, tuple[PredictedBand, ...]]
+    reach: float
+    n_sampled: float
+
+
+@stage("limits of families", ignore=("tasks", "executor", "report"))
+def find_family_limits(
+    search: FamilySearch,
+    tasks: MutableMapping[str, Any] | None = None,
+    executor: Executor | None = None,
+    report: Callable[[float, float], None] | None = None,
+) -> FamilyLimits:
+    """Search for the limits, or go on with a search that was stopped.
+
+    Parameters
+    ----------
+    search
+        What is searched for.
+    tasks
+        Results of those that are done.
+    executor
+        Runs them; this process by default.
+    report
+        Progress.
+
+    Raises
+    ------
+    ComputationFailed
+        No rest under the static load, or a process that was killed.
+    """
+    store = {} if tasks is None else tasks
+    model, sensors = search.model, {item.name: item for item in search.model.sensors}
+    omega = 2 * np.pi * search.frequency * (1 + model.shift.get("jointed", 0.0))
+    objectives = {
+        f"{name}, harmonic {harmonic}": objective_of(model, sensors[name], harmonic)
+        for name, harmonic in search.channels
+    }
+    try:
+        problem = search.problem()
+        found = several_limits(
+            problem, objectives, omega, search.levels, settings=search.settings, store=store, executor=executor,
+            progress=None if report is None else _Progress(report),
+        )  # fmt: skip
+        readings = _readings(search, problem, omega, [*found.values()], store, executor)
+    except NoSteadyState as error:
+        raise ComputationFailed(f"limits: {error}") from error
+    except BrokenExecutor as error:
+        raise ComputationFailed(
+            "a process of the search for limits was killed, most often for lack of memory: close other programs, or "
+            "take fewer samples in [limits]; what was finished is stored, and the same command goes on from there"
+        ) from error
+    bands = {
+        channel: tuple(
+            PredictedBand(
+                frequency=search.frequency, value=read[number].value, deviation=read[number].deviation,
+                jump=limits.jump[:, level],
+            )
+            for level, read in enumerate(readings)
+        )
+        for number, (channel, limits) in enumerate(zip(search.channels, found.values(), strict=True))
+    }  # fmt: skip
+    sampled = float(np.mean([limits.n_sampled.mean() for limits in found.values()]))
+    return FamilyLimits(bands=bands, reach=float(problem.box.reach), n_sampled=sampled)
+
+
+def _readings(
+    search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], found: list[ResponseLimits],
+    store: MutableMapping[str, Any], executor: Executor | None,
+) -> list[list[LimitReadings]]:  # fmt: skip
+    """What the sensors read at the limits, by level and channel."""
+    tasks = []
+    for number, level in enumerate(search.levels):
+        states = [
+            LimitStates(
+                sensor=name, harmonic=harmonic, motion=limits.motion[:, number], slider=limits.slider[:, number]
+            )
+            for (name, harmonic), limits in zip(search.channels, found, strict=True)
+        ]
+        budget = replace(search.budget, refined=())
+        arguments = search.model, budget, states
+        tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
+    return Runner.of(problem, omega, store, executor, None)("readings", tasks)
+
+
+class _Progress:
+    """Turns what the search reports into a share that only grows; what was found in files counts as no work."""
+
+    def __init__(self, report: Callable[[float, float], None]) -> None:
+        self._report = report
+        self._before = self._done = 0.0
+        self._computed = False
+
+    def __call__(self, progress: SeveralProgress) -> None:
+        """See `several_limits`."""
+        stage, part = progress.stage, progress.stage.done / max(progress.stage.total, 1)
+        if stage.stage == "shared histories":
+            work = progress.shared * part
+        else:
+            names = list(STAGE_END)
+            number = names.index(stage.stage)
+            begin = STAGE_END[names[number - 1]] if number else 0.0
+            work = progress.before + begin + (STAGE_END[stage.stage] - begin) * part
+        self._done = max(self._done, work / progress.total)
+        if not self._computed:
+            self._before = self._done
+            self._computed = stage.done < stage.total
+        elif self._done > self._before:
+            self._report(self._done - self._before, 1 - self._before)

@@ -1,0 +1,227 @@
+"""Families over limits in words and as a document."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
+from study.compare.families import FamilyComparison
+from study.compare.family_pictures import SYMBOL
+from study.compare.section.section import Section, Table
+
+#: Departures that are listed of each family.
+LISTED = 3
+WAY = {1: "up", -1: "down", 0: "not swept"}
+
+
+def family_lines(comparison: FamilyComparison) -> list[str]:
+    """For people."""
+    lines = ["Measured families over the limits of all friction histories:"]
+    if comparison.verdicts:
+        lines += [*_table(comparison), "", *(f"  {item}" for item in _verdict(comparison))]
+        lines += [f"  {item}" for item in _certainty(comparison)]
+    for sentence in comparison.not_compared:
+        lines.append(f"  not compared: {sentence}")
+    return [*lines, ""]
+
+
+def family_document(comparison: FamilyComparison) -> dict[str, Any]:
+    """The same for ``--json``, in SI units."""
+    errors, limits = comparison.errors, comparison.limits
+    document: dict[str, Any] = {
+        "all_within": bool(comparison.verdicts) and not any(item.leaves for item in comparison.verdicts),
+        "sentences": list(_verdict(comparison)) if comparison.verdicts else [],
+        "not_compared": list(comparison.not_compared),
+        "families": [_family(item) for item in comparison.verdicts],
+        "files": [str(file) for file in comparison.files],
+    }
+    if errors is not None and limits is not None:
+        document |= {
+            "frequency_jitter": errors.frequency,
+            "noise": {
+                f"{sensor}, harmonic {harmonic}": {
+                    "relative": item.relative, "absolute": item.absolute, "source": item.source,
+                }
+                for (sensor, harmonic), item in errors.noise.items()
+            },
+            "reach_m": limits.reach,
+            "n_sampled": limits.n_sampled,
+        }  # fmt: skip
+    return document
+
+
+def family_sections(comparison: FamilyComparison) -> Iterator[Section]:
+    """Sections of the page: the verdict with all numbers, and the figures."""
+    sentences = [*(_verdict(comparison) if comparison.verdicts else ()), *comparison.not_compared]
+    head = ("sensor", "level", "readings", "coverage", "tightness", "score", "outside")
+    table = Table(head=head, rows=[row for row, _ in _rows(comparison)]) if comparison.verdicts else None
+    figures = {file.stem.partition("_families_")[2]: file.read_bytes() for file in comparison.files}
+    yield Section(
+        title="Measured families over the limits of all friction histories",
+        text=" ".join(f"{item.rstrip('.')}." for item in sentences), table=table, pictures=figures,
+    )  # fmt: skip
+
+
+def _family(verdict: FamilyVerdict) -> dict[str, Any]:
+    family = verdict.family
+    return {
+        "sensor": family.sensor,
+        "harmonic": family.harmonic,
+        "level": family.level,
+        "n_curve": len(family.curves),
+        "n_point": family.n_point,
+        "n_compared": verdict.n_compared,
+        "coverage": verdict.coverage,
+        "tightness": verdict.tightness,
+        "interval_score": verdict.score,
+        "n_outside": len(verdict.departures),
+        "leaves": verdict.leaves,
+        "departures": [_departure(item) for item in verdict.departures[:LISTED]],
+    }
+
+
+def _departure(item: Departure) -> dict[str, Any]:
+    return {
+        "test": item.test,
+        "repeat": item.repeat,
+        "sweep": WAY[item.sweep],
+        "frequency_hz": item.frequency,
+        "side": item.side,
+        "value": item.value,
+        "limit": item.limit,
+        "standard_deviations": item.deviations,
+    }
+
+
+def _table(comparison: FamilyComparison) -> Iterator[str]:
+    rows = list(_rows(comparison))
+    width = max(len(row[0]) for row, _ in rows)
+    yield f"  {'':<{width}}  {'level':>8}  {'readings':>8}  {'coverage':>8}  {'tightness':>9}  {'score':>7}  outside"
+    for (name, level, readings, inside, tight, score, outside), item in rows:
+        leaves = ", leaves its limits" if item.leaves else ""
+        yield (f"  {name:<{width}}  {level:>8}  {readings:>8}  {inside:>8}  {tight:>9}  {score:>7}  {outside}{leaves}")
+
+
+def _rows(comparison: FamilyComparison) -> Iterator[tuple[tuple[str, ...], FamilyVerdict]]:
+    for item in comparison.verdicts:
+        yield (
+            (
+                _name(comparison, item), f"{item.family.level:.4g}", str(item.n_compared), _percent(item.coverage),
+                _number(item.tightness), _number(item.score), str(len(item.departures)),
+            ),
+            item,
+        )  # fmt: skip
+
+
+def _name(comparison: FamilyComparison, verdict: FamilyVerdict) -> str:
+    sensor = next(item for item in comparison.sensors if item.name == verdict.family.sensor)
+    if sensor.line is None:
+        return sensor.name
+    kind = "static" if verdict.family.harmonic == 0 else "dynamic"
+    return f"{SYMBOL[str(sensor.component)]} of {sensor.line}, {kind}"
+
+
+def _verdict(comparison: FamilyComparison) -> Iterator[str]:
+    verdicts = comparison.verdicts
+    leaving = [item for item in verdicts if item.leaves]
+    compared = [item for item in verdicts if item.n_compared]
+    few = sum(len(item.departures) for item in compared if not item.leaves)
+    total = sum(item.n_compared for item in compared)
+    if not compared:
+        yield "No reading lies at frequencies of the limits."
+        return
+    if not leaving:
+        yield f"{_curves(compared)} within the predicted limits at {_levels(comparison, compared)}."
+        if few:
+            yield (
+                f"{few} of {total} readings lie outside by more than {OUTSIDE:g} standard deviations, no more and no "
+                "further than noise brings."
+            )
+    for name in dict.fromkeys(_name(comparison, item) for item in leaving):
+        yield _leaving(comparison, name, [item for item in leaving if _name(comparison, item) == name])
+    if leaving and len(leaving) < len(compared):
+        rest = [item for item in compared if not item.leaves]
+        yield f"The other {len(rest)} of {len(compared)} families lie within their limits."
+
+
+def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVerdict]) -> str:
+    """One sensor and harmonic at the levels at which it leaves its limits."""
+    verdict = max(leaving, key=lambda item: item.departures[0].deviations)
+    worst, unit = verdict.departures[0], comparison.level_unit
+    count = sum(len(item.departures) for item in leaving)
+    total = sum(item.n_compared for item in leaving)
+    side = "above the upper" if worst.side == "upper" else "below the lower"
+    where = f"repeat {worst.repeat}" + (f", sweep {WAY[worst.sweep]}" if worst.sweep else "")
+    repeats = sorted({item.repeat for one in leaving for item in one.departures})
+    listed = "all repeats" if len(repeats) == len({c.repeat for c in verdict.family.curves}) else _listed(repeats)
+    size = abs(worst.limit)
+    si = next(item.unit for item in comparison.sensors if item.name == verdict.family.sensor)
+    by = f"{100 * worst.distance / size:.3g} % of it" if size > worst.distance else f"{worst.distance:.3g} {si}"
+    return (
+        f"{name} leaves its limits at {_levels(comparison, leaving)} ({count} of {total} readings, in {listed}); the "
+        f"surest lies {by} {side} limit at {verdict.family.level:g} {unit} and {worst.frequency:.6g} Hz ({where}), "
+        f"{worst.deviations:.3g} standard deviations, {_chance(worst, verdict)}."
+    )
+
+
+def _chance(worst: Departure, verdict: FamilyVerdict) -> str:
+    chance = 2 * norm.sf(worst.deviations) * verdict.n_compared
+    if worst.deviations <= verdict.clear:
+        return "which alone could be noise, but so many readings could not"
+    if chance < 1e-6:
+        return "which is no noise"
+    return f"which noise reaches in a family with a chance of {chance:.1g}"
+
+
+def _curves(compared: Sequence[FamilyVerdict]) -> str:
+    repeats = {curve.repeat for item in compared for curve in item.family.curves}
+    ways = {curve.sweep for item in compared for curve in item.family.curves}
+    count = "The one repeat" if len(repeats) == 1 else f"All {len(repeats)} repeats"
+    both = " and both sweeps" if {1, -1} <= ways else ""
+    verb = "lies" if len(repeats) == 1 and not both else "lie"
+    return f"{count}{both} {verb}"
+
+
+def _levels(comparison: FamilyComparison, compared: Sequence[FamilyVerdict]) -> str:
+    levels = [f"{level:g}" for level in sorted({item.family.level for item in compared})]
+    return f"{_listed(levels, bare=True)} {comparison.level_unit}"
+
+
+def _listed(items: Sequence[Any], *, bare: bool = False) -> str:
+    words = [str(item) for item in items]
+    joined = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return joined if bare else f"repeat{'s' if len(words) > 1 else ''} {joined}"
+
+
+def _certainty(comparison: FamilyComparison) -> Iterator[str]:
+    errors, limits = comparison.errors, comparison.limits
+    assert errors is not None
+    assert limits is not None
+    reach = f"at most {1e6 * limits.reach:.3g} um from rest" if np.isfinite(limits.reach) else "anywhere"
+    yield (
+        f"Limits hold for friction histories that have dragged sliders {reach} ([limits] reach); the search met "
+        f"{limits.n_sampled:.0f} random histories per frequency and level, none outside."
+    )
+    yield (
+        f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise, of the "
+        f"frequency of a set-up ({100 * errors.frequency:.2g} %), and of the model's numerical error."
+    )
+    unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
+    if unknown:
+        yield (
+            f"The noise of {', '.join(unknown)} is not known (too few curves to tell it, none stated): only numerical "
+            "error widens those limits, so state it in the manifest."
+        )
+    missing = sum(item.family.n_point - item.n_compared for item in comparison.verdicts)
+    if missing:
+        yield f"{missing} readings lie where no limit was found, and were not compared."
+
+
+def _percent(value: float) -> str:
+    return "-" if not np.isfinite(value) else f"{100 * value:.1f} %"
+
+
+def _number(value: float) -> str:
+    return "-" if np.isnan(value) else "inf" if np.isinf(value) else f"{value:.3g}"
