@@ -1,0 +1,98 @@
+"""`stickslip compare --limits` as a user runs it: a model's own campaign lies within, a spoilt sensor leaves."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign, Drive
+from correlation.campaign.write_campaign import write_campaign
+from correlation.family.family import measured_families
+from study import cli
+from study.compare.families import select_families
+from study.shipped_cases import BEAM
+from tests.study.conftest import TwoMasses
+from tests.study.test_compare_run import measured_from_the_model
+
+#: A small search: this tests what is told, and not how hard is searched.
+LIMITS = "\n[limits]\npopulation = 4\nsamples = 4\n"
+LEVEL = 3.0
+
+
+def small(campaign: Campaign) -> Campaign:
+    """One level of the jointed test."""
+    table = campaign.measurement
+    return replace(
+        campaign, measurement=table.where((table.level == LEVEL) & (table.test == 0)), tests=campaign.tests[:1]
+    )
+
+
+def compared(home: Path, campaign: Campaign, capfdbinary: pytest.CaptureFixture[bytes]) -> Mapping[str, Any]:
+    shutil.copytree(BEAM.parent, home / "beam", dirs_exist_ok=True)
+    case = home / "beam" / BEAM.name
+    case.write_text(BEAM.read_text(encoding="utf-8") + LIMITS, encoding="utf-8")
+    write_campaign(campaign, home / "campaign")
+    assert cli.main(["compare", str(case), "campaign", "--limits", "--out", "out", "--json"]) == 0
+    document: Mapping[str, Any] = json.loads(capfdbinary.readouterr().out)
+    return document
+
+
+def test_the_models_own_campaign_lies_within_and_a_spoilt_sensor_leaves(
+    at_home: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    campaign = small(measured_from_the_model())
+    document = compared(at_home, campaign, capfdbinary)
+    families = document["families"]
+    assert families["all_within"]
+    assert any("All 5 repeats" in item for item in families["sentences"])
+    # Motions with their fundamental, the force with its static part as well; all readings are compared.
+    assert {(item["sensor"], item["harmonic"]) for item in families["families"]} == {
+        ("tip", 1), ("mid", 1), ("left_T", 0), ("left_T", 1),
+    }  # fmt: skip
+    table = campaign.measurement
+    assert sum(item["n_compared"] for item in families["families"]) == (
+        int(((table.harmonic == 1) | ((table.harmonic == 0) & (table.sensor == 2))).sum())
+    )
+    assert all(item["coverage"] > 0.95 for item in families["families"])
+    assert any("harmonic 3 of tip, mid" in item for item in families["not_compared"])
+    assert {Path(file).name for file in families["files"]} == {
+        f"beam_compare_families_{name}.png" for name in ("tip", "mid", "left")
+    }
+    assert set(families["files"]) <= set(document["files"])
+    assert not list((at_home / "out").glob(".*.part"))
+
+    spoilt = small(measured_from_the_model(1.1))
+    families = compared(at_home, spoilt, capfdbinary)["families"]
+    assert not families["all_within"]
+    assert {item["sensor"] for item in families["families"] if item["leaves"]} == {"mid"}
+    (mid,) = [item for item in families["families"] if item["sensor"] == "mid"]
+    assert {item["side"] for item in mid["departures"]} == {"upper"}
+
+
+def test_a_model_without_friction_has_no_limits_and_says_so(
+    two_masses: TwoMasses, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    case = two_masses({})
+    assert cli.main(["compare", str(case), "campaign", "--limits", "--json"]) == 0
+    families = json.loads(capfdbinary.readouterr().out)["families"]
+    assert families["families"] == []
+    assert any("no sliders" in item for item in families["not_compared"])
+
+
+def test_what_has_no_limits_is_named() -> None:
+    campaign = measured_from_the_model()
+    families = measured_families(campaign)
+    volts = replace(campaign, drive=Drive(unit="V", calibrated=False))
+    chosen, sentences = select_families(volts, families)
+    assert chosen == ()
+    assert any("V" in item for item in sentences)
+    loose = replace(campaign, sensors=(replace(campaign.sensors[0], calibrated=False), *campaign.sensors[1:]))
+    chosen, sentences = select_families(loose, families)
+    assert {item.sensor for item in chosen} == {"mid", "left_T"}
+    assert any("tip" in item for item in sentences)
+    assert np.isin([item.harmonic for item in chosen], (0, 1)).all()
