@@ -1,0 +1,1 @@
+"""Drafts of campaign manifests from files of test programs."""

@@ -1,0 +1,248 @@
+"""What a column is, judged from the file, its unit, its name and its values."""
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from correlation.file.column import Column
+from correlation.file.unit_label import split_label, unit_text
+
+
+class Role(Enum):
+    """What a column stands for."""
+
+    FREQUENCY = "frequency"
+    TIME = "time"
+    FORCE = "force"
+    RESPONSE = "response"
+    PHASE = "phase"
+    LEVEL = "level"
+    SWEEP = "sweep"
+    ORDER = "order"
+    REPEAT = "repeat"
+    HARMONIC = "harmonic"
+    SENSOR = "name of the sensor"
+    COHERENCE = "coherence"
+    OTHER = "not used"
+
+
+class Part(Enum):
+    """Which part of a complex number a column has."""
+
+    VALUE = "value"
+    AMPLITUDE = "amplitude"
+    REAL = "real part"
+    IMAGINARY = "imaginary part"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recognised:
+    """Judgement on one column.
+
+    Parameters
+    ----------
+    role
+        What it stands for.
+    part
+        Part of a complex number.
+    quantity
+        "displacement", "velocity", "acceleration", "force", "voltage"; empty if it is unknown.
+    unit
+        Unit; empty if it is unknown.
+    evidence
+        Why, in words.
+    stem
+        Words of its name that tell it from other columns of its role.
+    """
+
+    role: Role
+    part: Part = Part.VALUE
+    quantity: str = ""
+    unit: str = ""
+    evidence: str = ""
+    stem: str = ""
+
+
+#: Units at the end of names such as "velocity_mm_s", in small letters.
+SUFFIXES = {
+    "m_s2": "m/s^2", "mm_s2": "mm/s^2", "m_s_2": "m/s^2", "mps2": "m/s^2", "m_s": "m/s", "mm_s": "mm/s", "mps": "m/s",
+    "hz": "Hz", "khz": "kHz", "rad_s": "rad/s", "rpm": "rpm", "s": "s", "ms": "ms", "n": "N", "kn": "kN", "mn": "mN",
+    "lbf": "lbf", "m": "m", "mm": "mm", "um": "um", "nm": "nm", "in": "inch", "v": "V", "mv": "mV", "volt": "V",
+    "volts": "V", "rad": "rad", "deg": "deg", "g": "g_n",
+}  # fmt: skip
+QUANTITIES = {
+    "displacement": ("m", "mm", "um", "µm", "nm", "cm", "inch", "ft", "mil"),
+    "velocity": ("m/s", "mm/s", "um/s", "µm/s", "inch/s", "ft/s"),
+    "acceleration": ("m/s^2", "mm/s^2", "g_n", "ft/s^2", "inch/s^2", "m/s/s"),
+    "force": ("N", "mN", "kN", "lbf", "kgf", "cN"),
+    "voltage": ("V", "mV", "uV", "µV"),
+    "angle": ("deg", "rad", "mrad"),
+    "frequency": ("Hz", "kHz", "rpm", "rad/s"),
+    "time": ("s", "ms", "us", "µs", "min"),
+}
+OF_UNIT = {unit: quantity for quantity, units in QUANTITIES.items() for unit in units}
+MOTIONS = ("displacement", "velocity", "acceleration")
+WORDS: dict[Role, frozenset[str]] = {
+    Role.FREQUENCY: frozenset(["frequency", "freq", "freqs", "frequenz", "f", "hz", "omega", "om", "drivefrequency"]),
+    Role.TIME: frozenset(["time", "t", "zeit", "times"]),
+    Role.FORCE: frozenset(["force", "kraft", "load", "hammer", "shaker", "excitation", "impact", "drive", "input"]),
+    Role.LEVEL: frozenset(["level", "levels", "stufe", "setpoint", "forcing"]),
+    Role.SWEEP: frozenset(["sweep", "direction", "updown", "branch"]),
+    Role.ORDER: frozenset(["order", "index", "sequence"]),
+    Role.REPEAT: frozenset(["repeat", "repetition", "rep", "wiederholung"]),
+    Role.HARMONIC: frozenset(["harmonic", "order_of_harmonic"]),
+    Role.COHERENCE: frozenset(["coherence", "coh", "gamma", "kohaerenz"]),
+    Role.PHASE: frozenset(["phase", "phi", "ph", "phas", "angle", "arg"]),
+}
+PARTS = {
+    Part.AMPLITUDE: frozenset(["amplitude", "amp", "ampl", "magnitude", "mag", "abs", "modulus"]),
+    Part.REAL: frozenset(["real", "re"]),
+    Part.IMAGINARY: frozenset(["imag", "imaginary", "im"]),
+}
+MOTION_WORDS = {
+    "displacement": frozenset(
+        ["displacement", "disp", "position", "pos", "laser", "x", "y", "z", "weg", "stroke", "u"]
+    ),
+    "velocity": frozenset(["velocity", "vel", "v", "speed"]),
+    "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
+}
+DIRECTIONS = {"up", "down", "none", "forward", "backward", "rising", "falling"}
+
+
+def recognise_column(column: Column, name: str) -> Recognised:
+    """Role, part, quantity and unit of one column by itself.
+
+    Parameters
+    ----------
+    column
+        Column.
+    name
+        Its name within its table.
+    """
+    words = name_words(name)
+    if column.words:
+        return _recognise_words(column, words)
+    unit, said = unit_of(column, name)
+    quantity = OF_UNIT.get(unit, "")
+    given = {"time": Role.TIME, "frequency": Role.FREQUENCY, "coherence": Role.COHERENCE}.get(column.function)
+    if given is not None and column.abscissa is None and given is not Role.COHERENCE:
+        return Recognised(role=given, unit=unit, evidence="the file says so")
+    if given is Role.COHERENCE:
+        return Recognised(role=given, evidence="the file says so")
+    part = _part(column, words)
+    stem = " ".join(
+        word for word in words if not any(word in family for family in (*PARTS.values(), WORDS[Role.PHASE]))
+    )
+    by_name = _role_by_name(words, quantity)
+    ratio = _ratio(unit)
+    if ratio:
+        return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=said, stem=stem)
+    if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _motions()):
+        return _recognise_phase(column, unit, said, stem)
+    if by_name in {Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.COHERENCE}:
+        return Recognised(role=by_name, quantity=quantity, unit=unit, evidence=f'called "{name}"')
+    if quantity in {"time", "frequency"} and _may_be_abscissa(column):
+        role = Role.TIME if quantity == "time" else Role.FREQUENCY
+        return Recognised(role=role, quantity=quantity, unit=unit, evidence=said)
+    if by_name in {Role.TIME, Role.FREQUENCY} and quantity in {"", "time", "frequency"} and _may_be_abscissa(column):
+        angular = by_name is Role.FREQUENCY and not unit and bool(set(words) & {"omega", "om"})
+        return Recognised(role=by_name, unit="rad/s" if angular else unit, evidence=f'called "{name}"')
+    if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}):
+        evidence = said if quantity else f'called "{name}"'
+        return Recognised(
+            role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
+        )
+    named = next((motion for motion in MOTIONS if set(words) & MOTION_WORDS[motion]), "")
+    if quantity in {*MOTIONS, "voltage"}:
+        return Recognised(role=Role.RESPONSE, part=part, quantity=quantity, unit=unit, evidence=said, stem=stem)
+    if named or part is not Part.VALUE or np.iscomplexobj(column.values) or column.function:
+        evidence = f'called "{name}"' if named or part is not Part.VALUE else "complex numbers"
+        if not unit and (unit := listed_unit(column, named)):
+            evidence += f", and {unit} stands beside it"
+        return Recognised(role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem)
+    return Recognised(role=Role.OTHER, unit=unit, evidence=f'nothing is known of "{name}"', stem=stem)
+
+
+def unit_of(column: Column, name: str) -> tuple[str, str]:
+    """Unit of a column, and who says it: the file, or the end of its name."""
+    if column.unit:
+        return column.unit, f"unit {column.unit} in the file"
+    if re.fullmatch(r"V\d*", name):
+        return "V", f'called "{name}"'
+    parts = split_label(name)[0].split("_")
+    for size in (3, 2, 1):
+        ending = "_".join(parts[-size:])
+        if len(parts) > size and ending.lower() in SUFFIXES:
+            return SUFFIXES[ending.lower()], f'its name ends in "_{ending}"'
+    return "", ""
+
+
+def listed_unit(column: Column, quantity: str) -> str:
+    """Unit of a quantity in a list such as "s, m/s^2" that stands beside a column; empty if there is none."""
+    texts = [text for key, text in column.facts.items() if key.lower() in {"units", "unit"}]
+    units = [unit_text(part) for text in texts for part in text.split(",")]
+    return next((unit for unit in units if OF_UNIT.get(unit) == quantity), "")
+
+
+def name_words(name: str) -> list[str]:
+    """Words of a name without its unit, in small letters: "leftAcc_mm_s2" gives left and acc."""
+    plain = re.sub(r"[\[({].*", "", split_label(name)[0]) or name
+    lower = plain.lower()
+    for ending in sorted(SUFFIXES, key=len, reverse=True):
+        if lower.endswith(f"_{ending}"):
+            plain = plain[: -len(ending) - 1]
+            break
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", plain)
+    return re.findall(r"[a-zäöüß]+|\d+", plain.lower())
+
+
+def _motions() -> set[str]:
+    return set().union(*MOTION_WORDS.values()) - {"x", "y", "z", "u", "v", "a"}
+
+
+def _recognise_words(column: Column, words: list[str]) -> Recognised:
+    if {word.lower() for word in column.words} <= DIRECTIONS:
+        return Recognised(role=Role.SWEEP, evidence=f"its words are {', '.join(column.words)}")
+    if set(words) & {"sensor", "channel", "location", "signal", "point"}:
+        return Recognised(role=Role.SENSOR, evidence=f"its words are {', '.join(column.words[:4])}")
+    return Recognised(role=Role.OTHER, evidence=f"its words are {', '.join(column.words[:4])}")
+
+
+def _role_by_name(words: list[str], quantity: str) -> Role | None:
+    roles = [role for role in WORDS if set(words) & WORDS[role]]
+    if Role.PHASE in roles:
+        return Role.PHASE
+    if quantity == "force" and Role.FORCE in roles:
+        return Role.FORCE
+    return roles[0] if roles else None
+
+
+def _part(column: Column, words: list[str]) -> Part:
+    if np.iscomplexobj(column.values):
+        return Part.VALUE
+    return next((part for part, family in PARTS.items() if set(words) & family), Part.VALUE)
+
+
+def _ratio(unit: str) -> str:
+    """Quantity of a ratio to a force, such as acceleration of (m/s^2)/N; empty if it is none."""
+    match = re.fullmatch(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?", unit)
+    quantity = OF_UNIT.get(match[1], "") if match else ""
+    return quantity if quantity in MOTIONS else ""
+
+
+def _may_be_abscissa(column: Column) -> bool:
+    """Whether values change and are no complex numbers."""
+    return not np.iscomplexobj(column.values) and len(np.unique(column.values)) > 1
+
+
+def _recognise_phase(column: Column, unit: str, said: str, stem: str) -> Recognised:
+    """A phase; without a unit its range tells degrees from radians."""
+    largest = float(np.nanmax(np.abs(column.values))) if len(column.values) else 0.0
+    if unit in {"deg", "rad"}:
+        beyond = unit == "rad" and largest > 20.0
+        warning = f", but it reaches {largest:.4g}: degrees?" if beyond else ""
+        return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=said + warning, stem=stem)
+    unit = "deg" if largest > 2.1 * np.pi else "rad"
+    return Recognised(role=Role.PHASE, quantity="angle", unit=unit, evidence=f"it reaches {largest:.4g}", stem=stem)

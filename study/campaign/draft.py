@@ -1,0 +1,165 @@
+"""A draft of ``campaign.toml``: its tables with what is assumed in them, written as TOML with comments."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import tomlkit
+from tomlkit.items import InlineTable, Item, Table
+
+from study.campaign.question import Answers, Marked, Question
+
+#: Entries of the manifest in the order in which they are written.
+ENTRIES = ("sensor", "test", "run", "frf", "ring_down", "loop", "record")
+HEAD = """\
+Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
+docs/campaign.md describes the keys."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Note:
+    """What was understood of some columns: one row of the table that the command prints."""
+
+    file: str
+    columns: str
+    role: str
+    unit: str
+    evidence: str
+
+
+@dataclass(kw_only=True)
+class Draft:
+    """A manifest that grows table by table.
+
+    Parameters
+    ----------
+    title
+        Title of the campaign.
+    answers
+        Where what files cannot say comes from.
+    single
+        Tables that stand once: drive, convention, units.
+    entries
+        Tables that stand several times, by their kind; values are plain, `Marked`, or tables of such.
+    notes
+        What was understood.
+    suspicions
+        What looks wrong, with evidence.
+    left_out
+        Entries that cannot be used, and why.
+    """
+
+    title: str
+    answers: Answers
+    single: dict[str, dict[str, Any]] = field(default_factory=dict)
+    entries: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {kind: [] for kind in ENTRIES})
+    notes: list[Note] = field(default_factory=list)
+    suspicions: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+    def ask(self, text: str, default: str, why: str, *choices: str) -> Marked:
+        """Answer of a question."""
+        return self.answers.ask(Question(text=text, default=default, why=why, choices=choices))
+
+    def named(self, kind: str, name: str) -> dict[str, Any] | None:
+        """The entry of a name; None if there is none yet."""
+        return next((entry for entry in self.entries[kind] if entry["name"] == name), None)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are no data in it."""
+        return not any(self.entries[kind] for kind in ENTRIES[1:])
+
+    def assumptions(self) -> list[str]:
+        """What was assumed, one sentence each: entries with the same assumption together."""
+        groups: dict[tuple[str, str], list[str]] = {}
+        singles = {name: [table] for name, table in self.single.items()}
+        for kind, entries in {**singles, **self.entries}.items():
+            for entry in entries:
+                name = str(plain(entry.get("name", "")))
+                for key, value, reason in marked_values(entry):
+                    groups.setdefault((kind, f"{key} = {value}: {reason}"), []).append(name)
+        return [f"{_called(kind, names)}: {sentence}" for (kind, sentence), names in groups.items()]
+
+    def text(self) -> str:
+        """The manifest as TOML."""
+        document = tomlkit.document()
+        for line in HEAD.splitlines():
+            document.add(tomlkit.comment(line))
+        document.add("schema", tomlkit.item(1))
+        document.add("title", tomlkit.item(self.title))
+        for name, table in self.single.items():
+            document.add(name, _table(table))
+        for kind, entries in self.entries.items():
+            if entries:
+                array = tomlkit.aot()
+                for entry in entries:
+                    array.append(_table(entry))
+                document.add(kind, array)
+        for sentence in self.left_out:
+            document.add(tomlkit.nl())
+            document.add(tomlkit.comment(f"left out: {' '.join(sentence.split())}"))
+        return tomlkit.dumps(document)
+
+
+def assumed(value: Any) -> str:
+    """Why a value was assumed, also within tables; empty if nothing was."""
+    if isinstance(value, Marked):
+        return value.assumed
+    if isinstance(value, Mapping):
+        return "; ".join(dict.fromkeys(reason for inner in value.values() if (reason := assumed(inner))))
+    return ""
+
+
+def marked_values(entry: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
+    """Keys, values and reasons of what was assumed in an entry and in its tables."""
+    for key, value in entry.items():
+        if isinstance(value, Mapping):
+            for inner, shown, reason in marked_values(value):
+                yield inner if key == "columns" else f'{inner} of "{key}"', shown, reason
+        elif isinstance(value, Marked) and value.assumed:
+            yield key, value.value, value.assumed
+
+
+def plain(value: Any) -> Any:
+    """A value without marks."""
+    if isinstance(value, Marked):
+        return plain(value.value)
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    return value
+
+
+def _table(entry: Mapping[str, Any]) -> Table:
+    table = tomlkit.table()
+    for key, value in entry.items():
+        # Columns and coherences are tables of their own; what is in them stands on one line.
+        if key in {"columns", "coherence"}:
+            table.add(key, _table(value))
+            continue
+        item = _item(plain(value))
+        reason = assumed(value)
+        if reason:
+            item.comment(f"assumed: {reason}")
+        table.add(key, item)
+    return table
+
+
+def _item(value: Any) -> Item:
+    if not isinstance(value, Mapping):
+        item: Item = tomlkit.item(value)
+        return item
+    inline: InlineTable = tomlkit.inline_table()
+    for key, inner in value.items():
+        inline.append(key, _item(inner))
+    return inline
+
+
+def _called(kind: str, names: Sequence[str]) -> str:
+    """Entries as people name them: sensors "a", "b" and 3 more."""
+    different = [name for name in dict.fromkeys(names) if name]
+    if not different:
+        return kind if len(names) == 1 else f"{len(names)} {kind}s"
+    shown = ", ".join(f'"{name}"' for name in different[:3])
+    more = f" and {len(different) - 3} more" if len(different) > 3 else ""
+    return f"{kind} {shown}{more}"

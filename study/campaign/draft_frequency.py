@@ -1,0 +1,292 @@
+"""Drafts of stepped-sine runs and of frequency responses."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.file.column import Column
+from study.campaign.column_role import Part, Role, name_words
+from study.campaign.draft import Draft, plain
+from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
+from study.campaign.question import Marked
+from study.campaign.sensor_draft import add_sensor, reading, sensor_name
+from study.campaign.table_kind import JudgedTable
+
+CONFIGURATION = "With all contacts (jointed), or without (free)?"
+#: Runs whose levels differ by less are repeats of one level [-].
+SAME_LEVEL = 0.03
+#: At a constant response the force varies by this factor and the response by less than the share.
+CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
+LEVEL_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?(?:N|newton|V|volt)(?![a-zA-Z])")
+
+
+def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
+    """Responses, each with the column of its phase or imaginary part if there is one."""
+    columns = judged.of_role(Role.RESPONSE)
+    phases = [column for column in judged.of_role(Role.PHASE) if not is_of_force(judged, column)]
+    pairs: list[tuple[Column, Column | None]] = []
+    main = [column for column in columns if judged.columns[column.name].part is not Part.IMAGINARY]
+    for column in main:
+        guess = judged.columns[column.name]
+        if guess.part is Part.REAL:
+            candidates = [one for one in columns if judged.columns[one.name].part is Part.IMAGINARY]
+        else:
+            candidates = [] if np.iscomplexobj(column.values) else phases
+        same = [one for one in candidates if judged.columns[one.name].stem == guess.stem]
+        partner = same[0] if same else (candidates[0] if len(candidates) == len(main) == 1 else None)
+        pairs.append((column, partner))
+    return pairs
+
+
+def is_of_force(judged: JudgedTable, column: Column) -> bool:
+    """Whether a phase is that of the force."""
+    return any(word in {"force", "kraft", "load", "drive"} for word in name_words(judged.table.short_name(column)))
+
+
+def complex_response(judged: JudgedTable, column: Column, partner: Column | None) -> NDArray[Any] | None:
+    """Values of a response as complex numbers; None without a phase."""
+    if np.iscomplexobj(column.values):
+        return np.asarray(column.values)
+    if partner is None:
+        return None
+    if judged.columns[column.name].part is Part.REAL:
+        return np.asarray(column.values + 1j * partner.values)
+    degrees = judged.columns[partner.name].unit == "deg"
+    return np.asarray(column.values * np.exp(1j * (np.radians(partner.values) if degrees else partner.values)))
+
+
+def force_column(judged: JudgedTable) -> Column | None:
+    """The force that drives: of several the one whose name says least else."""
+    forces = [one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is not Part.IMAGINARY]
+    return min(forces, key=lambda column: len(judged.columns[column.name].stem), default=None)
+
+
+def phase_evidence(judged: JudgedTable) -> list[tuple[Column, PhaseEvidence]]:
+    """What the phases of the responses of a table say."""
+    frequency, force = judged.of_role(Role.FREQUENCY)[0], force_column(judged)
+    # At a constant response only the ratio to the force has a peak.
+    drive = np.ones(len(frequency.values)) if force is None else np.where(force.values == 0, np.nan, force.values)
+    evidence = []
+    for column, partner in responses_with_phases(judged):
+        values = complex_response(judged, column, partner)
+        if values is not None:
+            mask = judged.mask(judged.rows()[-1])
+            judgement = judge_phase(frequency.values[mask], (values / drive)[mask])
+            evidence += [(column, judgement)] if judgement is not None else []
+    return evidence
+
+
+def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapping[str, Marked]) -> None:
+    """Runs of a stepped sine, one per combination of the settings.
+
+    Parameters
+    ----------
+    draft
+        Draft that grows.
+    judged
+        Table.
+    test
+        Name of its test.
+    signs
+        Signs of sensors that read the other way round, by `sensor_name`.
+    """
+    add_test(draft, test)
+    frequency, force = judged.of_role(Role.FREQUENCY)[0], force_column(judged)
+    pairs = responses_with_phases(judged)
+    for rows in judged.rows():
+        columns: dict[str, Any] = {"frequency": reading(draft, judged, frequency)}
+        if force is not None:
+            partner = next((one for one in judged.of_role(Role.PHASE) if is_of_force(judged, one)), None)
+            partner = partner or _imaginary(judged, force)
+            columns["force"] = reading(draft, judged, force, phase=partner)
+            if isinstance(columns["force"], str) and not np.iscomplexobj(force.values) and partner is None:
+                columns["force"] = {"amplitude": force.name}
+            if plain(draft.single.get("drive", {})).get("calibrated") is False and isinstance(columns["force"], dict):
+                columns["force"].pop("unit", None)
+        for role in (Role.SWEEP, Role.ORDER, Role.REPEAT):
+            for column in judged.of_role(role)[:1]:
+                columns[role.value] = column.name
+        for column, partner in pairs:
+            real_only = partner is None and not np.iscomplexobj(column.values)
+            sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False)
+            entry = reading(draft, judged, column, sensor=sensor, phase=partner)
+            if real_only:
+                rest = entry if isinstance(entry, dict) else {}
+                entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
+            name = sensor_name(judged, column)
+            if name in signs and not real_only:
+                entry = {**({"column": entry} if isinstance(entry, str) else entry), "sign": signs[name]}
+            columns[sensor] = entry
+        run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
+        run |= _level(draft, judged, rows, force)
+        run |= {"rows": rows} if rows else {}
+        if force is not None and is_response_controlled(judged, force, pairs[0][0], rows):
+            why = "the force varies with the frequency and the response does not"
+            run["control"] = Marked(value="response", assumed=why)
+        used = (frequency, *(column for column, _ in pairs))
+        if any(not np.isfinite(column.values[judged.mask(rows)]).all() for column in used):
+            run["missing"] = Marked(value="skip", assumed="some rows have empty fields")
+        draft.entries["run"].append({**run, "columns": columns})
+
+
+def _imaginary(judged: JudgedTable, force: Column) -> Column | None:
+    if judged.columns[force.name].part is not Part.REAL:
+        return None
+    return next((one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is Part.IMAGINARY), None)
+
+
+def add_test(draft: Draft, test: str) -> None:
+    """Add a test unless it is there."""
+    if draft.named("test", test) is None:
+        why = "the file does not say it; most tests have all contacts"
+        configuration = draft.ask(CONFIGURATION, "jointed", why, "jointed", "free")
+        draft.entries["test"].append({"name": test, "configuration": configuration})
+
+
+def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
+    """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
+
+    With one sensor this is the sign of its readings. With several the shape may be the cause: that is a suspicion.
+
+    Parameters
+    ----------
+    draft
+        Draft that gets the suspicions.
+    tables
+        Stepped sines and frequency responses.
+    time_sign
+        Sign of i Omega t.
+
+    Returns
+    -------
+    -1 by `sensor_name`, with the evidence.
+    """
+    clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
+    for judged in tables:
+        for column, evidence in phase_evidence(judged):
+            quantity = judged.columns[column.name].quantity
+            same_point = column.response is None or column.reference is None or is_driving_point(column)
+            if evidence.stands_out and quantity in AT_RESONANCE and same_point:
+                clear.setdefault((sensor_name(judged, column), quantity), []).append(evidence)
+    signs: dict[str, Marked] = {}
+    for (name, quantity), items in clear.items():
+        opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
+        if 3 * len(opposite) < 2 * len(items):
+            continue
+        at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in opposite])):.0f} degrees"
+        peaks = f"{len(opposite)} of {len(items)} peaks"
+        why = f"its phase is about {at_peak} at {peaks}, opposite to {quantity} at the force"
+        if len(clear) == 1:
+            signs[name] = Marked(value=-1, assumed=why)
+        else:
+            remedy = "is it beyond a node of the shape, or mounted the other way round? then add sign = -1"
+            draft.suspicions.append(f'sensor "{name}": {why}: {remedy}')
+    return signs
+
+
+def is_driving_point(column: Column) -> bool:
+    """Whether a function has its response where its reference is."""
+    response, reference = column.response, column.reference
+    return response is not None and reference is not None and response.node == reference.node is not None
+
+
+def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
+    """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
+    for column in judged.settings:
+        if judged.columns[column.name].role is Role.LEVEL:
+            return {"level": float(rows[column.name])}
+    for name, value in judged.table.scalars.items():
+        if set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and value > 0:
+            return {"level": Marked(value=value, assumed=f'the number "{name}" beside the columns')}
+    match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
+    if match and force is None:
+        value = float(match[1].replace(",", ".").replace("p", "."))
+        return {"level": Marked(value=value, assumed=f'"{match[0]}" in its name')}
+    if judged.of_role(Role.LEVEL):
+        return {}
+    if force is not None:
+        return {}
+    answer = draft.ask(
+        f"At which level was {judged.table.label} measured (a number)?", "1.0", "neither force nor level is in the file"
+    )
+    try:
+        number = float(str(answer.value).split()[0].replace(",", "."))
+    except (ValueError, IndexError):
+        number = 1.0
+    return {"level": Marked(value=number, assumed=answer.assumed)}
+
+
+def is_response_controlled(judged: JudgedTable, force: Column, response: Column, rows: Mapping[str, Any]) -> bool:
+    """Whether the force varies over the frequencies of a series and the response does not."""
+    mask = judged.mask(dict(rows))
+    drive, answer = np.abs(force.values[mask]), np.abs(response.values[mask])
+    if not (drive > 0).all() or not (answer > 0).all():
+        return False
+    spread = float((np.quantile(answer, 0.9) - np.quantile(answer, 0.1)) / np.median(answer))
+    return bool(drive.max() / drive.min() > CONTROL_FORCE and spread < CONTROL_RESPONSE)
+
+
+def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[str, Marked]) -> None:
+    """Frequency responses of one table: those with the same reference in one entry, repeats in entries of their own."""
+    frequency = judged.of_role(Role.FREQUENCY)[0]
+    file = judged.table.file.path.name
+    references = {_reference(column) for column in judged.of_role(Role.RESPONSE)}
+    main = max(references, key=lambda one: sum(_reference(column) == one for column in judged.of_role(Role.RESPONSE)))
+    for reference in sorted(references - {main}):
+        draft.left_out.append(f"{file}: responses to a force at {reference}: a case has one load, at {main}")
+    entries: list[dict[str, Any]] = []
+    for column, partner in responses_with_phases(judged):
+        if _reference(column) != main or (partner is None and not np.iscomplexobj(column.values)):
+            continue
+        sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
+        value = reading(draft, judged, column, sensor=sensor, phase=partner, per="N")
+        negative = column.response is not None and column.response.direction.startswith("-")
+        negative ^= column.reference is not None and column.reference.direction.startswith("-")
+        if negative or sensor_name(judged, column) in signs:
+            sign = -1 if negative else signs[sensor_name(judged, column)]
+            value = {**({"column": value} if isinstance(value, str) else value), "sign": sign}
+        entry = next((one for one in entries if sensor not in one["columns"]), None)
+        if entry is None:
+            why = "the file does not say it; most tests have all contacts"
+            entry = {
+                "name": f"{judged.table.label}" + (f" repeat {len(entries) + 1}" if entries else ""),
+                "file": file,
+                "configuration": draft.ask(CONFIGURATION, "jointed", why, "jointed", "free"),
+                "columns": {"frequency": reading(draft, judged, frequency)},
+                "coherence": {},
+            }
+            if entries:
+                entry["repeat"] = len(entries) + 1
+            entries.append(entry)
+        entry["columns"][sensor] = value
+        coherence = _coherence(judged, column, len(entries) - 1)
+        if coherence is not None:
+            entry["coherence"][sensor] = coherence.name
+    for entry in entries:
+        if not entry["coherence"]:
+            del entry["coherence"]
+    draft.entries["frf"] += entries
+
+
+def _reference(column: Column) -> str:
+    point = column.reference
+    return "" if point is None else f"{point.node or point.name}{point.direction.lstrip('+-')}"
+
+
+def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | None:
+    """Coherence of a response: of the same point in the file, or the only one."""
+    coherences = judged.of_role(Role.COHERENCE)
+    if response.response is not None:
+        point = response.response
+        same = [
+            one for one in coherences
+            if one.response is not None and (one.response.node, one.response.direction, one.response.name)
+            == (point.node, point.direction, point.name) and _reference(one) in {"", _reference(response)}
+        ]  # fmt: skip
+        return same[repeat] if repeat < len(same) else None
+    stem = judged.columns[response.name].stem
+    named = [one for one in coherences if stem and stem in " ".join(name_words(judged.table.short_name(one)))]
+    return named[0] if named else (coherences[0] if len(coherences) == 1 else None)

@@ -1,0 +1,154 @@
+"""Drafts of ring-downs, loops, steady states over time and records."""
+
+from typing import Any
+
+import numpy as np
+
+from correlation.file.column import Column
+from study.campaign.column_role import MOTIONS, Role
+from study.campaign.draft import Draft, plain
+from study.campaign.draft_frequency import CONFIGURATION, add_test, force_column
+from study.campaign.question import Marked
+from study.campaign.sensor_draft import add_sensor, reading
+from study.campaign.table_kind import JudgedTable
+from study.campaign.time_history import strongest_line, uniform_rate
+
+#: Seconds of one unit of time.
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "": 1.0}
+
+
+def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
+    """One ring-down per response."""
+    time = judged.of_role(Role.TIME)[0]
+    for column in motions(judged):
+        sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=True)
+        why = "the file does not say it; most tests have all contacts"
+        draft.entries["ring_down"].append(
+            {
+                "name": f"{judged.table.label} {sensor}",
+                "file": judged.table.file.path.name,
+                "configuration": draft.ask(CONFIGURATION, "jointed", why, "jointed", "free"),
+                "sensor": sensor,
+                "columns": {
+                    "time": reading(draft, judged, time),
+                    "value": reading(draft, judged, column, sensor=sensor),
+                },
+            }
+        )
+
+
+def draft_loops(draft: Draft, judged: JudgedTable) -> None:
+    """One loop per combination of the settings."""
+    time, force = judged.of_role(Role.TIME)[0], force_column(judged)
+    displacement = next(one for one in motions(judged) if judged.columns[one.name].quantity == "displacement")
+    assert force is not None
+    for number, rows in enumerate(judged.rows(), start=1):
+        mask = judged.mask(rows)
+        columns = {
+            "displacement": _with_unit(draft, judged, displacement, "m"),
+            "force": _with_unit(draft, judged, force, "N"),
+        }
+        place = draft.ask(
+            f"Whose displacement is imposed in {judged.table.file.path.name} (a place of the case)?", "joint",
+            "a loop needs it; for a vibrating structure write line, sensor and level instead of place",
+        )  # fmt: skip
+        entry: dict[str, Any] = {
+            "name": f"{judged.table.label} {number}" if rows else judged.table.label,
+            "file": judged.table.file.path.name,
+            "frequency": _cycles(judged, time, displacement, rows, mask),
+            "place": place,
+        }
+        draft.entries["loop"].append({**entry, **({"rows": rows} if rows else {}), "columns": columns})
+
+
+def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
+    """Runs over time: one per combination of the settings."""
+    add_test(draft, test)
+    time, force = judged.of_role(Role.TIME)[0], force_column(judged)
+    for rows in judged.rows():
+        columns: dict[str, Any] = {"time": reading(draft, judged, time)}
+        if force is not None:
+            columns["force"] = _with_unit(draft, judged, force, "")
+        for column in motions(judged):
+            sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
+            columns[sensor] = reading(draft, judged, column, sensor=sensor)
+        run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
+        draft.entries["run"].append({**run, **({"rows": rows} if rows else {}), "columns": columns})
+
+
+def draft_record(draft: Draft, judged: JudgedTable) -> None:
+    """One record of all channels, with its sampling rate."""
+    time, force = next(iter(judged.of_role(Role.TIME)), None), force_column(judged)
+    file, channels = judged.table.file.path.name, judged.of_role(Role.RESPONSE, Role.FORCE)
+    rate: str | Marked | None = None
+    if time is not None:
+        found_rate = uniform_rate(time.values)
+        factor = SECONDS.get(judged.columns[time.name].unit, 1.0)
+        if found_rate is None:
+            draft.left_out.append(f'{file}: the step of "{time.name}" varies: resample the record to a uniform step')
+            return
+        rate = f"{found_rate / factor:.9g} Hz"
+    else:
+        answer = draft.ask(f"Sampling rate of {file}?", "1000 Hz", "the file has no time; all frequencies depend on it")
+        text = str(answer.value)
+        rate = Marked(value=text if "Hz" in text else f"{text} Hz", assumed=answer.assumed)
+    drive: str | Marked | None = None
+    if force is not None:
+        drive = force.name
+    elif len(channels) > 1:
+        names = [column.name for column in channels]
+        answer = draft.ask(
+            f"Which channel of {file} drives the structure ({', '.join(names[:6])})?", names[0],
+            "the file does not say it; usually the first",
+        )  # fmt: skip
+        drive = answer if answer.value in names else Marked(value=names[0], assumed="the first channel")
+    units: dict[str, Any] = {}
+    for column in channels:
+        guess = judged.columns[column.name]
+        si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(guess.quantity, "V")
+        reason = guess.evidence if guess.unit else "the file says no unit"
+        units[column.name] = column.unit or Marked(value=guess.unit or si, assumed=reason)
+        if column.name != plain(drive):
+            _add_channel(draft, judged, column)
+    entry: dict[str, Any] = {"name": judged.table.label, "file": file, "rate": rate}
+    draft.entries["record"].append({**entry, **({"force": drive} if drive else {}), "units": units})
+
+
+def motions(judged: JudgedTable) -> list[Column]:
+    """Responses that are motions or of unknown quantity."""
+    known = {*MOTIONS, "", "voltage"}
+    return [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in known]
+
+
+def _add_channel(draft: Draft, judged: JudgedTable, column: Column) -> None:
+    """Sensor of a channel of a record, which has the name of its column."""
+    name = add_sensor(draft, judged, column, has_phase=True, needs_unit=True)
+    entry = draft.named("sensor", name)
+    if entry is not None and draft.named("sensor", column.name) is None:
+        if any(name in run["columns"] for run in draft.entries["run"]) or any(
+            decay["sensor"] == name for decay in draft.entries["ring_down"]
+        ):
+            draft.entries["sensor"].append({**entry, "name": column.name})
+        else:
+            entry["name"] = column.name
+
+
+def _with_unit(draft: Draft, judged: JudgedTable, column: Column, si: str) -> str | dict[str, Any]:
+    entry = reading(draft, judged, column)
+    if isinstance(entry, str) and not column.unit and si:
+        return {"column": column.name, "unit": Marked(value=si, assumed="the file says no unit; SI")}
+    return entry
+
+
+def _cycles(
+    judged: JudgedTable, time: Column, displacement: Column, rows: dict[str, Any], mask: np.ndarray
+) -> str | Marked:
+    """Frequency of the cycles: a setting in hertz, or the strongest one of the displacement."""
+    for column in judged.settings:
+        if judged.columns[column.name].unit == "Hz":
+            return f"{rows[column.name]:g} Hz"
+    instants = time.values[mask]
+    signal = displacement.values[mask] - displacement.values[mask].mean()
+    step = float(np.median(np.diff(instants))) * SECONDS.get(judged.columns[time.name].unit, 1.0)
+    frequency = strongest_line(signal)[0] / step
+    return Marked(value=f"{frequency:.4g} Hz", assumed="the strongest frequency of the displacement")

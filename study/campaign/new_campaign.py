@@ -1,0 +1,334 @@
+"""``stickslip campaign new``: drafts the manifest of a folder of test files."""
+
+import re
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from correlation.campaign.manifest import MANIFEST
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
+from correlation.file.format import MEASURED_FILES
+from correlation.file.read_file import read_file
+from study.campaign.column_role import Role
+from study.campaign.draft import Draft, Note, plain
+from study.campaign.draft_frequency import (
+    draft_frequency_responses,
+    draft_stepped_sine,
+    force_column,
+    phase_evidence,
+    responses_with_phases,
+    sensor_signs,
+)
+from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
+from study.campaign.note import list_notes
+from study.campaign.question import Answers, Marked
+from study.campaign.repeat import is_settling, number_repeats
+from study.campaign.suspicion import list_suspicions
+from study.campaign.table import split_tables
+from study.campaign.table_kind import JudgedTable, Kind, judge_table
+
+#: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
+NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|record)\[(\d+)\]")
+NAMED_RECORD = re.compile(r'record "(.+?)"')
+#: Files that stand beside measurements.
+BESIDE = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NewCampaign:
+    """What was drafted.
+
+    Parameters
+    ----------
+    path
+        Manifest that was written.
+    draft
+        Draft.
+    suspicions
+        What looks wrong in the data.
+    """
+
+    path: Path
+    draft: Draft
+    suspicions: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FolderFiles:
+    """Measured files of a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder.
+    files
+        Files that could be read, by their names.
+    unreadable
+        Why others could not, by their names.
+    """
+
+    folder: Path
+    files: dict[str, MeasuredFile]
+    unreadable: dict[str, str]
+
+
+def read_folder(
+    folder: Path, *, overwrite: bool = False, report: Callable[[float, float], None] = lambda _done, _total: None
+) -> FolderFiles:
+    """Read all measured files of a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder with files of test programs.
+    overwrite
+        Whether a manifest that is there may be replaced.
+    report
+        Called with how many files are read, and how many there are.
+
+    Raises
+    ------
+    CampaignError
+        No such folder, or a manifest that is there.
+    """
+    path = folder / MANIFEST
+    if not folder.is_dir():
+        raise CampaignError(f'there is no folder "{folder}"; give the one with the files of the test')
+    if path.exists() and not overwrite:
+        raise CampaignError(f'"{path}" is there already; remove it, or replace it by --force')
+    suffixes = tuple(suffix for format_ in MEASURED_FILES for suffix in format_.suffixes)
+    paths = [
+        path
+        for path in sorted(folder.iterdir())
+        if path.is_file()
+        and not path.name.startswith(".")
+        and (path.suffix.lower() not in BESIDE or path.name.lower().endswith(suffixes))
+    ]
+    files: dict[str, MeasuredFile] = {}
+    unreadable: dict[str, str] = {}
+    for number, path in enumerate(paths):
+        report(number, len(paths))
+        try:
+            files[path.name] = read_file(path)
+        except CampaignError as error:
+            unreadable[path.name] = str(error)
+    return FolderFiles(folder=folder, files=files, unreadable=unreadable)
+
+
+def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
+    """Draft the manifest of a folder.
+
+    Parameters
+    ----------
+    measured
+        Its files.
+    answers
+        Where what the files cannot say comes from.
+
+    Raises
+    ------
+    CampaignError
+        No usable file.
+    """
+    folder = measured.folder
+    draft = Draft(title=folder.resolve().name, answers=answers)
+    for name, reason in measured.unreadable.items():
+        sentence = reason.removeprefix(name).lstrip(":, ")
+        draft.notes.append(Note(file=name, columns="", role="cannot be read", unit="", evidence=sentence))
+        draft.left_out.append(reason)
+    judged = [judge_table(table) for file in measured.files.values() for table in split_tables(file)]
+    draft.notes += list_notes(judged)
+    _draft_tables(draft, judged)
+    draft.suspicions += list_suspicions(judged)
+    number_repeats(draft, measured.files)
+    if draft.is_empty:
+        raise _nothing(draft, folder)
+    return draft
+
+
+def write_manifest(folder: Path, draft: Draft) -> NewCampaign:
+    """Write a draft, without entries that `read_campaign` refuses.
+
+    Parameters
+    ----------
+    folder
+        Folder of the campaign.
+    draft
+        Draft, which loses these entries.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is left.
+    """
+    suspicions = _keep_readable(draft, folder)
+    path = folder / MANIFEST
+    path.write_text(draft.text(), encoding="utf-8")
+    return NewCampaign(path=path, draft=draft, suspicions=(*draft.suspicions, *suspicions))
+
+
+def _nothing(draft: Draft, folder: Path) -> CampaignError:
+    reasons = draft.left_out or [f"{note.file}: {note.evidence}" for note in draft.notes if note.file]
+    listed = "; ".join(reason.rstrip(".") for reason in reasons[:3]) or "it has no measured file"
+    return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
+
+
+def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
+    """Entries of all tables, after what they have in common."""
+    stepped = [table for table in judged if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
+    responses = [table for table in judged if table.kind is Kind.FREQUENCY_RESPONSE]
+    time_sign = _conventions(draft, [*stepped, *responses]) if stepped or responses else 1
+    with_frequency = [table for table in [*stepped, *responses] if table.kind is not Kind.STEADY_STATE]
+    signs = sensor_signs(draft, with_frequency, time_sign)
+    tests = _test_names(stepped)
+    for table in judged:
+        if table.kind is Kind.STEPPED_SINE:
+            test = tests[id(table)]
+            draft_stepped_sine(draft, table, test, signs)
+            _mark_settling(draft, table, test)
+        elif table.kind is Kind.STEADY_STATE:
+            draft_steady_states(draft, table, tests[id(table)])
+        elif table.kind is Kind.FREQUENCY_RESPONSE:
+            draft_frequency_responses(draft, table, signs)
+        elif table.kind is Kind.RING_DOWN:
+            draft_ring_downs(draft, table)
+        elif table.kind is Kind.LOOP:
+            draft_loops(draft, table)
+        elif table.kind is Kind.RECORD:
+            draft_record(draft, table)
+        elif table.kind is Kind.TIDY:
+            name = table.table.file.path.name
+            draft.left_out.append(f"{name}: a tidy table: write [[test]] and [[sensor]] with its names")
+
+
+def _conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
+    """Drive, sign of time, meaning of amplitudes, units; returns the sign of i Omega t."""
+    with_frequency = [table for table in tables if table.of_role(Role.FREQUENCY)]
+    evidence = [item for table in with_frequency for _, item in phase_evidence(table)]
+    falls = sum(item.time_sign > 0 for item in evidence)
+    rises = sum(item.time_sign < 0 for item in evidence)
+    words = ("exp(+i omega t)", "exp(-i omega t)")
+    time: str | Marked
+    if not evidence:
+        time = words[0]  # without phases it has no meaning
+    elif falls == rises:
+        why = "the phases do not tell it"
+        time = draft.ask("Do amplitudes belong to exp(+i omega t) or exp(-i omega t)?", words[0], why, *words)
+    else:
+        sign = "falls" if falls > rises else "rises"
+        why = f"the phase {sign} over the resonance in {max(falls, rises)} of {len(evidence)} responses"
+        time = Marked(value=words[0] if falls > rises else words[1], assumed=why)
+    stepped = [table for table in tables if table.kind is Kind.STEPPED_SINE]
+    amplitude: str | Marked = "peak"
+    if stepped:
+        amplitude = draft.ask(
+            "Are amplitudes peak, rms or peak to peak values?", "peak", "no file says it; it scales everything",
+            "peak", "rms", "peak to peak",
+        )  # fmt: skip
+    forces = [(table, force) for table in tables if (force := force_column(table)) is not None]
+    units = [table.columns[force.name].unit for table, force in forces]
+    known = next((unit for unit in units if unit and unit not in {"V", "mV"}), "")
+    levels = [table.columns[column.name].unit for table in stepped for column in table.settings
+              if table.columns[column.name].role is Role.LEVEL]  # fmt: skip
+    known = known or next((unit for unit in levels if unit and unit not in {"V", "mV"}), "")
+    level_unit: str | Marked = known or Marked(value="N", assumed="the files say no unit of the force")
+    if stepped and not known:
+        why = "the drive is in volts" if "V" in units + levels else "no file has a force in newtons"
+        answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", "V", why)
+        level_unit = Marked(value=answer.value, assumed=answer.assumed)
+        if answer.value in {"V", "mV", "%"}:
+            draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}
+    draft.single["convention"] = {"time": time, "amplitude": amplitude}
+    draft.single["units"] = {"level": level_unit, "frequency": "Hz"}
+    return -1 if plain(time) == words[1] else 1
+
+
+def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
+    """Test of each table: tables with equal columns are runs of one test."""
+    groups: dict[tuple[str, ...], list[JudgedTable]] = {}
+    for table in tables:
+        shape = re.sub(r"[({\[]\d+[)}\]]", "", table.table.path)
+        names = [table.table.short_name(column) for column in table.table.columns]
+        groups.setdefault((table.kind.value, shape, *names), []).append(table)
+    result: dict[int, str] = {}
+    taken: set[str] = set()
+    for (kind, shape, *_), members in groups.items():
+        stem = _common_start([member.table.file.path.name.split(".")[0] for member in members])
+        name = shape.rpartition(".")[2].rpartition("/")[2] or stem.rstrip("_- 0123456789") or kind
+        while name in taken:
+            name += "'"
+        taken.add(name)
+        result |= {id(member): name for member in members}
+    return result
+
+
+def _common_start(names: Sequence[str]) -> str:
+    """The letters with which all names begin."""
+    first, last = min(names), max(names)
+    return next((first[:n] for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), first)
+
+
+def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:
+    frequency = judged.of_role(Role.FREQUENCY)[0]
+    mask = judged.mask(judged.rows()[0])
+    sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
+    why = is_settling(frequency.values[mask], sizes)
+    entry = draft.named("test", test)
+    if why and entry is not None:
+        entry["settling"] = Marked(value=True, assumed=why)
+
+
+def _keep_readable(draft: Draft, folder: Path) -> list[str]:
+    """Leave out entries that `read_campaign` refuses, one after the other; returns what it suspects."""
+    with tempfile.TemporaryDirectory() as trial:
+        for path in folder.iterdir():
+            if path.is_file() and path.name != MANIFEST:
+                (Path(trial) / path.name).symlink_to(path.resolve())
+        while True:
+            (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
+            try:
+                return [str(suspicion) for suspicion in read_campaign(Path(trial)).suspicions]
+            except CampaignError as error:
+                if not _leave_out(draft, str(error)):
+                    raise CampaignError(f"the draft cannot be read: {error}") from None
+            if draft.is_empty:
+                raise _nothing(draft, folder)
+
+
+def _leave_out(draft: Draft, message: str) -> bool:
+    """Take entries that a message names out of a draft; whether there were any."""
+    lines = message.splitlines()
+    doomed: dict[tuple[str, int], str] = {}
+    for line in lines:
+        match, record = NAMED_ENTRY.search(line), NAMED_RECORD.search(line)
+        if match and int(match[2]) <= len(draft.entries[match[1]]):
+            doomed[match[1], int(match[2]) - 1] = line
+        elif record:
+            names = [entry["name"] for entry in draft.entries["record"]]
+            if record[1] in names:
+                doomed["record", names.index(record[1])] = line
+    for (kind, number), line in sorted(doomed.items(), reverse=True):
+        entry = draft.entries[kind].pop(number)
+        called = entry.get("name", entry.get("file"))
+        draft.left_out.append(f'{kind} "{called}": {line.partition(": ")[2]}')
+    _drop_unused(draft)
+    return bool(doomed)
+
+
+def _drop_unused(draft: Draft) -> None:
+    """Remove sensors and tests that no entry uses."""
+    used: set[str] = set()
+    for kind in ("run", "frf"):
+        used |= {name for entry in draft.entries[kind] for name in entry["columns"]}
+    used |= {entry["sensor"] for entry in draft.entries["ring_down"]}
+    used |= {name for entry in draft.entries["record"] for name in entry["units"]}
+    draft.entries["sensor"] = [entry for entry in draft.entries["sensor"] if entry["name"] in used]
+    tests = {entry["test"] for entry in draft.entries["run"]}
+    draft.entries["test"] = [entry for entry in draft.entries["test"] if entry["name"] in tests]
+    if not (draft.entries["test"] or draft.entries["frf"]):
+        draft.single.clear()

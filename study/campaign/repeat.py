@@ -1,0 +1,115 @@
+"""Repeats, levels and settling readings among the runs of a draft."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.file.column import MeasuredFile
+from study.campaign.draft import Draft, plain
+from study.campaign.question import Marked
+
+Series = Float[NDArray[np.float64], " n"]
+
+#: Runs whose levels differ by less are repeats of one level [-].
+SAME_LEVEL = 0.03
+#: Digits of a level that was measured.
+DIGITS = 2
+#: Readings at one frequency from which a trend can be told, and the share of frequencies that must show it [-].
+FEWEST, SHARE = 3, 0.7
+
+
+def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
+    """Give runs of one test, level and direction of sweep one level and a number each.
+
+    Parameters
+    ----------
+    draft
+        Draft whose runs change.
+    files
+        Measured files by their names.
+    """
+    groups: list[tuple[str, float, int, list[dict[str, Any]]]] = []
+    for run in draft.entries["run"]:
+        if "frequency" not in run["columns"] or "level" in run["columns"] or "repeat" in run["columns"]:
+            continue
+        level, direction = run_level(run, files), run_direction(run, files)
+        for test, first, way, members in groups:
+            if test == run["test"] and way == direction and abs(level / first - 1) < SAME_LEVEL:
+                members.append(run)
+                break
+        else:
+            groups.append((run["test"], level, direction, [run]))
+    for test, _, _, members in groups:
+        if len(members) < 2:
+            continue
+        levels = [run_level(run, files) for run in members]
+        why = f"{len(members)} runs of {test} with levels from {min(levels):.4g} to {max(levels):.4g}: repeats"
+        common = float(f"{np.median(levels):.{DIGITS}g}")
+        for number, run in enumerate(members, start=1):
+            columns = run.pop("columns")
+            if max(levels) > min(levels):
+                run["level"] = Marked(value=common, assumed=why)
+            run["repeat"] = Marked(value=number, assumed=why)
+            run["columns"] = columns
+
+
+def run_level(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> float:
+    """Level of a run: its number, or the median of the measured force; NaN without either."""
+    if "level" in run:
+        return float(plain(run["level"]))
+    force = run["columns"].get("force")
+    if force is None:
+        return float("nan")
+    entry = {"column": force} if isinstance(force, str) else plain(force)
+    values = _column(run, files, str(next(iter(entry.values()))))
+    return float(np.median(np.abs(values)))
+
+
+def run_direction(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> int:
+    """+1 for a run whose frequency only rises, -1 for one where it only falls, 0 for both or neither."""
+    entry = run["columns"]["frequency"]
+    values = _column(run, files, str(entry if isinstance(entry, str) else plain(entry)["column"]))
+    steps = np.diff(values.real)
+    rises, falls = bool((steps > 0).any()), bool((steps < 0).any())
+    return 0 if rises == falls else (1 if rises else -1)
+
+
+def _column(run: Mapping[str, Any], files: Mapping[str, MeasuredFile], name: str) -> NDArray[Any]:
+    return files[run["file"]].column(name).values
+
+
+def is_settling(
+    frequency: Float[NDArray[np.float64], " n"], response: Sequence[Float[NDArray[np.float64], " n"]]
+) -> str:
+    """Whether readings that follow each other at one frequency are one response that settles, not repeats.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies in the order of measurement, shape (n,).
+    response
+        Sizes of the responses of each sensor, shape (n,) each.
+
+    Returns
+    -------
+    The evidence; empty if they are not, or if there are too few readings to tell.
+    """
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(frequency) != 0]))
+    blocks = [
+        (start, end) for start, end in zip(starts, [*starts[1:], len(frequency)], strict=True) if end - start >= FEWEST
+    ]
+    if len(blocks) < FEWEST:
+        return ""
+    settling = sum(any(_settles(values[start:end]) for values in response) for start, end in blocks)
+    if settling < SHARE * len(blocks):
+        return ""
+    return f"readings at one frequency go one way in ever smaller steps at {settling} of {len(blocks)} frequencies"
+
+
+def _settles(values: Series) -> bool:
+    steps = np.diff(values)
+    one_way = bool((steps > 0).all() or (steps < 0).all())
+    return one_way and bool(abs(steps[-1]) < 0.7 * abs(steps[0]))

@@ -1,0 +1,134 @@
+"""Sensors of a draft, and the columns that hold their readings."""
+
+from typing import Any
+
+from correlation.campaign.measurement import SI_UNIT
+from correlation.file.column import Column
+from study.campaign.column_role import MOTIONS, Part, Recognised, Role
+from study.campaign.draft import Draft, plain
+from study.campaign.question import Marked
+from study.campaign.table_kind import JudgedTable
+
+#: Up to so many sensors are asked for one by one.
+FEW_SENSORS = 4
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def sensor_name(judged: JudgedTable, column: Column) -> str:
+    """Name of the sensor of a response: its point in the file, or the words of its column."""
+    point = column.response
+    if point is not None and (point.node is not None or point.name):
+        return f"{point.node if point.node is not None else point.name}{point.direction.lstrip('+-').upper()}"
+    guess = judged.columns[column.name]
+    return guess.stem or guess.quantity or "response"
+
+
+def add_sensor(draft: Draft, judged: JudgedTable, column: Column, *, has_phase: bool, needs_unit: bool) -> str:
+    """Add the sensor of a response unless it is there.
+
+    Parameters
+    ----------
+    draft
+        Draft that grows.
+    judged, column
+        Response and its table.
+    has_phase
+        Whether its values have a phase.
+    needs_unit
+        Whether its type of data refuses uncalibrated readings.
+
+    Returns
+    -------
+    Name of the sensor.
+    """
+    name, guess = sensor_name(judged, column), judged.columns[column.name]
+    known = draft.named("sensor", name)
+    if known is not None and guess.quantity in {"", "voltage", plain(known["quantity"])}:
+        return name
+    name = name if known is None else f"{name} {guess.quantity}"
+    if draft.named("sensor", name) is not None:
+        return name
+    quantity = ask_quantity(draft, name, guess)
+    entry: dict[str, Any] = {"name": name, "quantity": quantity, **_position(draft, judged, column, name)}
+    if not has_phase:
+        entry["phase"] = False
+    is_calibrated = guess.unit not in {"", "V", "mV"} or (bool(guess.quantity) and guess.quantity != "voltage")
+    if not is_calibrated and not needs_unit:
+        why = f'the unit of "{column.name}" is unknown'
+        why = "readings in volts: their sensitivity is unknown" if guess.unit else why
+        entry["calibrated"] = Marked(value=False, assumed=why)
+        entry["reading_unit"] = guess.unit or Marked(value="V", assumed="the file says no unit")
+    draft.entries["sensor"].append(entry)
+    return name
+
+
+def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
+    """What a sensor measures."""
+    if guess.quantity in MOTIONS:
+        return guess.quantity
+    return draft.ask(f'What does "{name}" measure?', "displacement", "its unit and its name do not say it", *MOTIONS)
+
+
+def reading(
+    draft: Draft, judged: JudgedTable, column: Column, *, sensor: str = "", phase: Column | None = None, per: str = ""
+) -> str | dict[str, Any]:
+    """Columns and unit of a quantity as the manifest names them.
+
+    Parameters
+    ----------
+    draft, judged, column
+        Draft, table and column of the values, their amplitude or real part.
+    sensor
+        Name of the sensor of a response; empty for other quantities.
+    phase
+        Column of the phase or imaginary part.
+    per
+        Unit of a force, for a ratio; empty for none.
+    """
+    guess = judged.columns[column.name]
+    entry: dict[str, Any] = {}
+    if guess.part is Part.REAL and phase is not None:
+        entry = {"real": column.name, "imag": phase.name}
+    elif phase is not None:
+        entry = {"amplitude": column.name, "phase": phase.name}
+        if not phase.unit:
+            angle = judged.columns[phase.name]
+            entry["phase_unit"] = Marked(value=angle.unit, assumed=f'"{phase.name}": {angle.evidence}')
+    elif guess.part is Part.AMPLITUDE:
+        entry = {"amplitude": column.name}
+    else:
+        entry = {"column": column.name}
+    described = draft.named("sensor", sensor) if sensor else None
+    if described is not None and not column.unit and "calibrated" not in described:
+        entry["unit"] = _unit(str(plain(described["quantity"])), guess, per)
+    elif described is None and not column.unit and guess.unit:
+        entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)
+    return column.name if entry == {"column": column.name} else entry
+
+
+def _unit(quantity: str, guess: Recognised, per: str) -> Marked:
+    if guess.unit:
+        unit = guess.unit if not per or "/(" in guess.unit or guess.unit.endswith("/N") else f"({guess.unit})/({per})"
+        return Marked(value=unit, assumed=guess.evidence)
+    si = SI_UNIT[quantity]
+    return Marked(value=f"({si})/({per})" if per else si, assumed="the file says no unit; SI")
+
+
+def _position(draft: Draft, judged: JudgedTable, column: Column, name: str) -> dict[str, Any]:
+    """Direction and place: of the file where it says them."""
+    point, nodes = column.response, judged.table.file.nodes
+    entry: dict[str, Any] = {}
+    axis = point.direction.lstrip("+-") if point is not None else ""
+    if not (axis and point is not None and point.node in nodes):
+        count = len([one for one in judged.table.columns if judged.columns[one.name].role is Role.RESPONSE])
+        which = f'sensor "{name}"' if count <= FEW_SENSORS else f"the sensors of {judged.table.file.path.name}"
+        why = "the file does not say it; the name of a place of the case, and an axis"
+        answer = draft.ask(f"Where is {which}, and along which axis does it read?", f"tip {axis or 'z'}", why)
+        place, _, given = str(answer.value).rpartition(" ")
+        place, given = (place, given) if given in AXES else (str(answer.value), axis or "z")
+        entry["direction"] = axis or Marked(value=given, assumed=answer.assumed and "the file does not say it")
+        entry["place"] = Marked(value=place, assumed=answer.assumed and "the file does not say where the sensor is")
+    if axis and point is not None and point.node is not None and point.node in nodes:
+        entry["direction"] = axis
+        entry["coordinates"] = [f"{coordinate:.9g} m" for coordinate in nodes[point.node].tolist()]
+    return entry

@@ -1,0 +1,132 @@
+"""What looks wrong or needs care in measured tables, each with its evidence."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from study.campaign.column_role import Role
+from study.campaign.draft_frequency import force_column, is_response_controlled, responses_with_phases
+from study.campaign.table_kind import JudgedTable, Kind
+
+Series = Float[NDArray[np.float64], " n"]
+
+#: Sweeps that differ by this factor over so many neighbouring frequencies are on two branches.
+BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
+#: A force that varies by this factor within one pass is not the same level everywhere.
+FORCE_FACTOR = 1.3
+#: A share of samples at the largest value from which a channel is taken to clip [-].
+CLIPPED = 0.01
+
+
+def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
+    """Suspicions of all tables, one sentence each.
+
+    Parameters
+    ----------
+    tables
+        Judged tables.
+    """
+    sentences: list[str] = []
+    for judged in tables:
+        if judged.kind is Kind.NOT_USED:
+            continue
+        sentences += _dead_channels(judged)
+        if judged.kind is Kind.STEPPED_SINE:
+            sentences += _branches(judged) + _varying_force(judged)
+        elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.STEADY_STATE}:
+            sentences += _clipping(judged)
+    return list(dict.fromkeys(sentences))
+
+
+def two_branches(
+    frequency: Series, size: Series, rising: Bool[NDArray[np.bool_], " n"]
+) -> tuple[float, float, float] | None:
+    """Where rising and falling sweeps differ.
+
+    Parameters
+    ----------
+    frequency, size
+        Frequencies and sizes of the response, shape (n,) each.
+    rising
+        Whether a row belongs to a rising sweep, shape (n,).
+
+    Returns
+    -------
+    Lowest and highest frequency, and the largest factor between the sweeps; None if they agree.
+    """
+    up, down = (dict(zip(frequency[rows].tolist(), size[rows].tolist(), strict=True)) for rows in (rising, ~rising))
+    common = np.array(sorted(set(up) & set(down)))
+    if len(common) < BRANCH_POINTS:
+        return None
+    ratio = np.array([up[one] / down[one] if down[one] else np.inf for one in common.tolist()])
+    apart = np.maximum(ratio, 1 / np.where(ratio == 0, np.nan, ratio)) > BRANCH_FACTOR
+    runs = np.split(np.arange(len(common)), np.flatnonzero(np.diff(apart.astype(int))) + 1)
+    longest = max((rows for rows in runs if apart[rows[0]]), key=len, default=np.zeros(0, dtype=int))
+    if len(longest) < BRANCH_POINTS:
+        return None
+    factor = float(np.max(np.maximum(ratio[longest], 1 / ratio[longest])))
+    return float(common[longest[0]]), float(common[longest[-1]]), factor
+
+
+def _branches(judged: JudgedTable) -> list[str]:
+    """Sweeps on two branches."""
+    frequency, sweeps = judged.of_role(Role.FREQUENCY)[0], judged.of_role(Role.SWEEP)
+    sentences = []
+    for rows in judged.rows():
+        mask = judged.mask(rows)
+        if sweeps and sweeps[0].words:
+            names = np.array([word.lower() in {"up", "forward", "rising"} for word in sweeps[0].words])
+            rising = names[sweeps[0].values[mask].astype(int)]
+        else:
+            steps = np.sign(np.diff(frequency.values[mask]))
+            rising = np.concatenate([steps[:1], steps]) > 0
+        for column, _ in responses_with_phases(judged):
+            apart = two_branches(frequency.values[mask], np.abs(column.values[mask]), rising)
+            if apart:
+                at = f" at {', '.join(f'{key} = {value}' for key, value in rows.items())}" if rows else ""
+                sentences.append(
+                    f'{judged.table.file.path.name}: "{column.name}"{at}: rising and falling sweeps differ by up to a '
+                    f"factor of {apart[2]:.2g} from {apart[0]:g} to {apart[1]:g} Hz: two branches, no repeats"
+                )
+    return sentences
+
+
+def _varying_force(judged: JudgedTable) -> list[str]:
+    """A force that drops within a pass, as that of a shaker does at a resonance."""
+    force = force_column(judged)
+    if force is None:
+        return []
+    size = np.abs(force.values)
+    size = size[np.isfinite(size) & (size > 0)]
+    if not len(size) or size.max() < FORCE_FACTOR * size.min() or judged.settings:
+        return []
+    if is_response_controlled(judged, force, responses_with_phases(judged)[0][0], {}):
+        return []
+    return [
+        f'{judged.table.file.path.name}: "{force.name}" goes from {size.min():.4g} to {size.max():.4g}: the force of '
+        "each point is used; the level is its median"
+    ]
+
+
+def _dead_channels(judged: JudgedTable) -> list[str]:
+    return [
+        f'{judged.table.file.path.name}: "{column.name}" has the same value in all rows: a dead channel?'
+        for column in judged.of_role(Role.RESPONSE, Role.FORCE)
+        if len(column.values) > 3 and (column.values == column.values[0]).all()
+    ]
+
+
+def _clipping(judged: JudgedTable) -> list[str]:
+    sentences = []
+    for column in judged.of_role(Role.RESPONSE, Role.FORCE):
+        values = column.values.real
+        for limit in (values.max(), values.min()):
+            share = float(np.mean(values == limit))
+            if share > CLIPPED and abs(limit) > 0:
+                sentences.append(
+                    f'{judged.table.file.path.name}: "{column.name}" is {limit:.4g} in {100 * share:.1f} % of its '
+                    "samples: does it clip?"
+                )
+    return sentences

@@ -1,0 +1,198 @@
+"""What a table of a measured file is: frequency responses, stepped sine, ring-downs, loops, steady states, records."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from correlation.file.column import Column
+from study.campaign.column_role import MOTIONS, Recognised, Role, name_words, recognise_column
+from study.campaign.table import Table
+from study.campaign.time_history import judge_history
+
+
+class Kind(Enum):
+    """Types of tables."""
+
+    TIDY = "tidy table"
+    FREQUENCY_RESPONSE = "frequency responses"
+    STEPPED_SINE = "stepped sine"
+    RING_DOWN = "ring-downs"
+    LOOP = "force-displacement loops"
+    STEADY_STATE = "steady states over time"
+    RECORD = "time record"
+    NOT_USED = "not used"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedTable:
+    """A table, its kind and its columns.
+
+    Parameters
+    ----------
+    table
+        Table.
+    kind
+        What it is.
+    evidence
+        Why.
+    columns
+        Judgement on each column, by its name.
+    settings
+        Columns that are constant in blocks of rows: each combination of their values is a series of its own.
+    """
+
+    table: Table
+    kind: Kind
+    evidence: str
+    columns: Mapping[str, Recognised]
+    settings: tuple[Column, ...] = ()
+
+    def of_role(self, *roles: Role) -> list[Column]:
+        """Columns of some roles, in the order of the file."""
+        used = {column.name for column in self.settings} if Role.LEVEL not in roles else set()
+        return [
+            column
+            for column in self.table.columns
+            if self.columns[column.name].role in roles and column.name not in used
+        ]
+
+    def rows(self) -> list[dict[str, float | str]]:
+        """Combinations of the settings in the order of the file; one without settings is empty."""
+        if not self.settings:
+            return [{}]
+        stacked = np.stack([column.values for column in self.settings], axis=1)
+        _, first = np.unique(stacked, axis=0, return_index=True)
+        return [{column.name: value_of(column, row) for column in self.settings} for row in np.sort(first).tolist()]
+
+    def mask(self, rows: Mapping[str, float | str]) -> np.ndarray:
+        """Rows of one combination, shape (n,)."""
+        mask = np.ones(len(self.table.columns[0].values), dtype=bool)
+        for column in self.settings:
+            wanted = rows[column.name]
+            mask &= column.values == (column.words.index(str(wanted)) if column.words else wanted)
+        return mask
+
+
+#: Columns of the tidy tables of a campaign.
+TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
+#: Names of ratios to a force.
+RATIOS = {"frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"}
+LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
+SPECTRA = ("spectrum", "spectral density", "coherence", "correlation")
+#: Fewer samples without a time are parameters, not a record.
+FEWEST_SAMPLES = 200
+MOST_SETTINGS = 60
+
+
+def judge_table(table: Table) -> JudgedTable:
+    """Kind of a table and roles of its columns.
+
+    Parameters
+    ----------
+    table
+        Table of a measured file.
+    """
+    columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
+    columns = _one_abscissa(table, columns)
+    roles = {guess.role for guess in columns.values()}
+    if {column.name for column in table.columns} >= TIDY:
+        return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
+    settings = _settings(table, columns)
+    judged = JudgedTable(table=table, kind=Kind.NOT_USED, evidence="", columns=columns, settings=settings)
+    if not judged.of_role(Role.RESPONSE, Role.FORCE):
+        return _as(judged, Kind.NOT_USED, "it has no response")
+    if Role.TIME in roles:
+        return _judge_time(judged)
+    if Role.FREQUENCY in roles:
+        return _judge_frequency(judged)
+    if len(table.columns[0].values) >= FEWEST_SAMPLES:
+        return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
+    return _as(judged, Kind.NOT_USED, "it has neither time nor frequency")
+
+
+def value_of(column: Column, row: int) -> float | str:
+    """Value of a column in a row: a number, or a word."""
+    value = float(column.values[row].real)
+    return column.words[int(value)] if column.words else value
+
+
+def _as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
+    return JudgedTable(**{**vars(judged), "kind": kind, "evidence": evidence})
+
+
+def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Of several times or frequencies the first that varies most is the abscissa."""
+    result = dict(columns)
+    for role in (Role.TIME, Role.FREQUENCY):
+        candidates = [column for column in table.columns if columns[column.name].role is role]
+        best = max(candidates, key=lambda column: len(np.unique(column.values)), default=None)
+        for column in candidates:
+            if column is not best:
+                result[column.name] = Recognised(role=Role.OTHER, evidence=f"a second {role.value}")
+    return result
+
+
+def _settings(table: Table, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
+    """Columns that name the series of a row: levels, sensors, harmonics, and whatever is constant in blocks."""
+    has_time = any(guess.role is Role.TIME for guess in columns.values())
+    settings = []
+    for column in table.columns:
+        role = columns[column.name].role
+        different = len(np.unique(column.values))
+        changes = int(np.count_nonzero(np.diff(column.values)))
+        in_blocks = 1 <= different <= MOST_SETTINGS and changes < len(column.values) / 20
+        named = role in {Role.LEVEL, Role.SENSOR, Role.HARMONIC} and different <= MOST_SETTINGS
+        if named or (has_time and in_blocks and role is not Role.TIME):
+            settings.append(column)
+    return tuple(settings)
+
+
+def _judge_frequency(judged: JudgedTable) -> JudgedTable:
+    responses = judged.of_role(Role.RESPONSE)
+    if not responses:
+        return _as(judged, Kind.NOT_USED, "it has no response")
+    functions = {column.function for column in responses}
+    if all(any(word in function for word in SPECTRA) for function in functions):
+        return _as(judged, Kind.NOT_USED, f"{', '.join(sorted(functions))}: without a phase to the force")
+    if "frequency response" in functions:
+        return _as(judged, Kind.FREQUENCY_RESPONSE, "the file says so")
+    words = {word for column in responses for word in name_words(judged.table.short_name(column))}
+    ratio = [column for column in responses if "/N" in column.unit or "/(N)" in column.unit]
+    if ratio:
+        return _as(judged, Kind.FREQUENCY_RESPONSE, f'"{ratio[0].name}" is a ratio to a force, {ratio[0].unit}')
+    if judged.of_role(Role.COHERENCE):
+        return _as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
+    if words & RATIOS and not judged.of_role(Role.FORCE):
+        return _as(judged, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
+    return _as(judged, Kind.STEPPED_SINE, "one row per frequency, and no ratio to a force")
+
+
+def _judge_time(judged: JudgedTable) -> JudgedTable:
+    """Kind of histories, from those of the first series."""
+    mask = judged.mask(judged.rows()[0])
+    quantities = {judged.columns[column.name].quantity for column in judged.of_role(Role.RESPONSE)}
+    forces = judged.of_role(Role.FORCE)
+    words = set(name_words(judged.table.file.path.name.split(".")[0])) | {
+        word for column in judged.table.columns for word in name_words(judged.table.short_name(column))
+    }
+    if forces and "displacement" in quantities and "acceleration" not in quantities:
+        few = len(judged.of_role(Role.RESPONSE)) <= 2 and len(forces) == 1
+        if words & LOOP_WORDS or judged.settings or few:
+            named = (
+                f'called "{sorted(words & LOOP_WORDS)[0]}"' if words & LOOP_WORDS else "force and displacement alone"
+            )
+            return _as(judged, Kind.LOOP, named)
+    responses = [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in MOTIONS]
+    responses = responses or judged.of_role(Role.RESPONSE) or forces
+    histories = [judge_history(np.asarray(column.values.real[mask])) for column in responses]
+    kinds = [history.kind for history in histories]
+    pulse = not forces or judge_history(np.asarray(forces[0].values.real[mask])).kind in {"pulse", "decay"}
+    kind = max(set(kinds), key=kinds.count)
+    evidence = histories[kinds.index(kind)].evidence
+    if kind in {"decay", "pulse"} and pulse:
+        return _as(judged, Kind.RING_DOWN, evidence)
+    if kind == "steady state" and forces:
+        return _as(judged, Kind.STEADY_STATE, evidence)
+    return _as(judged, Kind.RECORD, evidence)

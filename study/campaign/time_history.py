@@ -1,0 +1,106 @@
+"""What a time history is, judged from its envelope and its spectrum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+Samples = Float[NDArray[np.float64], " n"]
+#: Windows of the envelope.
+WINDOWS = 20
+#: A decay ends below this share of its largest window, which is among the first ones [-].
+DECAYED, EARLY, FALLING = 0.3, 5, -0.85
+#: A steady state varies by no more than this share over its second half [-], and has most of its power in few lines.
+STEADY, IN_LINES = 0.1, 0.9
+#: A pulse has a peak of so many root mean squares, among the first share of the record.
+CREST, SOON = 8.0, 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """Kind of a history and why.
+
+    Parameters
+    ----------
+    kind
+        "decay", "steady state", "pulse" or "broadband".
+    evidence
+        Numbers behind it.
+    frequency
+        Strongest frequency [cycles per sample].
+    """
+
+    kind: str
+    evidence: str
+    frequency: float
+
+
+def judge_history(values: Samples) -> Judged:
+    """Kind of a time history.
+
+    Parameters
+    ----------
+    values
+        Uniform samples, shape (n,).
+    """
+    signal = values - np.mean(values)
+    frequency, share = strongest_line(signal)
+    windows = np.array([np.sqrt(np.mean(part**2)) for part in np.array_split(signal, WINDOWS)])
+    largest = int(np.argmax(windows))
+    crest = float(np.abs(signal).max() / max(float(np.sqrt(np.mean(signal**2))), 1e-300))
+    end = float(windows[-3:].mean() / max(windows[largest], 1e-300))
+    after = windows[largest:]
+    if largest < EARLY and end < DECAYED and len(after) > 3:
+        falls = float(spearmanr(np.arange(len(after)), after).statistic)
+        if falls < FALLING:
+            return Judged(kind="decay", evidence=f"its envelope falls to {100 * end:.0f} %", frequency=frequency)
+    if crest > CREST and int(np.argmax(np.abs(signal))) < SOON * len(signal):
+        return Judged(kind="pulse", evidence=f"its peak is {crest:.0f} times its root mean square", frequency=frequency)
+    second = windows[WINDOWS // 2 :]
+    spread = float(np.ptp(second) / max(float(second.mean()), 1e-300))
+    if spread < STEADY and share > IN_LINES:
+        evidence = (
+            f"constant within {100 * spread:.1f} %, {100 * share:.0f} % of its power in one line and its multiples"
+        )
+        return Judged(kind="steady state", evidence=evidence, frequency=frequency)
+    evidence = f"neither decaying nor steady: {100 * share:.0f} % of its power is periodic"
+    return Judged(kind="broadband", evidence=evidence, frequency=frequency)
+
+
+def strongest_line(signal: Samples) -> tuple[float, float]:
+    """Strongest frequency [cycles per sample], and share of the power in it and its multiples.
+
+    Parameters
+    ----------
+    signal
+        Samples without their mean, shape (n,).
+    """
+    n = len(signal)
+    power = np.abs(np.fft.rfft(signal * np.hanning(n))) ** 2
+    power[:2] = 0.0
+    total = float(power.sum())
+    if total == 0:
+        return 0.0, 0.0
+    peak = int(np.argmax(power))
+    lines = np.zeros(len(power), dtype=bool)
+    for multiple in range(peak, len(power), peak):
+        lines[max(0, multiple - 3) : multiple + 4] = True
+    return peak / n, float(power[lines].sum() / total)
+
+
+def uniform_rate(time: Samples) -> float | None:
+    """Sampling rate of instants [1/unit of time]; None if the step varies by more than 1 %.
+
+    Parameters
+    ----------
+    time
+        Instants, shape (n,).
+    """
+    steps = np.diff(time)
+    mean = float(steps.mean()) if len(steps) else 0.0
+    # Instants are rounded in files: a step may be off by the last digit, the mean is not.
+    if mean <= 0 or (steps <= 0).any() or np.abs(steps - mean).max() > 0.05 * mean:
+        return None
+    return 1.0 / mean

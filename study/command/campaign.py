@@ -1,0 +1,86 @@
+"""``stickslip campaign new``: the manifest of a folder of test files, drafted from what they say."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+if TYPE_CHECKING:
+    from study.campaign.new_campaign import NewCampaign
+
+app = command_app(
+    "campaign",
+    """`campaign new FOLDER` looks at all files of a folder (CSV, UFF, MATLAB, HDF5, WAV, TDMS), recognises frequency
+    responses, stepped sines, ring-downs, loops, steady states and time records, and drafts campaign.toml, which
+    `compare` and `diagnose` read. It asks for what files do not say, such as the places of sensors. With --yes it asks
+    nothing and marks every assumption with a comment. docs/campaign_new.md shows an example, docs/campaign.md has the
+    keys of the manifest, docs/measured_files.md the formats.""",
+    examples=["stickslip campaign new measured", "stickslip campaign new measured --yes --force"],
+)
+
+
+@app.command(name="new")
+def new(
+    folder: Annotated[Path, Parameter(help="Folder with the files of a test.")],
+    /,
+    *,
+    yes: Annotated[bool, Parameter(negative="", help="Ask nothing: write what is assumed, marked.")] = False,
+    force: Annotated[bool, Parameter(negative="", help="Replace a campaign.toml that is there.")] = False,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Draft the manifest of a folder of test files."""
+    from geometry.errors import InputError
+    from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
+    from study.campaign.question import Assumptions, Terminal
+
+    if not (yes or sys.stdin.isatty()):
+        raise InputError(
+            "there is nobody to ask: standard input is no terminal; add --yes, which marks what is assumed"
+        )
+    run = options.open()
+    with run.progress.step("read the files") as report:
+        measured = read_folder(folder, overwrite=force, report=report)
+    draft = draft_campaign(measured, Assumptions() if yes else Terminal())
+    with run.progress.step("try the manifest"):
+        drafted = write_manifest(folder, draft)
+    return Answer(document=document(drafted), text=in_words(drafted))
+
+
+def document(drafted: "NewCampaign") -> dict[str, object]:
+    """The answer for ``--json``."""
+    return {
+        "manifest": str(drafted.path),
+        "understood": [dict(vars(note)) for note in drafted.draft.notes],
+        "assumed": drafted.draft.assumptions(),
+        "left_out": drafted.draft.left_out,
+        "suspicions": list(drafted.suspicions),
+    }
+
+
+def in_words(drafted: "NewCampaign") -> str:
+    """The answer for people: what was understood as a table, then what was assumed, left out and suspected."""
+    draft = drafted.draft
+    rows = [("file", "columns", "is", "unit", "because")]
+    rows += [(note.file, note.columns, note.role, note.unit, note.evidence) for note in draft.notes]
+    widths = [min(34, max(len(row[column]) for row in rows)) for column in range(4)]
+    lines = [
+        "  ".join(
+            [*(_cut(text, width).ljust(width) for text, width in zip(row, widths, strict=False)), row[4]]
+        ).rstrip()
+        for row in rows
+    ]
+    for title, sentences in (
+        ("Assumed, since no file says it (check these):", draft.assumptions()),
+        ("Left out:", draft.left_out),
+        ("Suspected:", drafted.suspicions),
+    ):
+        if sentences:
+            lines += ["", title, *(f"  {' '.join(sentence.split())}" for sentence in sentences)]
+    return "\n".join([*lines, "", f"written: {drafted.path}"])
+
+
+def _cut(text: str, width: int) -> str:
+    return text if len(text) <= width else text[: width - 3] + "..."

@@ -1,0 +1,39 @@
+"""``stickslip campaign new`` on the command line."""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from study import cli
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    rows = [f"{f},{1 / (100.0**2 - f**2 + 2 * f)},0.1" for f in np.linspace(90, 110, 21)]
+    (tmp_path / "frf.csv").write_text("\n".join(["f [Hz],acc re [m/s^2/N],acc im [m/s^2/N]", *rows]))
+    return tmp_path
+
+
+def test_what_was_understood_and_assumed_is_printed(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["campaign", "new", str(folder), "--yes"]) == 0
+    out = capfd.readouterr().out
+    assert "frequency responses" in out
+    assert "m/s^2" in out
+    assert "place = tip" in out
+    assert "# assumed: " in (folder / "campaign.toml").read_text()
+    assert cli.main(["campaign", "new", str(folder), "--yes"]) == 2
+    assert "is there already" in capfd.readouterr().err
+    assert cli.main(["campaign", "new", str(folder), "--yes", "--force", "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["manifest"].endswith("campaign.toml")
+
+
+def test_without_a_terminal_somebody_must_say_yes(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    assert cli.main(["campaign", "new", str(folder)]) == 2
+    assert "add --yes" in capfd.readouterr().err
+    assert not (folder / "campaign.toml").exists()

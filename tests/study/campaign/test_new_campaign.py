@@ -1,0 +1,273 @@
+"""Manifests drafted from files of test programs: what is recognised, what is assumed, and that they can be read."""
+
+import os
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+from correlation.file.column import Column, MeasuredFile, Point
+from correlation.file.uff.write_uff import write_uff
+from study.campaign.new_campaign import NewCampaign, draft_campaign, read_folder, write_manifest
+from study.campaign.question import Assumptions, Marked, Question
+
+DATA = os.environ.get("STICKSLIP_DATA", "")
+FREQUENCY = np.linspace(90.0, 110.0, 41)
+ONES = np.ones(41)
+
+
+def receptance(frequency: NDArray[np.float64], natural: float = 100.0) -> NDArray[np.complex128]:
+    """Displacement per force of 1 kg with 1 % damping, for e^{+i Omega t} [m/N]."""
+    omega, omega_0 = 2 * np.pi * frequency, 2 * np.pi * natural
+    return 1.0 / (omega_0**2 - omega**2 + 2j * 0.01 * omega_0 * omega)
+
+
+def drafted(folder: Path) -> tuple[NewCampaign, dict[str, Any]]:
+    """A draft of a folder with all assumptions; it can be read."""
+    campaign = write_manifest(folder, draft_campaign(read_folder(folder), Assumptions()))
+    read_campaign(folder)
+    return campaign, tomllib.loads(campaign.path.read_text())
+
+
+def write_csv(path: Path, header: str, *columns: Any) -> None:
+    rows = [
+        ",".join(one if isinstance(one, str) else repr(float(one)) for one in row) for row in zip(*columns, strict=True)
+    ]
+    path.write_text("\n".join([header, *rows]) + "\n")
+
+
+def test_frequency_responses_of_a_uff_have_sensors_places_and_coherences(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    columns = [Column(name="frequency", values=FREQUENCY, unit="Hz")]
+    reference = Point(node=1, direction="+z")
+    for node, sign, gain in ((1, "+", 1.0), (2, "-", 0.5)):
+        point = Point(node=node, direction=f"{sign}z")
+        for function, values, unit in (
+            ("frequency response", (-1 if sign == "-" else 1) * gain * h, "m/N"), ("coherence", 1 - 0 * FREQUENCY, ""),
+        ):  # fmt: skip
+            columns.append(
+                Column(
+                    name=function, values=values, unit=unit, abscissa="frequency", function=function, response=point,
+                    reference=reference,
+                )
+            )  # fmt: skip
+    nodes = {1: np.array([0.0, 0.0, 0.1]), 2: np.array([0.5, 0.0, 0.1])}
+    write_uff(
+        MeasuredFile(path=tmp_path, format="", columns=tuple(columns), nodes=nodes), tmp_path / "frf.uff", binary=True
+    )
+    _, manifest = drafted(tmp_path)
+    (frf,) = manifest["frf"]
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["1Z", "2Z"]
+    assert manifest["sensor"][1]["coordinates"] == ["0.5 m", "0 m", "0.1 m"]
+    assert frf["columns"]["1Z"] == "58 #4 1Z+/1Z+"
+    assert frf["columns"]["2Z"] == {"column": "58 #6 2Z-/1Z+", "sign": -1}
+    assert frf["coherence"] == {"1Z": "58 #5 1Z+/1Z+", "2Z": "58 #7 2Z-/1Z+"}
+    (datum,) = read_campaign(tmp_path).data
+    np.testing.assert_allclose(datum.value, [h, 0.5 * h], rtol=1e-15)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("degrees", [True, False])
+def test_a_stepped_sine_gives_its_response_back(tmp_path: Path, sign: int, degrees: bool) -> None:
+    force, h = 2.0 + 0.1 * np.sin(FREQUENCY), receptance(FREQUENCY)
+    x = h * force if sign > 0 else (h * force).conj()
+    phase = np.degrees(np.angle(x)) if degrees else np.angle(x)
+    write_csv(tmp_path / "sine.csv", "freq [Hz],force [N],disp amplitude [m],phase", FREQUENCY, force, np.abs(x), phase)
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["convention"]["time"] == ("exp(+i omega t)" if sign > 0 else "exp(-i omega t)")
+    measurement = read_campaign(tmp_path).measurement
+    np.testing.assert_allclose(measurement.value, force * h, rtol=1e-12)
+    np.testing.assert_allclose(measurement.force, force, rtol=1e-15)
+    assert any("phase_unit" in sentence or "reaches" in sentence for sentence in campaign.draft.assumptions())
+
+
+def test_sweeps_and_levels_of_one_file_are_apart_and_two_branches_are_suspected(tmp_path: Path) -> None:
+    up, down = 1.0 + 0 * FREQUENCY, np.where((FREQUENCY > 99) & (FREQUENCY < 104), 3.0, 1.0)
+    rows = [(level, word, f, a * level) for level in (1.0, 2.0) for word, size in (("up", up), ("down", down))
+            for f, a in sorted(zip(FREQUENCY, size, strict=True), reverse=word == "down")]  # fmt: skip
+    write_csv(tmp_path / "sweeps.csv", "level,sweep,frequency_Hz,amplitude", *zip(*rows, strict=True))
+    campaign, manifest = drafted(tmp_path)
+    assert [run["level"] for run in manifest["run"]] == [1.0, 2.0]
+    assert manifest["drive"]["calibrated"] is False
+    (sensor,) = manifest["sensor"]
+    assert (sensor["phase"], sensor["calibrated"]) == (False, False)
+    measurement = read_campaign(tmp_path).measurement
+    assert sorted(set(measurement.sweep.tolist())) == [-1, 1]
+    assert len(measurement.value) == len(rows)
+    assert any("factor of 3" in sentence and "two branches" in sentence for sentence in campaign.suspicions)
+
+
+def test_files_with_equal_columns_are_repeats_of_one_level(tmp_path: Path) -> None:
+    for number, level in enumerate((5.0, 5.04, 10.0), start=1):
+        x = level * receptance(FREQUENCY)
+        write_csv(
+            tmp_path / f"run_{number}.csv", "f [Hz],F [N],re [m],im [m]", FREQUENCY, level * ONES, x.real, x.imag
+        )  # fmt: skip
+    _, manifest = drafted(tmp_path)
+    assert [test["name"] for test in manifest["test"]] == ["run"]
+    assert [run.get("repeat", 1) for run in manifest["run"]] == [1, 2, 1]
+    assert [run.get("level") for run in manifest["run"]] == [5.0, 5.0, None]
+    measurement = read_campaign(tmp_path).measurement
+    assert sorted(set(measurement.level.tolist())) == [5.0, 10.0]
+
+
+def test_readings_that_settle_are_no_repeats(tmp_path: Path) -> None:
+    frequency = np.repeat(FREQUENCY, 4)
+    size = np.abs(receptance(frequency)) * (1 + 0.2 * 0.4 ** np.tile(np.arange(4.0), len(FREQUENCY)))
+    write_csv(
+        tmp_path / "slow.csv", "frequency [Hz],force [N],acc amplitude [m/s^2]", frequency, 1 + 0 * frequency, size
+    )
+    _, manifest = drafted(tmp_path)
+    assert manifest["test"][0]["settling"] is True
+    noise = np.random.default_rng(1).normal(size=len(frequency))
+    scattered = np.abs(receptance(frequency)) * (1 + 0.01 * noise)
+    write_csv(
+        tmp_path / "slow.csv", "frequency [Hz],force [N],acc amplitude [m/s^2]", frequency, 1 + 0 * frequency, scattered
+    )
+    draft = draft_campaign(read_folder(tmp_path, overwrite=True), Assumptions())
+    assert "settling" not in draft.entries["test"][0]
+
+
+def test_an_acceleration_with_the_phase_of_a_displacement_gets_its_sign(tmp_path: Path) -> None:
+    x = receptance(FREQUENCY) * (2 * np.pi * FREQUENCY) ** 2  # an acceleration is -omega^2 x
+    header = "frequency [Hz],force [N],amplitude [m/s^2],phase [rad]"
+    write_csv(tmp_path / "a.csv", header, FREQUENCY, ONES, np.abs(x), np.angle(x))
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["run"][0]["columns"]["acceleration"]["sign"] == -1
+    assert any("opposite to acceleration" in sentence for sentence in campaign.draft.assumptions())
+
+
+def test_a_ring_down_after_a_hammer_is_recognised(tmp_path: Path) -> None:
+    time = np.arange(4000) / 2000
+    acc = np.where(time < 0.02, 0.0, np.exp(-3 * (time - 0.02)) * np.sin(2 * np.pi * 50 * time))
+    hammer = np.where(np.abs(time - 0.02) < 0.002, 100.0, 0.0)
+    write_csv(tmp_path / "hit.csv", "time [s],hammer [N],acc tip [g]", time, hammer, acc)
+    _, manifest = drafted(tmp_path)
+    assert manifest["ring_down"][0]["columns"] == {"time": "time [s]", "value": "acc tip [g]"}
+    (decay,) = read_campaign(tmp_path).data
+    # 50 Hz and 3 / (2 pi 50) were written.
+    assert np.median(decay.modes[0].frequency) == pytest.approx(50.0, rel=1e-3)
+
+
+def test_loops_of_several_amplitudes_are_loops_each(tmp_path: Path) -> None:
+    rows = []
+    for amplitude in (1.0, 2.0):
+        time = np.arange(1024) / 128
+        x = amplitude * np.sin(2 * np.pi * time)
+        force = 10 * x + 3.0 * np.sign(np.cos(2 * np.pi * time))
+        rows += [(amplitude, *row) for row in zip(time, x, force, strict=True)]
+    write_csv(tmp_path / "damper.csv", "amplitude_mm,time_s,displacement_mm,force_N", *zip(*rows, strict=True))
+    _, manifest = drafted(tmp_path)
+    assert [loop["rows"] for loop in manifest["loop"]] == [{"amplitude_mm": 1.0}, {"amplitude_mm": 2.0}]
+    assert all(float(loop["frequency"].split()[0]) == pytest.approx(1.0, rel=0.01) for loop in manifest["loop"])
+
+
+def test_a_steady_state_over_time_is_a_run(tmp_path: Path) -> None:
+    time = np.arange(8192) / 4096
+    force, x = 5 * np.cos(2 * np.pi * 80 * time), 1e-3 * np.cos(2 * np.pi * 80 * time - 0.5)
+    with h5py.File(tmp_path / "steady.h5", "w") as file:
+        channels = (("time", time, "s"), ("force", force, "N"), ("acc", x, "m/s^2"), ("acc2", 2 * x, "m/s^2"))
+        for name, values, unit in channels:
+            file.create_dataset(name, data=values).attrs["unit"] = unit
+    _, manifest = drafted(tmp_path)
+    assert manifest["run"][0]["columns"]["time"] == "time"
+    campaign = read_campaign(tmp_path)
+    first = campaign.measurement.where((campaign.measurement.harmonic == 1) & (campaign.measurement.sensor == 0))
+    # cos(Omega t - 0.5) against cos(Omega t): amplitude 1e-3, phase -0.5 rad.
+    np.testing.assert_allclose(first.value, 1e-3 * np.exp(-0.5j), rtol=1e-6)
+
+
+def test_volts_without_time_are_a_record_with_an_assumed_rate(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    write_csv(tmp_path / "volts.csv", "V1,V2", rng.normal(size=500), rng.normal(size=500))
+    campaign, manifest = drafted(tmp_path)
+    (record,) = manifest["record"]
+    assert (record["force"], record["units"]) == ("V1", {"V1": "V", "V2": "V"})
+    assert any("rate" in sentence and "no time" in sentence for sentence in campaign.draft.assumptions())
+
+
+def test_what_cannot_be_read_or_used_is_left_out_with_its_reason(tmp_path: Path) -> None:
+    x = receptance(FREQUENCY)
+    write_csv(tmp_path / "good.csv", "f [Hz],re [m/N],im [m/N]", FREQUENCY, x.real, x.imag)
+    (tmp_path / "cut.uff").write_bytes(b"    -1\n    58\nNONE\n")
+    (tmp_path / "README.md").write_text("about")
+    campaign, manifest = drafted(tmp_path)
+    assert len(manifest["frf"]) == 1
+    assert any("cut.uff" in sentence for sentence in campaign.draft.left_out)
+    assert "left out: cut.uff" in campaign.path.read_text()
+
+
+def test_an_entry_that_the_campaign_refuses_is_left_out(tmp_path: Path) -> None:
+    header, size = "f [Hz],force [N],acc amplitude [m/s^2]", np.abs(receptance(FREQUENCY))
+    write_csv(tmp_path / "good.csv", header, FREQUENCY, ONES, size)
+    write_csv(tmp_path / "bad.csv", header, FREQUENCY, 2 * ONES, np.where(FREQUENCY == 90.0, -1.0, size))
+    campaign, manifest = drafted(tmp_path)
+    assert [run["file"] for run in manifest["run"]] == ["good.csv"]
+    assert any("bad.csv" in sentence and "negative" in sentence for sentence in campaign.draft.left_out)
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_manifest_is_not_overwritten(tmp_path: Path, exists: bool) -> None:
+    x = receptance(FREQUENCY)
+    write_csv(tmp_path / "good.csv", "f [Hz],re [m/N],im [m/N]", FREQUENCY, x.real, x.imag)
+    if exists:
+        (tmp_path / "campaign.toml").write_text("mine")
+        with pytest.raises(CampaignError, match="is there already"):
+            read_folder(tmp_path)
+        assert (tmp_path / "campaign.toml").read_text() == "mine"
+    write_manifest(tmp_path, draft_campaign(read_folder(tmp_path, overwrite=exists), Assumptions()))
+    assert "schema = 1" in (tmp_path / "campaign.toml").read_text()
+
+
+def test_a_folder_without_measurements_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "names.csv").write_text("a,b\nx,y\n")
+    with pytest.raises(CampaignError, match=r"nothing in .* can be compared .*names\.csv") as error:
+        draft_campaign(read_folder(tmp_path), Assumptions())
+    assert "\n" not in str(error.value)
+    with pytest.raises(CampaignError, match="there is no folder"):
+        read_folder(tmp_path / "nowhere")
+
+
+def test_answers_stand_in_the_manifest_without_a_mark(tmp_path: Path) -> None:
+    class Person:
+        def __init__(self) -> None:
+            self.asked: list[str] = []
+
+        def ask(self, question: Question) -> Marked:
+            self.asked.append(question.text)
+            assert question.why
+            return Marked(value="middle y" if "Where is" in question.text else question.default)
+
+    x = receptance(FREQUENCY)
+    write_csv(tmp_path / "good.csv", "f [Hz],acc re [m/s^2/N],acc im [m/s^2/N]", FREQUENCY, x.real, x.imag)
+    person = Person()
+    campaign = write_manifest(tmp_path, draft_campaign(read_folder(tmp_path), person))
+    (sensor,) = tomllib.loads(campaign.path.read_text())["sensor"]
+    assert (sensor["place"], sensor["direction"]) == ("middle", "y")
+    assert len({*person.asked}) <= 3
+
+
+@pytest.mark.skipif(not Path(DATA, "brb_forced").is_dir(), reason="measured sets are not here")
+@pytest.mark.parametrize(
+    ("name", "kinds"),
+    [
+        ("brb_forced", {"run": 12, "ring_down": 3}),
+        ("silverbox", {"record": 1}),
+        ("measured/mag_oscillator", {"run": 4}),
+        ("measured/friction_damper", {"loop": 7}),
+        ("measured/resonant_beams", {"ring_down": 6}),
+    ],
+)
+def test_measured_sets_are_recognised(tmp_path: Path, name: str, kinds: dict[str, int]) -> None:
+    folder = shutil.copytree(Path(DATA, name), tmp_path / "set")
+    folder.chmod(0o755)
+    _, manifest = drafted(folder)
+    entries = {kind: len(manifest[kind]) for kind in ("run", "frf", "ring_down", "loop", "record") if kind in manifest}
+    assert entries == kinds
