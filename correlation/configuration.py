@@ -63,6 +63,8 @@ class Configuration:
         The balance at the levels seen so far, by level [N].
     slider
         Initial positions of the sliders, shape (s,) [m].
+    force
+        Amplitudes of the force by level and frequency, where they were not those of the level [N, Hz -> N].
     """
 
     free: bool
@@ -71,6 +73,7 @@ class Configuration:
     linear: LinearStructure
     levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
+    force: Mapping[tuple[float, float], float] = field(default_factory=dict)
 
     @classmethod
     def from_model(
@@ -111,6 +114,13 @@ class Configuration:
         """The linear structure at a frequency, kept for the other levels."""
         return self.linear.at(frequency)
 
+    def forced(self, level: float, frequency: float) -> float:
+        """Amplitude of the force at a level and frequency [N]."""
+        return self.force.get((level, frequency), level)
+
+    def _forced_all(self, level: float, frequencies: Sequence[float]) -> Float[NDArray[np.float64], "n 1 1"]:
+        return np.array([self.forced(level, frequency) for frequency in frequencies])[:, None, None]
+
     @property
     def configuration(self) -> str:
         """Its name."""
@@ -124,7 +134,8 @@ class Configuration:
         guesses: Sequence[SteadyState | NDArray[np.float64] | None],
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
-        balance, condensed, recovery = self._at_level(level), self.at(frequency), self.linear.recovery(frequency)
+        condensed, recovery = self.at(frequency), self.linear.recovery(frequency)
+        balance = self._at_level(self.forced(level, frequency))
         sliders = slider_start(balance, slider)
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
@@ -175,7 +186,7 @@ class Configuration:
             if carried and first < number and not (near and _differ(guess[first], guess[number])):
                 twin[number] = first
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
-        stuck = real_from_complex(linear.static + level * linear.dynamic)
+        stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
         way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
         begin, count = balance.joint_of_direction
@@ -226,10 +237,11 @@ class Configuration:
 
     def state(self, level: float, frequency: float, track: Track, number: int) -> SteadyState:
         """A state of a track with its full response."""
-        balance, condensed = self._at_level(level), self.at(frequency)
+        force, condensed = self.forced(level, frequency), self.at(frequency)
+        balance = self._at_level(force)
         return SteadyState(
             angular_frequency=condensed.angular_frequency,
-            level=level,
+            level=force,
             displacement=complex_from_real(track.motion[number]),
             coefficients=balance.response(condensed, track.force[number], self.linear.recovery(frequency)),
             slider=track.start[number].copy(),
@@ -246,7 +258,7 @@ class Configuration:
         motion, force, order = self._rows
         static, dynamic, contact, omega = self.linear.read(tuple(frequencies), motion)
         g = complex_from_real(track.force)
-        read = static + level * dynamic - (contact @ g[..., None])[..., 0]
+        read = static + self._forced_all(level, frequencies) * dynamic - (contact @ g[..., None])[..., 0]
         read[:, 0] = read[:, 0].real
         times = 1j * np.arange(read.shape[1])[None, :, None] * omega[:, None, None]
         pushed = g + self.balance.table.reference * complex_from_real(track.motion)

@@ -40,7 +40,7 @@ class Points(RowTable):
     free
         Whether the structure is without its contacts, shape (k,).
     level
-        Shape (k,) [N].
+        Set point of the force, shape (k,) [N]: rows of one level belong together.
     frequency
         Shape (k,) [Hz].
     sensor
@@ -49,6 +49,8 @@ class Points(RowTable):
         Shape (k,) [-].
     sweep
         Sweep whose branch a row is of, +1 up or -1 down; 0, the default, for the mean of all sweeps, shape (k,).
+    force
+        Amplitude of the force as it was, shape (k,) [N]; the level by default.
     """
 
     free: NDArray[np.bool_]
@@ -57,8 +59,11 @@ class Points(RowTable):
     sensor: NDArray[np.str_]
     harmonic: Int[NDArray[np.int64], " k"]
     sweep: Int[NDArray[np.int64], " k"] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    force: Float[NDArray[np.float64], " k"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
+        if not len(self.force):
+            object.__setattr__(self, "force", self.level)
         if not len(self.sweep):
             object.__setattr__(self, "sweep", np.zeros(len(self.level), dtype=np.int64))
 
@@ -283,7 +288,17 @@ class Predictor:
         return slopes
 
     def _solver(self, model: Model, free: bool) -> Configuration:
-        return Configuration.from_model(model, free, self.slider, self.shared.get(free))
+        solver = Configuration.from_model(model, free, self.slider, self.shared.get(free))
+        return replace(solver, force=self._force[free]) if self._force[free] else solver
+
+    @cached_property
+    def _force(self) -> dict[bool, dict[tuple[float, float], float]]:
+        """Forces that are not those of their level, by configuration, level and frequency; one per steady state."""
+        points, force = self.points, dict[bool, dict[tuple[float, float], float]]({False: {}, True: {}})
+        for row in np.flatnonzero(points.force != points.level):
+            key = float(points.level[row]), float(points.frequency[row])
+            force[bool(points.free[row])].setdefault(key, float(points.force[row]))
+        return force
 
     def share(self, model: Model) -> "Predictor":
         """The same, which keeps the linear structures of a model for models that differ in joints and static loads."""

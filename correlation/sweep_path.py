@@ -128,7 +128,10 @@ class SweepPath:
     def _may_jump(self, here: SteadyState, frequency: float, there: SteadyState, target: float) -> bool:
         """Whether two states are so far apart, and so far from linear, that a branch may have ended between them."""
         motion = np.array([state.displacement[1:] for state in (here, there)])
-        linear = np.array([self.level * self.solver.at(at).dynamic[1:] for at in (frequency, target)], dtype=complex)
+        linear = np.array(
+            [self.solver.forced(self.level, at) * self.solver.at(at).dynamic[1:] for at in (frequency, target)],
+            dtype=complex,
+        )
         return bool(_are_wide(motion, linear)[0])
 
 
@@ -146,7 +149,9 @@ def has_wide_steps(
     """
     if not track.motion.size:
         return False
-    linear = np.array([level * solver.at(frequency).dynamic[1:] for frequency in frequencies], dtype=complex)
+    linear = np.array(
+        [solver.forced(level, frequency) * solver.at(frequency).dynamic[1:] for frequency in frequencies], dtype=complex
+    )
     motion = complex_from_real(track.motion)[:, 1:]
     return bool((_are_wide(motion, linear) & (np.diff(sweep) == 0)).any())
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Complex, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, Measurement
 from correlation.errors import CampaignError
 from correlation.feature.branch import find_branches, mark_readings
 from correlation.feature.curve import number_frequencies
@@ -94,6 +94,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
         ]
     ).astype(np.int64)
     _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    _, state = np.unique(key[:, :3], axis=0, return_inverse=True)
     _, column = np.unique(table.repeat, return_inverse=True)
     value = np.where(out, np.nan, table.value)
     repeat = average_readings(value, row.ravel(), column, (len(first), int(column.max()) + 1))
@@ -107,8 +108,23 @@ def arrange_campaign(campaign: Campaign) -> Observation:
         sensor=names[sensor],
         harmonic=table.harmonic[first],
         sweep=sweep[first],
+        force=_mean_force(table, row.ravel(), state.ravel()),
     )
     return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
+
+
+def _mean_force(
+    table: Measurement, row: Int[NDArray[np.int64], " rows"], state: Int[NDArray[np.int64], " rows"]
+) -> Float[NDArray[np.float64], " k"]:
+    """Mean force of the steady state of each point, over its sensors, repeats and sweeps, shape (k,) [N]."""
+    if np.array_equal(table.force, table.level):
+        point_level = np.zeros(row.max(initial=-1) + 1)
+        point_level[row] = table.level
+        return point_level
+    mean = np.bincount(state, table.force) / np.maximum(np.bincount(state), 1)
+    force = np.zeros(row.max(initial=-1) + 1)
+    force[row] = mean[state]
+    return force
 
 
 def average_readings(

@@ -105,7 +105,7 @@ class FeatureVector:
 
     def of_values(self, value: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """Features of coefficients, shape (k,) or (k, n) for n sets of them."""
-        level = self.points.level.reshape(-1, *[1] * (value.ndim - 1))
+        level = self.points.force.reshape(-1, *[1] * (value.ndim - 1))
         features = np.array(value, dtype=np.complex128)
         ratio = self.reference >= 0
         # Where no steady state was found there is no number.
@@ -120,7 +120,7 @@ class FeatureVector:
         features = number[:k].astype(np.complex128)
         features[~self.real_only] += 1j * number[k:]
         value = features.copy()
-        value[self.inverse] = self.points.level[self.inverse] / features[self.inverse]
+        value[self.inverse] = self.points.force[self.inverse] / features[self.inverse]
         ratio = self.reference >= 0
         value[ratio] = features[ratio] * value[self.reference[ratio]]
         return value
@@ -153,7 +153,7 @@ class FeatureVector:
         to = self.reference[ratio]
         # Where no steady state was found there is no slope.
         with np.errstate(invalid="ignore"):
-            changed[i] = -self.points.level[i, None] / x[i] ** 2 * slopes[i]
+            changed[i] = -self.points.force[i, None] / x[i] ** 2 * slopes[i]
             changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
         return self._real(changed)
 
@@ -161,7 +161,7 @@ class FeatureVector:
         """How much a feature changes per unit of its own reading (a ratio's other reading is known far better)."""
         rate = np.ones(len(value))
         i = self.inverse
-        rate[i] = self.points.level[i] / np.abs(value[i]) ** 2
+        rate[i] = self.points.force[i] / np.abs(value[i]) ** 2
         ratio = self.reference >= 0
         rate[ratio] = 1 / np.abs(value[self.reference[ratio]])
         return np.asarray(rate[self.row])

@@ -217,7 +217,7 @@ def _by_number(
     value: Coefficients, features: FeatureVector, rows: Int[NDArray[np.int64], " f"]
 ) -> Float[NDArray[np.float64], "2 f"]:
     """Derivatives of the logarithm of |X| by the real and the imaginary part of F / X, shape (2, f)."""
-    inverse = features.points.level[rows] / value
+    inverse = features.points.force[rows] / value
     return np.asarray(-np.array([inverse.real, inverse.imag]) / np.abs(inverse) ** 2)
 
 

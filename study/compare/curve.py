@@ -219,7 +219,8 @@ def refine_points(points: Points) -> Points:
         parts_of_step = int(np.clip(-(-LINE_POINTS // max(len(rows) - 1, 1)), 1, FINER))
         steps = np.arange(len(rows) - 1)[:, None] + np.arange(parts_of_step) / parts_of_step
         frequency = np.interp(np.append(steps.ravel(), len(rows) - 1), np.arange(len(rows)), measured)
-        parts.append(replace(points.where(np.repeat(rows[:1], len(frequency))), frequency=frequency))
+        force = np.interp(frequency, measured, points.force[rows])
+        parts.append(replace(points.where(np.repeat(rows[:1], len(frequency))), frequency=frequency, force=force))
     return join_tables(parts)
 
 

@@ -1,12 +1,14 @@
 """Predictions are what the solver says at a point, and their derivatives what differences of predictions say."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 from correlation.configuration import Tangent
+from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
@@ -161,3 +163,22 @@ def test_a_steady_state_that_is_not_found_is_no_number(small: Model, paper: Modu
     lost = Prediction(points=points, value=np.full(len(points), np.nan, dtype=complex), states={})
     tangent = Tangent(jointed=ADDED, free=ADDED, gain={})
     assert np.isnan(Predictor(points=points).derivatives(small, lost, [tangent])).all()
+
+
+@pytest.mark.parametrize("sweeps", [(), (1, -1)])
+def test_a_measured_force_is_predicted_at_that_force(small: Model, paper: ModuleType, sweeps: tuple[int, ...]) -> None:
+    points = paper.make_points(small)
+    at_level = Predictor(points=points, sweeps=sweeps).predict(small)
+    # The same forces, called by another level.
+    renamed = replace(points, level=0.7 * points.level, force=points.level)
+    at_force = Predictor(points=renamed, sweeps=sweeps).predict(small)
+    assert np.array_equal(np.isnan(at_force.value), np.isnan(at_level.value))
+    there = np.isfinite(at_level.value)
+    assert at_force.value[there] == pytest.approx(at_level.value[there], rel=1e-12)
+    stiffer = ModelParameter(matrices=MatrixParameter(stiffness=small.system.stiffness))
+    tangents = [Tangent(jointed=stiffer, free=NOTHING, gain={})]
+    slopes = [Predictor(points=p, sweeps=sweeps).derivatives(small, q, tangents)
+              for p, q in ((points, at_level), (renamed, at_force))]  # fmt: skip
+    assert slopes[1][there] == pytest.approx(slopes[0][there], rel=1e-9)
+    features = [FeatureVector.choose(p, at_level.value, np.char.find(p.sensor, "left") < 0) for p in (points, renamed)]
+    assert features[1].of_values(at_level.value) == pytest.approx(features[0].of_values(at_level.value), nan_ok=True)

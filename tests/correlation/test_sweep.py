@@ -42,7 +42,7 @@ def test_each_point_begins_where_the_last_one_left_the_sliders(small: Model, poi
 
 
 def test_where_nothing_slips_sweeps_change_nothing(small: Model, points: Points) -> None:
-    low = replace(points, level=np.full(len(points), 1e-3))
+    low = replace(points, level=np.full(len(points), 1e-3), force=np.full(len(points), 1e-3))
     one, both = (Predictor(points=low, sweeps=sweeps).predict(small).value for sweeps in ((), (1, -1)))
     # Stuck contacts are linear: round-off beside the largest of newtons.
     np.testing.assert_allclose(both, one, rtol=0, atol=1e-8 * np.abs(one).max())

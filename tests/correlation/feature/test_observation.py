@@ -36,7 +36,7 @@ def test_both_sweeps_are_averaged_where_they_agree(campaign: Campaign) -> None:
     table = campaign.measurement
     both = {
         name: np.concatenate([getattr(table, name)] * 2)
-        for name in ("test", "order", "repeat", "level", "frequency", "sensor", "harmonic")
+        for name in ("test", "order", "repeat", "level", "force", "frequency", "sensor", "harmonic")
     }
     sweep = np.repeat([1, -1], len(table))
     value = np.concatenate([table.value, 1.04 * table.value])
