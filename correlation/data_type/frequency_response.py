@@ -5,7 +5,7 @@ as steady states of that level, thinned to where they change; without it they gi
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -17,17 +17,11 @@ from correlation.campaign.measurement import CONFIGURATIONS, SI_UNIT, MeasuredSe
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
-from correlation.data_type.mode import (
-    DAMPING_DEVIATION,
-    FREQUENCY_DEVIATION,
-    MeasuredMode,
-    motion_sensors,
-    predict_mode,
-)
+from correlation.data_type.mode import MeasuredMode, motion_sensors, predict_mode
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
-from correlation.metric.response import fit_resonance
+from correlation.modal.fit_modes import fit_modes
 from correlation.model import DERIVATIVE, Model
 from correlation.signal.frequency_response import Excitation, estimate_frequency_response
 from fe.dense_modes import compute_dense_modes
@@ -41,6 +35,10 @@ ESTIMATORS = ("H1", "H2")
 OWN = ("frequency", "time", "force")
 #: Steady states that a response is thinned to, and the coherence below which a point is left out [-].
 MOST_STATES, COHERENT = 60, 0.8
+#: Modes whose frequency is known no better than this share are no modes [-].
+VAGUE = 0.01
+#: Least standard deviations, relative [-]: one test on a bench repeats no better, whatever its noise.
+LEAST_FREQUENCY, LEAST_DAMPING = 2e-4, 0.03
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,6 +67,8 @@ class MeasuredResponse:
         Number of the repeat.
     held_out
         Whether no calibration may see it.
+    modes
+        Modes that the responses show.
     suspicions
         What looks wrong in the record, in words.
     """
@@ -84,6 +84,7 @@ class MeasuredResponse:
     level: float | None
     repeat: int
     held_out: bool = False
+    modes: tuple[MeasuredMode, ...] = ()
     suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -159,7 +160,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     if response.level is not None and test < 0:
         raise table.problem("level", "makes steady states of the response: name their test as well")
     table.finish()
-    return response
+    return read_modes(response, sensors)
 
 
 def _per_force(
@@ -239,7 +240,7 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
 
 def response_features(response: MeasuredResponse) -> Features:
     """Frequencies and damping ratios of the modes that the responses show."""
-    modes = _modes(response)
+    modes = response.modes
     label = [
         f"{words} of mode {number}" for number in range(1, len(modes) + 1) for words in ("frequency", "damping ratio")
     ]
@@ -258,7 +259,7 @@ def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[
     CampaignError
         A sensor that the model has not as one of motion.
     """
-    parts = [predict_mode(model, mode) for mode in _modes(response)]
+    parts = [predict_mode(model, mode) for mode in response.modes]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
@@ -306,21 +307,44 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     )
 
 
-def _modes(response: MeasuredResponse) -> tuple[MeasuredMode, ...]:
-    """The largest resonance of the sensor that responds most to it; none where the band holds no peak."""
-    row = int(np.argmax(np.abs(response.value).max(axis=1)))
-    # Near one mode displacement and acceleration differ by a factor that hardly changes over the peak.
+def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> MeasuredResponse:
+    """The responses with their modes; without any, and with a suspicion, if none stands out.
+
+    Parameters
+    ----------
+    response
+        Measured responses.
+    sensors
+        Sensors of its rows.
+    """
+    factor = np.array([(2j * np.pi * response.frequency) ** DERIVATIVE[sensor.quantity] for sensor in sensors])
     try:
-        frequency, damping = fit_resonance(response.frequency, response.value[row])
-    except CampaignError:
-        return ()
-    return (
-        MeasuredMode(
-            name=response.name, configuration=response.configuration, frequency=frequency,
-            frequency_deviation=FREQUENCY_DEVIATION * frequency, damping=damping,
-            damping_deviation=DAMPING_DEVIATION * damping,
-        ),
-    )  # fmt: skip
+        found = fit_modes(response.frequency, response.value / factor, quantity="displacement")
+    except CampaignError as error:
+        return replace(response, suspicions=(*response.suspicions, f"no mode was read: {error}"))
+    # A shape needs two sensors, each in its own unit.
+    has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
+    modes = []
+    for number in np.flatnonzero(found.frequency_deviation < VAGUE * found.frequency):
+        omega = 2j * np.pi * found.frequency[number]
+        turned = [omega ** DERIVATIVE[sensor.quantity] for sensor in sensors]
+        modes.append(
+            MeasuredMode(
+                name=f"{response.name}, mode {number + 1}",
+                configuration=response.configuration,
+                frequency=float(found.frequency[number]),
+                frequency_deviation=float(
+                    np.hypot(found.frequency_deviation[number], LEAST_FREQUENCY * found.frequency[number])
+                ),
+                damping=float(found.damping_ratio[number]),
+                damping_deviation=float(
+                    np.hypot(found.damping_deviation[number], LEAST_DAMPING * found.damping_ratio[number])
+                ),
+                sensors=response.sensors if has_shape else (),
+                shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
+            )
+        )
+    return replace(response, modes=tuple(modes), suspicions=(*response.suspicions, *found.suspicions))
 
 
 DATA_TYPES.register(

@@ -182,3 +182,22 @@ def test_a_mistake_in_load_cells_names_its_key(tmp_path: Path, old: str, new: st
 def test_every_type_says_what_it_holds() -> None:
     assert {kind.table for kind in DATA_TYPES} >= {"frf", "loop", "mode", "ring_down"}
     assert all(kind.holds for kind in DATA_TYPES)
+
+
+def test_modes_are_read_from_noisy_responses(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
+    frequency = np.linspace(80, 120, 801)
+    omega, random = 2 * np.pi * frequency, np.random.default_rng(3)
+    response = -(omega**2) / (STIFFNESS - MASS * omega**2 + 2j * omega * RATIO * np.sqrt(STIFFNESS * MASS))
+    noise = 0.01 * np.abs(response).max() / np.sqrt(2) * (random.standard_normal((2, 801)).T @ [1, 1j])
+    written = (response + noise) / 9.80665
+    folder = write(tmp_path, FRF.format(sign="+"), frf=columns("f,re,im", frequency, written.real, written.imag))
+    (frf,) = read_campaign(folder).data
+    kind = DATA_TYPES[frf.type]
+    features, predicted = kind.features(frf), kind.predict(oscillator(), frf)
+    assert features.label == ("frequency of mode 1", "damping ratio of mode 1")
+    # One percent of noise on 800 lines: within the deviations that are stated.
+    assert np.abs(features.value - predicted).max() < 4 * features.deviation.max()
+    assert (np.abs(features.value - predicted) < 4 * features.deviation).all()
+    assert kind.panels is not None
+    (panel,) = kind.panels(oscillator(), frf)
+    assert len(panel.measured) == len(panel.predicted) == 1
