@@ -41,6 +41,8 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:
     for test, sensor, rows in channels(campaign):
+        if not campaign.sensors[sensor].has_phase:
+            continue
         lines = {level: line(campaign.measurement.where(rows), level) for level in _levels(campaign, rows)}
         frequency, value = lines[min(lines)]
         if len(frequency) < 5 or any((line.real < 0).any() for _, line in lines.values()):

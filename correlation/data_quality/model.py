@@ -80,8 +80,10 @@ def find_swapped_sensors(
             seen = np.isfinite(predicted[rows_i]) & np.isfinite(predicted[rows_j])
             rows_i, rows_j = rows_i[seen], rows_j[seen]
             scale = 1 / table.level[rows_i]
-            measured = _ratio(table.value[rows_i] * scale, table.value[rows_j] * scale)
-            model = _ratio(predicted[rows_i] * scale, predicted[rows_j] * scale)
+            both = np.array([table.value[rows_i], table.value[rows_j], predicted[rows_i], predicted[rows_j]]) * scale
+            if not (first.has_phase and second.has_phase):
+                both = np.abs(both).astype(np.complex128)
+            measured, model = _ratio(both[0], both[1]), _ratio(both[2], both[3])
             if not (np.isfinite([measured, model]).all() and measured and model):
                 continue
             own, swapped = abs(np.log(measured / model)), abs(np.log(measured * model))
@@ -122,7 +124,8 @@ def find_conjugate_tests(
     """
     found = []
     for number, test in enumerate(campaign.tests):
-        rows = np.flatnonzero((table.test == number) & (table.harmonic == 1) & np.isfinite(predicted))
+        phased = np.array([sensor.has_phase for sensor in campaign.sensors])[table.sensor]
+        rows = np.flatnonzero((table.test == number) & (table.harmonic == 1) & np.isfinite(predicted) & phased)
         if len(rows) < 3:
             continue
         size = np.zeros(len(campaign.sensors))

@@ -1,6 +1,6 @@
 """Measurements arranged for a comparison: one row per point, one column per repeat."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -10,6 +10,7 @@ from correlation.campaign.measurement import Campaign, Measurement
 from correlation.errors import CampaignError
 from correlation.feature.branch import find_branches, mark_readings
 from correlation.feature.curve import number_frequencies
+from correlation.feature.reading_noise import find_reading_noise
 from correlation.prediction import Points
 from correlation.row_table import RowTable
 
@@ -32,12 +33,25 @@ class Observation(RowTable):
         Whether the row's sensor follows a motion (and no force), shape (k,).
     taken
         Mask of the repeats that are compared with a model, shape (k, R); the noise follows from all of them.
+    phased
+        Whether a row has a phase; without, its values are amplitudes, shape (k,); all by default.
+    noise
+        Standard deviation of each part of a single repeat's value that is stated, or estimated from the curve of the
+        only repeat, shape (k,) [SI]; NaN, the default, where the repeats tell it.
     """
 
     points: Points
     repeat: Complex[NDArray[np.complex128], "k R"]
     motion: Bool[NDArray[np.bool_], " k"]
     taken: Bool[NDArray[np.bool_], "k R"]
+    phased: Bool[NDArray[np.bool_], " k"] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    noise: Float[NDArray[np.float64], " k"] = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if not len(self.phased):
+            object.__setattr__(self, "phased", np.ones(len(self.points), dtype=np.bool_))
+        if not len(self.noise):
+            object.__setattr__(self, "noise", np.full(len(self.points), np.nan))
 
     @property
     def value(self) -> Complex[NDArray[np.complex128], " k"]:
@@ -70,9 +84,12 @@ class Observation(RowTable):
         key = np.column_stack([points.free, points.level, sensor, points.harmonic])
         group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
         # Most of them: where a response jumps, repeats differ by as much as they read. A point that was read once tells
-        # nothing of noise.
+        # nothing of noise, unless that is known.
+        known, parts = (n == 1) & np.isfinite(self.noise), np.where(self.phased & (points.harmonic > 0), 2, 1)
+        apart = np.where(known, parts * np.nan_to_num(self.noise) ** 2, apart)
         loud = size * np.maximum(n - 1, 1) >= HEARD**2 * apart
-        repeated, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
+        told = known | (n > 1)
+        repeated, heard = np.bincount(group, told), np.bincount(group, loud & told)
         return np.asarray((2 * heard >= repeated)[group])
 
 
@@ -97,7 +114,8 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     _, state = np.unique(key[:, :3], axis=0, return_inverse=True)
     _, column = np.unique(table.repeat, return_inverse=True)
     value = np.where(out, np.nan, table.value)
-    repeat = average_readings(value, row.ravel(), column, (len(first), int(column.max()) + 1))
+    shape = (len(first), int(column.max(initial=0)) + 1)
+    repeat = average_readings(value, row.ravel(), column, shape)
     names = np.array([sensor.name for sensor in campaign.sensors])
     motion = np.array([sensor.line is None for sensor in campaign.sensors])
     sensor = table.sensor[first]
@@ -110,7 +128,16 @@ def arrange_campaign(campaign: Campaign) -> Observation:
         sweep=sweep[first],
         force=_mean_force(table, row.ravel(), state.ravel()),
     )
-    return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
+    there = np.isfinite(repeat)
+    count = np.bincount(row.ravel(), np.isfinite(value), len(first)) / np.maximum(there.sum(axis=1), 1)
+    mean = np.where(there, repeat, 0.0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
+    mean[~there.any(axis=1)] = np.nan
+    single = bool((there.sum(axis=1) < 2).all())
+    return Observation(
+        points=points, repeat=repeat, motion=motion[sensor], taken=there,
+        phased=np.array([each.has_phase for each in campaign.sensors])[sensor],
+        noise=find_reading_noise(campaign, points, mean, np.rint(count).astype(np.int64), single=single),
+    )  # fmt: skip
 
 
 def _mean_force(

@@ -25,11 +25,14 @@ from correlation.campaign.measurement import (
     FloatColumn,
     IntColumn,
     Mask,
+    MeasuredSensor,
     Measurement,
     same_level,
 )
 from correlation.errors import CampaignError
+from correlation.feature.reading_noise import smooth_noise
 from correlation.noise.variance import estimate_design_effect, pool_variance
+from correlation.prediction import Points
 from correlation.row_table import RowTable
 from geometry.read_only_array import freeze_fields
 
@@ -246,6 +249,11 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
     for start, stop in zip(blocks, [*blocks[1:], len(first)], strict=True):
         block = slice(start, stop)
         if not dof[block].any():
+            sensor_of = campaign.sensors[first.sensor[start]]
+            single = _single_noise(sensor_of, first.where(np.arange(start, stop)), average.mean[block])
+            if np.isfinite(single).all():
+                variance[block] = single**2
+                continue
             test, sensor = campaign.tests[first.test[start]].name, campaign.sensors[first.sensor[start]].name
             raise CampaignError(
                 f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
@@ -257,6 +265,17 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
         scatter = squares[block] / np.maximum(dof[block], 1.0)
         variance[block] = pool_variance(np.abs(average.mean[block]), scatter, certain)
     return variance, together
+
+
+def _single_noise(sensor: MeasuredSensor, rows: Measurement, mean: ComplexColumn) -> FloatColumn:
+    """Noise of a block that was read once, as stated or as its curves show it, shape (k,); NaN where neither tells."""
+    if any(sensor.noise):
+        return np.asarray(np.hypot(sensor.noise[0] * np.abs(mean), sensor.noise[1]))
+    points = Points(
+        free=np.zeros(len(rows), dtype=np.bool_), level=rows.level, frequency=rows.frequency,
+        sensor=np.full(len(rows), sensor.name), harmonic=rows.harmonic,
+    )  # fmt: skip
+    return smooth_noise(points, mean, has_phase=sensor.has_phase)
 
 
 def _spread(

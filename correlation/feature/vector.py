@@ -8,7 +8,8 @@ A resonance that shifts by its width changes X by its own size; the inverse F / 
   T_k / X_1 (a contact's complex stiffness),
 - static parts: as they are.
 
-The reference motion of a state is its largest fundamental, so that its noise is the least.
+The reference motion of a state is its largest fundamental, so that its noise is the least. Of a sensor without phase
+the same numbers are moduli: F / |X_1|, |X_k| / |X_1|; one that has a phase refers to a motion that has one.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,9 @@ class FeatureVector:
     reference
         Row that a ratio refers to, shape (k,); -1 where there is none.
     real_only
-        Rows without an imaginary part (harmonic 0), shape (k,).
+        Rows of one number: without an imaginary part (harmonic 0), or without a phase, shape (k,).
+    amplitude
+        Rows of these without a phase, whose feature is a modulus, shape (k,).
     """
 
     points: Points
@@ -50,9 +53,16 @@ class FeatureVector:
     inverse: Bool[NDArray[np.bool_], " k"]
     reference: Int[NDArray[np.int64], " k"]
     real_only: Bool[NDArray[np.bool_], " k"]
+    amplitude: Bool[NDArray[np.bool_], " k"]
 
     @classmethod
-    def choose(cls, points: Points, value: Coefficients, motion: Bool[NDArray[np.bool_], " k"]) -> "FeatureVector":
+    def choose(
+        cls,
+        points: Points,
+        value: Coefficients,
+        motion: Bool[NDArray[np.bool_], " k"],
+        phased: Bool[NDArray[np.bool_], " k"] | None = None,
+    ) -> "FeatureVector":
         """Choose features.
 
         Parameters
@@ -63,32 +73,30 @@ class FeatureVector:
             Measured coefficients, shape (k,).
         motion
             Whether a row is of a motion sensor, shape (k,).
+        phased
+            Whether a row has a phase, shape (k,); all by default.
         """
+        phased = np.ones(len(points), dtype=np.bool_) if phased is None else phased
         fundamental = motion & (points.harmonic == 1)
         reference = np.full(len(points), -1, dtype=np.int64)
-        largest: dict[tuple[bool, float, float, int], int] = {}
-        keys = [
-            *zip(
-                points.free.tolist(),
-                points.level.tolist(),
-                points.frequency.tolist(),
-                points.sweep.tolist(),
-                strict=True,
-            )
-        ]
-        for row in np.flatnonzero(fundamental & np.isfinite(value)):
-            key = keys[row]
-            if key not in largest or abs(value[row]) > abs(value[largest[key]]):
-                largest[key] = int(row)
-        for row in np.flatnonzero(points.harmonic > 0):
-            reference[row] = largest.get(keys[row], -1)
+        columns = (points.free, points.level, points.frequency, points.sweep)
+        state = list(zip(*(column.tolist() for column in columns), strict=True))
+        # For numbers with a phase the largest motion that has one; for moduli the largest of all.
+        for needed, rows in ((True, phased), (False, ~phased)):
+            largest: dict[tuple[float, ...], int] = {}
+            for row in np.flatnonzero(fundamental & np.isfinite(value) & (phased | (not needed))):
+                if state[row] not in largest or abs(value[row]) > abs(value[largest[state[row]]]):
+                    largest[state[row]] = int(row)
+            for row in np.flatnonzero((points.harmonic > 0) & rows):
+                reference[row] = largest.get(state[row], -1)
         reference[fundamental & ~_dips(points, value, fundamental, reference)] = -1
         return cls(
             points=points,
             fundamental=fundamental,
             inverse=fundamental & (reference < 0),
             reference=reference,
-            real_only=points.harmonic == 0,
+            real_only=(points.harmonic == 0) | ~phased,
+            amplitude=(points.harmonic > 0) & ~phased,
         )
 
     @property
@@ -112,6 +120,7 @@ class FeatureVector:
         with np.errstate(invalid="ignore"):
             features[self.inverse] = level[self.inverse] / value[self.inverse]
             features[ratio] = value[ratio] / value[self.reference[ratio]]
+        features[self.amplitude] = np.abs(features[self.amplitude])
         return self._real(features)
 
     def values(self, number: Float[NDArray[np.float64], " m"]) -> Coefficients:
@@ -123,6 +132,7 @@ class FeatureVector:
         value[self.inverse] = self.points.force[self.inverse] / features[self.inverse]
         ratio = self.reference >= 0
         value[ratio] = features[ratio] * value[self.reference[ratio]]
+        value[self.amplitude] = np.abs(value[self.amplitude])
         return value
 
     def of_repeats(
@@ -155,7 +165,17 @@ class FeatureVector:
         with np.errstate(invalid="ignore"):
             changed[i] = -self.points.force[i, None] / x[i] ** 2 * slopes[i]
             changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
+        changed[self.amplitude] *= self._turned(value)[:, None]
         return self._real(changed)
+
+    def _turned(self, value: Coefficients) -> Complex[NDArray[np.complex128], " a"]:
+        """Unit numbers that turn the complex features of the amplitudes onto the real axis, shape (a,)."""
+        rows, feature = self.amplitude, np.array(value, dtype=np.complex128)
+        ratio = rows & (self.reference >= 0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            feature[rows & self.inverse] = 1 / value[rows & self.inverse]
+            feature[ratio] = value[ratio] / value[self.reference[ratio]]
+            return np.asarray((np.conj(feature) / np.abs(feature))[rows])
 
     def per_reading(self, value: Coefficients) -> Float[NDArray[np.float64], " m"]:
         """How much a feature changes per unit of its own reading (a ratio's other reading is known far better)."""

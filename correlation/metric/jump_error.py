@@ -17,6 +17,8 @@ from correlation.prediction import Jump, Prediction
 
 #: Change of a jump, relative to the larger value, and beside the change of the sweep that does not jump [-].
 LEAST, ALONE = 0.2, 2.0
+#: Steps beside a jump in which the response may still settle [-].
+SETTLED = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +93,8 @@ def compute_jump_errors(
 def find_measured_jumps(observed: Observation, sweeps: tuple[int, ...]) -> Iterator[tuple[Jump, float]]:
     """Jumps of the motion that is largest, and the width of the step in which each lies [Hz].
 
-    Where both sweeps were measured, one of them jumps at either end of the states at which they differ. Where one was,
+    Where both sweeps were measured, one of them jumps at either end of the states at which they differ and the other
+    does not. Where one was,
     a step far larger than those beside it is a jump.
     """
     points, value = observed.points, np.abs(observed.value)
@@ -119,17 +122,19 @@ def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int
 
 
 def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]) -> list[int]:
-    """Steps of a sweep that lead into or out of the states with two branches, and that the other sweep has not."""
+    """Steps of a sweep into, out of or between states with two branches, far larger than those of the other sweep."""
     points, value = observed.points, observed.value
-    steps = []
-    for step in np.flatnonzero(np.diff(points.sweep[own] != 0)):
+    split, change = points.sweep[own] != 0, np.abs(np.diff(value[own]))
+    jumps = np.zeros(len(change), dtype=bool)
+    for step in np.flatnonzero(split[1:] | split[:-1]):
         low, high = own[step], own[step + 1]
         ends = [other[points.frequency[other] == points.frequency[row]] for row in (low, high)]
         if all(len(end) for end in ends):
-            change, beside = abs(value[high] - value[low]), abs(value[ends[1][0]] - value[ends[0][0]])
-            if change > max(LEAST * max(abs(value[low]), abs(value[high])), ALONE * beside):
-                steps.append(int(step))
-    return steps
+            beside = abs(value[ends[1][0]] - value[ends[0][0]])
+            jumps[step] = change[step] > max(LEAST * max(abs(value[low]), abs(value[high])), ALONE * beside)
+    # After a jump a response settles for some steps: the largest of them is the jump.
+    near = [change[max(step - SETTLED, 0) : step + SETTLED + 1].max() for step in range(len(change))]
+    return [int(step) for step in np.flatnonzero(jumps & (change >= near))]
 
 
 def find_astray(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:

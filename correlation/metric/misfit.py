@@ -66,6 +66,11 @@ class Misfit(RowTable, Tabular):
         return len(self.points)
 
     @property
+    def phased(self) -> Mask:
+        """Rows that have a phase, shape (k,)."""
+        return np.asarray(np.isfinite(self.standardised[:, 1]))
+
+    @property
     def size(self) -> Numbers:
         """Root mean square of the standardised numbers of each row, shape (k,) [standard deviations]."""
         return np.asarray(np.sqrt(np.nanmean(self.standardised**2, axis=1)))
@@ -166,7 +171,7 @@ def compute_misfit(
         points=observed.points,
         motion=observed.motion,
         measured=observed.value,
-        predicted=np.asarray(predicted),
+        predicted=np.where(features.amplitude, np.abs(predicted), predicted),
         deviation=np.sqrt(variance),
         standardised=pairs(standardised),
         whitened=pairs(whitened),
@@ -243,7 +248,7 @@ def _share(of: Misfit, label: str) -> Share:
     clear = of.clear
     measured, predicted = of.measured[clear], of.predicted[clear]
     any_clear = bool(clear.any())
-    dynamic = of.points.harmonic[clear] > 0
+    dynamic = of.phased[clear]
     # Rows of one share differ in unit and size: each counts by its own modulus.
     scaled = predicted / np.abs(measured)
     return Share(
@@ -253,6 +258,11 @@ def _share(of: Misfit, label: str) -> Share:
         amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
         phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
         signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,
-        signed_phase_error=float(np.angle(np.sum(scaled * np.exp(-1j * np.angle(measured))))) if any_clear else np.nan,
+        signed_phase_error=_mean_lead(measured[dynamic], scaled[dynamic]),
         n_number=int(np.isfinite(of.whitened).sum()),
     )
+
+
+def _mean_lead(measured: Coefficients, scaled: Coefficients) -> float:
+    """Phase lead of all predictions together [rad]; not a number without any."""
+    return float(np.angle(np.sum(scaled * np.exp(-1j * np.angle(measured))))) if len(measured) else np.nan

@@ -209,8 +209,9 @@ def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArr
 
 
 def _numbers(features: FeatureVector, rows: Int[NDArray[np.int64], " f"]) -> Int[NDArray[np.int64], "2 f"]:
-    """Where the real and the imaginary parts of some rows stand among all numbers, shape (2, f)."""
-    return np.array([rows, len(features.points) + np.searchsorted(np.flatnonzero(~features.real_only), rows)])
+    """Where the real and the imaginary parts of some rows stand among all numbers, shape (2, f); once for a modulus."""
+    imaginary = len(features.points) + np.searchsorted(np.flatnonzero(~features.real_only), rows)
+    return np.array([rows, np.where(features.real_only[rows], rows, imaginary)])
 
 
 def _by_number(
@@ -218,7 +219,9 @@ def _by_number(
 ) -> Float[NDArray[np.float64], "2 f"]:
     """Derivatives of the logarithm of |X| by the real and the imaginary part of F / X, shape (2, f)."""
     inverse = features.points.force[rows] / value
-    return np.asarray(-np.array([inverse.real, inverse.imag]) / np.abs(inverse) ** 2)
+    parts = np.array([inverse.real, inverse.imag])
+    parts[:, features.real_only[rows]] = np.array([[1.0], [0.0]]) * np.abs(inverse[features.real_only[rows]])
+    return np.asarray(-parts / np.abs(inverse) ** 2)
 
 
 def _reading(frequency: Vector, value: Coefficients, predicted: Coefficients, noise: Vector) -> float:

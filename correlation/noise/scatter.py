@@ -44,6 +44,8 @@ MEDIAN = 0.84
 #: Probability that the jitter is no larger than in the covariance: five repeats may happen to be all alike, and their
 #: mean is then no more accurate than that of others.
 CAUTION = 0.8
+#: Degrees of freedom with which the curves of a single repeat tell its noise, which widen it as `CAUTION` says.
+SINGLE = 20
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -79,11 +81,11 @@ def estimate_scatter(
     Raises
     ------
     CampaignError
-        Fewer than two repeats.
+        Fewer than two repeats, and no noise that is stated or can be seen in the curves.
     """
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
     if n.max() < 2:
-        raise CampaignError("there is one repeat alone: noise cannot be told from effects; repeat the test")
+        return _without_repeats(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
         each = features.of_values(observed.repeat)
     y = np.nanmean(each, axis=1)
@@ -92,7 +94,13 @@ def estimate_scatter(
     group = _groups(features)
     reading = observed.mean
     size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
-    pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
+    stated = per_reading * observed.noise[features.row]
+
+    def pool(own: Variance) -> Variance:
+        seen = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
+        return np.where(np.isfinite(stated), stated**2, seen)
+
+    pooled = pool(_variance(apart, freedom))
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
     amplitude = _amplitudes(apart, modes, weights)
@@ -103,7 +111,7 @@ def estimate_scatter(
     ]
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
-    pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
+    pooled = pool(own)
     noise = np.sqrt(pooled)
     pooled = pooled * _unrest(own / pooled, freedom, features.state)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
@@ -123,6 +131,28 @@ class Scatter(NamedTuple):
     """Covariance of what differs in a single repeat, for each cause, with the margin of `CAUTION`."""
     noise: Variance
     """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
+
+
+def _without_repeats(
+    observed: Observation,
+    features: FeatureVector,
+    jitter: Sequence[Float[NDArray[np.float64], "m q"]],
+    history: Float[NDArray[np.float64], "m h"],
+    budget: Float[NDArray[np.float64], "m b"],
+) -> Scatter:
+    """Covariance of a single repeat of known noise; nothing is known of what would differ in another one."""
+    noise = features.per_reading(observed.mean) * observed.noise[features.row]
+    unknown = np.flatnonzero(~(noise > 0))
+    if len(unknown):
+        row = features.row[unknown[0]]
+        raise CampaignError(
+            f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}: there is one repeat '
+            "of too few frequencies to see its noise: repeat the test, or state the noise of the sensor"
+        )
+    deviation = np.sqrt(_margin(SINGLE) * noise**2 + ROUGH**2 * (history**2).sum(axis=1))
+    none = [np.zeros((block.shape[1], block.shape[1])) for block in jitter]
+    modes = np.column_stack([*(np.zeros_like(block) for block in jitter), history, budget])
+    return Scatter(Whitening(deviation=deviation, modes=modes), none, noise)
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:

@@ -46,7 +46,9 @@ class Measured:
     @classmethod
     def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
         """Prepare measurements that were swept in these directions, +1 up and -1 down."""
-        features = FeatureVector.choose(observed.points, observed.value, observed.motion & observed.heard)
+        features = FeatureVector.choose(
+            observed.points, observed.value, observed.motion & observed.heard, observed.phased
+        )
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 

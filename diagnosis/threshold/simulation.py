@@ -92,7 +92,8 @@ class Simulation:
     def _features(self) -> FeatureVector:
         """Features, in which the errors are linear."""
         fundamental = np.concatenate([side.features.fundamental for side in self._sides])
-        return FeatureVector.choose(self._predictor.points, self._prediction.value, fundamental)
+        phased = np.concatenate([~side.features.amplitude for side in self._sides])
+        return FeatureVector.choose(self._predictor.points, self._prediction.value, fundamental, phased)
 
     @cached_property
     def point(self) -> Int[NDArray[np.int64], " rows"]:

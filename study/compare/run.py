@@ -37,7 +37,7 @@ from study.compare.family_report import family_sections
 from study.compare.page import page
 from study.compare.pictures import pictures
 from study.compare.result import SWEEP_WORDS, Calibrated, Compared
-from study.compare.suspicions import find_all_suspicions, require_repeats
+from study.compare.suspicions import find_all_suspicions, require_noise
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
@@ -80,7 +80,7 @@ def run_compare(
             run.warn("--limits lays harmonics over limits, and this campaign has none: it has typed data alone")
         setup = read_case(opened, campaign, run).setup
         return run_data_comparison(case, setup, campaign, run, fitted=calibrate)
-    require_repeats(campaign, folder)
+    require_noise(campaign, folder)
     read = require_loads(read_case(opened, campaign, run))
     setup = read.setup
     # What was read counts, not from which folder.
@@ -267,6 +267,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
         with np.errstate(invalid="ignore", divide="ignore"):
             amplitude = amplitude_error(side.measured, side.predicted)
             phase = np.degrees(phase_error(side.measured, side.predicted))
+        phase[~side.phased & (points.harmonic > 0)] = np.nan
         for row in range(len(side)):
             numbers = (
                 side.measured[row].real, side.measured[row].imag, side.deviation[row], side.predicted[row].real,

@@ -1,5 +1,6 @@
 """All that looks wrong in a campaign or that it lacks for a study: reported before anything is concluded from it."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ from correlation.data_quality.jump import find_jump_suspicions
 from correlation.data_quality.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
 from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.errors import CampaignError
+from correlation.feature.curve import list_curves
 from correlation.feature.table import extract_features
 from correlation.model import Model
+from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
@@ -48,6 +51,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     return (
         *campaign.suspicions,
         *find_model_suspicions(campaign, compute_model_frequencies(model)),
+        *_single_repeat(campaign),
         *find_jump_suspicions(campaign),
         *find_conjugate_tests(campaign, table, predicted),
         *find_swapped_sensors(campaign, table, predicted),
@@ -82,6 +86,33 @@ def require_held_out(campaign: Campaign, folder: Path) -> None:
         )
 
 
+def require_noise(campaign: Campaign, folder: Path) -> None:
+    """Refuse a campaign that neither repeats, nor states its noise, nor has curves that show it.
+
+    Raises
+    ------
+    CampaignError
+        It has one repeat of few frequencies.
+    """
+    if all(any(sensor.noise) for sensor in campaign.sensors):
+        return
+    if not any(len(curves.frequency) >= FEWEST for curves in list_curves(campaign)):
+        require_repeats(campaign, folder)
+
+
+def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
+    """What one repeat leaves open."""
+    if len(np.unique(campaign.measurement.repeat)) != 1:
+        return
+    stated = all(any(sensor.noise) for sensor in campaign.sensors)
+    source = "the manifest states" if stated else "is left of each curve without its smooth course"
+    yield Suspicion(
+        where="campaign",
+        sentence=f"there is one repeat: noise is what {source}, and what would differ in another run or assembly, such "
+        "as frequencies and preloads, is not known; all intervals are too narrow by it: repeat at least one level",
+    )
+
+
 def require_repeats(campaign: Campaign, folder: Path) -> None:
     """Refuse a campaign that does not tell its noise.
 
@@ -91,9 +122,9 @@ def require_repeats(campaign: Campaign, folder: Path) -> None:
         It has one repeat alone.
     """
     repeats = np.unique(campaign.measurement.repeat)
-    if len(repeats) == 1:
+    if len(repeats) == 1 and not all(any(sensor.noise) for sensor in campaign.sensors):
         files = ", ".join(sorted(file.name for file in folder.glob("*.csv")))
         raise CampaignError(
             f"{folder}: repeat = {repeats[0]} in every row of {files}: noise cannot be told from effects; measure the "
-            "same once more, and number it in the column repeat"
+            "same once more, and number it in the column repeat, or state the noise of each sensor"
         )

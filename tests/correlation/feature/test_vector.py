@@ -167,3 +167,45 @@ def test_an_antiresonance_is_compared_as_a_share_of_the_reference() -> None:
     numbers = found.of_values(value)
     assert numbers[7] + 1j * numbers[17] == pytest.approx(share[2], rel=1e-14)
     np.testing.assert_allclose(found.values(numbers), value, rtol=1e-14)
+
+
+@pytest.fixture(scope="module")
+def moduli() -> FeatureVector:
+    """As `features`; the motion "a" has no phase."""
+    points = Points(
+        free=FREE, level=np.full(6, LEVEL), frequency=np.full(6, 20.0), sensor=np.array(["a", "a", "b", "a", "T", "N"]),
+        harmonic=HARMONIC,
+    )  # fmt: skip
+    return FeatureVector.choose(points, VALUE, MOTION, points.sensor != "a")
+
+
+def test_a_sensor_without_phase_has_moduli(moduli: FeatureVector) -> None:
+    found = moduli.of_values(VALUE)
+    np.testing.assert_array_equal(moduli.row, [0, 1, 2, 3, 4, 5, 2, 4])
+    # The force refers to the motion with a phase, row 2; the harmonic of "a" to the largest motion, row 1.
+    force = VALUE[4] / VALUE[2]
+    expected = [
+        LEVEL / abs(VALUE[0]), LEVEL / abs(VALUE[1]), (LEVEL / VALUE[2]).real, abs(VALUE[3] / VALUE[1]), force.real,
+        11.0, (LEVEL / VALUE[2]).imag, force.imag,
+    ]  # fmt: skip
+    np.testing.assert_allclose(found, expected, rtol=1e-14)
+    turned = VALUE * np.where(moduli.amplitude, np.exp(1.3j), 1.0)
+    np.testing.assert_allclose(moduli.of_values(turned), found, rtol=1e-14)
+
+
+def test_slopes_of_moduli_are_their_derivatives(moduli: FeatureVector) -> None:
+    draw = np.random.default_rng(3)
+    slopes = draw.standard_normal((6, 3)) + 1j * draw.standard_normal((6, 3))
+    slopes[5] = slopes[5].real
+    step = 1e-6
+    found = moduli.slopes(VALUE, slopes)
+    for number in range(3):
+        ends = [moduli.of_values(VALUE + side * step * slopes[:, number]) for side in (-1, 1)]
+        # Central differences: step^2 of curvature, and 1e-16 / step of round-off.
+        np.testing.assert_allclose(found[:, number], (ends[1] - ends[0]) / (2 * step), rtol=1e-7, atol=1e-8)
+
+
+def test_values_of_moduli_have_no_phase(moduli: FeatureVector) -> None:
+    back = moduli.values(moduli.of_values(VALUE))
+    expected = np.where(moduli.amplitude, np.abs(VALUE), np.where(moduli.real_only, VALUE.real, VALUE))
+    np.testing.assert_allclose(back, expected, rtol=1e-14)

@@ -1,0 +1,79 @@
+"""Jumps of measured and predicted sweeps: their frequencies are compared, and not the branches between them."""
+
+import numpy as np
+import pytest
+
+from benchmarks.random_oscillators import Oscillator
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.metric.jump_error import compute_jump_errors, find_astray
+from correlation.metric.peak_error import compute_peak_errors, find_unread_peaks
+from correlation.noise.covariance import Whitening
+from correlation.prediction import Jump, Points, Prediction
+
+DUFFING = Oscillator(kind="hardening", frequency=50.0, damping=0.005, strength=0.05)
+FORCE = 0.01 * (2 * np.pi * 50.0) ** 2
+GRID = np.linspace(48, 54, 121)
+
+
+def observed(sweeps: tuple[int, ...]) -> Observation:
+    """Both sweeps as one row where they agree and as two where they do not; or one sweep."""
+    both = {way: DUFFING.sweep(FORCE, GRID, way) for way in (1, -1)}
+    split = np.abs(both[1] - both[-1]) > 0.05 * np.abs(both[1]) if len(sweeps) == 2 else np.zeros(len(GRID), dtype=bool)
+    rows = [(f, way, both[way][n]) for n, f in enumerate(GRID) for way in (sweeps if split[n] else (0,)) if way]
+    rows += [(f, 0, both[sweeps[0]][n]) for n, f in enumerate(GRID) if not split[n]]
+    frequency, sweep, value = (np.array(column) for column in zip(*rows, strict=True))
+    k = len(rows)
+    points = Points(
+        free=np.zeros(k, dtype=bool), level=np.full(k, 3.0), frequency=frequency, sensor=np.full(k, "tip"),
+        harmonic=np.ones(k, dtype=int), sweep=sweep.astype(int),
+    )  # fmt: skip
+    ones = np.ones((k, 1), dtype=bool)
+    return Observation(points=points, repeat=value[:, None], motion=ones[:, 0], taken=ones)
+
+
+def prediction(of: Observation, *jumps: Jump) -> Prediction:
+    return Prediction(points=of.points, value=of.value, states={}, jumps=jumps)
+
+
+@pytest.mark.parametrize("sweeps", [(1, -1), (1,), (-1,)])
+def test_measured_jumps_lie_where_the_sweeps_leave_their_branches(sweeps: tuple[int, ...]) -> None:
+    of = observed(sweeps)
+    errors = compute_jump_errors(of, prediction(of), sweeps)
+    assert len(errors) == len(sweeps)
+    for each in errors:
+        curve = np.abs(DUFFING.sweep(FORCE, GRID, each.sweep))
+        step = int(np.argmax(np.abs(np.diff(curve))))
+        assert each.frequency == pytest.approx(GRID[step : step + 2].mean(), abs=1e-9)
+        assert each.falls == (each.sweep == 1)
+        assert np.isnan(each.predicted_frequency)
+
+
+def test_points_between_a_measured_and_a_predicted_jump_are_astray() -> None:
+    of = observed((1, -1))
+    (up, down) = compute_jump_errors(of, prediction(of), (1, -1))
+    model = (
+        Jump(False, 3.0, 1, up.frequency - 0.4, True),
+        Jump(False, 3.0, -1, down.frequency - 0.2, False),
+        Jump(False, 3.0, 1, 49.0, False),
+    )
+    errors = compute_jump_errors(of, prediction(of, *model), (1, -1))
+    matched = [each for each in errors if np.isfinite(each.frequency_error)]
+    assert [round(each.frequency_error, 9) for each in matched] == [-0.4, -0.2]
+    # What the model alone has is an error as well.
+    assert [each.predicted_frequency for each in errors if np.isnan(each.frequency)] == [49.0]
+    astray, points = find_astray(of, errors), of.points
+    above = (points.frequency > up.frequency - 0.4) & (points.frequency < up.frequency)
+    below = (points.frequency > down.frequency - 0.2) & (points.frequency < down.frequency)
+    expected = (above & (points.sweep != -1)) | (below & (points.sweep != 1))
+    np.testing.assert_array_equal(astray, expected)
+
+
+@pytest.mark.parametrize("sweeps", [(1, -1), (1,), (-1,)])
+def test_a_branch_is_not_read_as_damping(sweeps: tuple[int, ...]) -> None:
+    of = observed(sweeps)
+    features = FeatureVector.choose(of.points, of.value, of.motion)
+    whitening = Whitening(deviation=np.ones(len(features.row)))
+    assert compute_peak_errors(of, of.value, features, whitening, sweeps) == ()
+    (reason,) = find_unread_peaks(of, of.value, features, sweeps)
+    assert "3 N" in reason
