@@ -120,10 +120,12 @@ def follow(
         else:
             x = linear.copy()
         omega, receptance, start = way.angular_frequency[at], way.receptance[at], Start(value, by_multiplier)
-        # Many states are as the guess says: nothing has to be derived for them.
-        forces = joint_forces(x, omega, table, start, sampling, FORCE)
-        R = x - linear + apply_receptance(receptance, forces.coefficients)
-        norm, iteration = np.sqrt((R * R).sum()), 0
+        norm, iteration = np.inf, 0
+        if near and (not neighboured or track.iterations[before] == 0):
+            # Many states are as the guess says, and stay so: nothing has to be derived for them.
+            forces = joint_forces(x, omega, table, start, sampling, FORCE)
+            R = x - linear + apply_receptance(receptance, forces.coefficients)
+            norm = np.sqrt((R * R).sum())
         if not norm <= tolerance * scale:
             x, norm, iteration, forces = newton_with_forces(
                 x, linear, omega, receptance, table, first, count, start, sampling, tolerance * scale, max_iteration

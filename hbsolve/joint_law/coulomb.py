@@ -61,7 +61,9 @@ def force(
     derive = want >= JACOBIAN
     width = 3 * nh + 7
     S = np.zeros((2, width))
-    traces = np.zeros((n, 2, width)) if derive else np.zeros((1, 2, width))
+    # S changes where the contact slips alone: a trace for each slip of a period, and which of them each instant has.
+    traces = np.empty((n + 1, 2, width)) if derive else np.empty((1, 2, width))
+    which = np.zeros(n, np.int64)
     # Of the radius mu N / k_t: by the normal displacement, and by the last seven columns.
     n_trace = n if derive else 1
     r_by_v, r_by = np.zeros(n_trace), np.zeros((n_trace, 7))
@@ -85,6 +87,7 @@ def force(
     for _ in range(MAX_PERIOD):
         begin[:] = w
         n_slip = 0
+        traces[0] = S
         for k in range(n):
             r = mu * N[k] / kt
             e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
@@ -107,12 +110,12 @@ def force(
                         S, n0, n1, r, a0, a1, b0, b1, c_before, c, r_by[before], r_by[k], r_by_v[before], r_by_v[k],
                         sampling.instants[before], sampling.instants[k],
                     )  # fmt: skip
+                    traces[n_slip] = S
             before, r_before = k, r
             out.slider[0, k], out.slider[1, k] = w[0], w[1]
             status = SEPARATED if not closed[k] else (SLIP if slipped else STICK)
             out.status[0, k] = out.status[1, k] = status
-            if derive:
-                traces[k] = S
+            which[k] = n_slip
         if np.hypot(w[0] - begin[0], w[1] - begin[1]) <= SETTLED * scale:
             break
     for d in range(2):
@@ -120,21 +123,36 @@ def force(
             out.force[d, k] = kt * (u[d, k] - out.slider[d, k]) - reference[d] * u[d, k]
         if want >= PARAMETERS:
             for k in range(n):
+                trace = traces[which[k], d]
                 for p in range(5):
-                    out.by_parameter[p, d, k] = -kt * traces[k, d, 3 * nh + p]
+                    out.by_parameter[p, d, k] = -kt * trace[3 * nh + p]
                 out.by_parameter[0, d, k] += u[d, k] - out.slider[d, k]
                 for s in range(2):
-                    out.by_start[s, d, k] = -kt * traces[k, d, 3 * nh + 5 + s]
-        if derive and (n_slip or np.abs(traces[0, d, : 3 * nh]).max() > 0.0):
-            out.active[d] = nh if n_slip else 1
+                    out.by_start[s, d, k] = -kt * trace[3 * nh + 5 + s]
+        if derive and (n_slip or np.abs(traces[which[0], d, : 3 * nh]).max() > 0.0):
             rows = nh if n_slip else 1
-            weights = np.ascontiguousarray(sampling.project[:, :rows].T)
-            own = np.ascontiguousarray(traces[:, d, : 3 * nh])
+            out.active[d] = rows
+            weights = _weights(which, n_slip + 1, rows, sampling.projected_sum)
+            own = np.ascontiguousarray(traces[: n_slip + 1, d, : 3 * nh])
             out.jacobian[d, :rows, :] = -kt * np.dot(weights, own)
         if derive and kt != reference[d]:
             out.active[d] = nh
             for a in range(nh):
                 out.jacobian[d, a, d * nh + a] += kt - reference[d]
+
+
+@compiled
+def _weights(which: Any, count: int, rows: int, projected_sum: Any) -> Any:
+    """Sums of the projection over the instants of each trace, shape (rows, count); traces follow one another."""
+    weights, k = np.zeros((rows, count)), 0
+    while k < len(which):
+        end = k
+        while end < len(which) and which[end] == which[k]:
+            end += 1
+        for a in range(rows):
+            weights[a, which[k]] = projected_sum[end, a] - projected_sum[k, a]
+        k = end
+    return weights
 
 
 @compiled
