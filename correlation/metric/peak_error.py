@@ -98,7 +98,8 @@ def compute_peak_errors(
         Directions in which the structure was swept.
     """
     points, found = observed.points, []
-    mean = features.values(features.of_repeats(observed.repeat, observed.taken))
+    mean = _per_level(points, features.values(features.of_repeats(observed.repeat, observed.taken)))
+    predicted = _per_level(points, predicted)
     for free, level in sorted({(bool(a), float(b)) for a, b in zip(points.free, points.level, strict=True)}):
         here = features.inverse & (points.free == free) & (points.level == level)
         if not here.any():
@@ -145,7 +146,8 @@ def find_unread_peaks(
 ) -> tuple[str, ...]:
     """Why a resonance was not read, of each configuration and level whose peak ends in a jump, in words."""
     points, reasons = observed.points, []
-    mean = features.values(features.of_repeats(observed.repeat, observed.taken))
+    mean = _per_level(points, features.values(features.of_repeats(observed.repeat, observed.taken)))
+    predicted = _per_level(points, predicted)
     for free, level in sorted({(bool(a), float(b)) for a, b in zip(points.free, points.level, strict=True)}):
         here = features.inverse & (points.free == free) & (points.level == level)
         if not here.any():
@@ -160,6 +162,11 @@ def find_unread_peaks(
                 "it has two branches, of which neither shows a damping ratio by its width"
             )
     return tuple(reasons)
+
+
+def _per_level(points: Points, value: Coefficients) -> Coefficients:
+    """Coefficients times level over force: a peak is that of the compliance, also where the response was controlled."""
+    return np.asarray(value * (points.level / points.force))
 
 
 def choose_upper_branch(
@@ -218,7 +225,7 @@ def _by_number(
     value: Coefficients, features: FeatureVector, rows: Int[NDArray[np.int64], " f"]
 ) -> Float[NDArray[np.float64], "2 f"]:
     """Derivatives of the logarithm of |X| by the real and the imaginary part of F / X, shape (2, f)."""
-    inverse = features.points.force[rows] / value
+    inverse = features.points.level[rows] / value
     parts = np.array([inverse.real, inverse.imag])
     parts[:, features.real_only[rows]] = np.array([[1.0], [0.0]]) * np.abs(inverse[features.real_only[rows]])
     return np.asarray(-parts / np.abs(inverse) ** 2)
