@@ -12,7 +12,16 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Axes, Figure, Headed, add_heading, choose_family_colours, new_figure, open_box
+from figure.style import (
+    INK,
+    Axes,
+    Figure,
+    Headed,
+    add_heading,
+    choose_family_colours,
+    new_figure,
+    open_box,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,25 +93,30 @@ class FrfOverlay(Headed):
     with_phase: bool
 
 
+#: Width of the longest label of the legend [inches].
+LABEL = 2.3
+
+
 @draws(FrfOverlay, "frf_overlay")
 def frf_overlay_figure(result: FrfOverlay) -> Figure:
     """Draw the panels."""
     from matplotlib.lines import Line2D
 
-    rows = -(-len(result.panels) // result.columns)
+    columns = min(result.columns, len(result.panels))
+    rows = -(-len(result.panels) // columns)
     ratios = [2.1, 0.8, 1.0] if result.with_phase else [1.6, 0.8]
     step, height = len(ratios), 4.7 if result.with_phase else 3.2
-    figure = new_figure(max(5.6 * result.columns, 8.0), 1.3 + height * rows)
-    axes = figure.subplots(step * rows, result.columns, squeeze=False, sharex=True, height_ratios=ratios * rows)
+    figure = new_figure(max(5.6 * columns, 8.0), 1.3 + height * rows)
+    axes = figure.subplots(step * rows, columns, squeeze=False, sharex=True, height_ratios=ratios * rows)
     colours = choose_family_colours(len(result.levels))
-    for number in range(rows * result.columns):
-        row, column = step * (number // result.columns), number % result.columns
+    for number in range(rows * columns):
+        row, column = step * (number // columns), number % columns
         block = axes[row : row + step, column]
         if number >= len(result.panels):
             for item in block:
                 item.set_axis_off()
             continue
-        panel, last = result.panels[number], number + result.columns >= len(result.panels)
+        panel, last = result.panels[number], number + columns >= len(result.panels)
         _amplitude(block[0], panel, colours)
         _residual(block[1], panel, colours)
         if result.with_phase:
@@ -129,7 +143,12 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
         ),
         Line2D([], [], color=INK, linewidth=1.4, label="predicted"),
     ]
-    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
+    figure.legend(
+        handles=handles,
+        frameon=False,
+        loc="outside lower left",
+        ncols=min(len(handles), int(figure.get_figwidth() // LABEL)),
+    )
     add_heading(figure, result)
     return figure
 

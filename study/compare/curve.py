@@ -93,9 +93,9 @@ class Panel:
         """Whether values are real."""
         return self.key[1] == 0
 
-    def factor(self, level: float) -> float:
-        """Factor on values in SI at a level."""
-        return self.scale / level if self.per_level else self.scale
+    def factor(self, force: Frequencies) -> Frequencies:
+        """Factor on values in SI under some amplitudes of the force [N]."""
+        return self.scale / force if self.per_level else np.full_like(force, self.scale)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -149,7 +149,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
         sensor = sensors[key[0]]
         per_level = key[1] == 1 and isinstance(sensor, Sensor)
         own = (misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])
-        size = np.abs(misfit.measured[own]) / (misfit.points.level[own] if per_level else 1.0)
+        size = np.abs(misfit.measured[own]) / (misfit.points.force[own] if per_level else 1.0)
         unit, scale = choose_unit(sensor, float(size.max()))
         unit = f"{unit}/N" if per_level else unit
         panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
@@ -158,7 +158,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
         for (other, level, sweep), rows in _curves(misfit.points):
             if other != key:
                 continue
-            drawn, factor = by_line[level, sweep], panel.factor(level)
+            drawn, factor = by_line[level, sweep], panel.factor(misfit.points.force[rows])
             curves.append(
                 Curve(
                     level=level,
@@ -169,7 +169,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
                     deviation=factor * np.nan_to_num(misfit.deviation[rows]),
                     predicted=factor * misfit.predicted[rows],
                     line_frequency=fine.frequency[drawn],
-                    line=factor * line[drawn],
+                    line=panel.factor(fine.force[drawn]) * line[drawn],
                 )
             )
         panels.append(replace(panel, curves=tuple(curves)))

@@ -15,6 +15,8 @@ from study.compare.section.overview import left_out
 AGREES, DIFFERS = 1.25, 2.0
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
+#: From here on a percentage is written without digits behind the point.
+PLAIN = 99.5
 NEXT = "A mean hides the few states that fail; stickslip diagnose says whether an effect is missing, and which."
 
 
@@ -50,7 +52,8 @@ def summarise(compared: Compared) -> Summary:
     }[tone]
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
     cards = [
-        (f"{name} data, reduced chi^2 (1 is noise)", f"{whole(side).whitened ** 2:.3g}") for name, side in sides.items()
+        (f"{name} data, reduced chi^2 (1 is noise)", format_square(whole(side).whitened))
+        for name, side in sides.items()
     ]
     share = whole(compared.train)
     if np.isfinite(share.amplitude_error):
@@ -80,9 +83,8 @@ def _overall(misfit: Misfit) -> str:
     if not np.isfinite(share.amplitude_error):
         return f"The differences are {noise}; no reading stands out of the noise."
     phase = f" and of the phase {np.degrees(share.phase_error):.2g} deg" if np.isfinite(share.phase_error) else ""
-    return (
-        f"The differences are {noise}: the median error of the amplitude is {100 * share.amplitude_error:.2g} %{phase}."
-    )
+    amplitude = f"the median error of the amplitude is {format_percent(share.amplitude_error)} %"
+    return f"The differences are {noise}: {amplitude}{phase}."
 
 
 def describe_resonances(peaks: Sequence[PeakError]) -> Iterator[str]:
@@ -143,6 +145,17 @@ def _softening(peaks: Sequence[PeakError], free: bool) -> Iterator[str]:
     yield f"{sentence}."
 
 
+def format_square(size: float) -> str:
+    """The square of a mean difference, three digits or a whole number."""
+    return f"{size**2:,.0f}" if size**2 >= PLAIN else f"{size**2:.3g}"
+
+
+def format_percent(ratio: float) -> str:
+    """A ratio in percent, two digits or whole numbers."""
+    percent = 100 * abs(ratio)
+    return f"{percent:.0f}" if percent >= PLAIN else f"{percent:.2g}"
+
+
 def _worst(misfit: Misfit) -> Iterator[str]:
     """The worst sensor and the worst place, if they are more than noise."""
     cell, points = worst_cell(misfit)
@@ -156,7 +169,7 @@ def _worst(misfit: Misfit) -> Iterator[str]:
     where = f"the {part} of {points.sensor[0]} at {points.level[0]:g} N, {low:.5g} to {high:.5g} Hz"
     size = ""
     if np.isfinite(cell.signed_amplitude_error):
-        size = f": the prediction is {100 * abs(cell.signed_amplitude_error):.2g} % too "
+        size = f": the prediction is {format_percent(cell.signed_amplitude_error)} % too "
         size += "large" if cell.signed_amplitude_error > 0 else "small"
         phase = np.degrees(cell.signed_phase_error)
         if harmonic and abs(phase) >= 0.1:

@@ -70,12 +70,11 @@ class _Runs:
         table, listed = self.campaign.measurement, self.runs.get((free, *panel.key, curve.level), [])
         if curve.sweep:
             listed = [rows for rows in listed if table.sweep[rows[0]] == curve.sweep]
-        factor = panel.factor(curve.level)
         return [
             {
                 "name": f"repeat {table.repeat[rows[0]]}, {SWEEPS[int(table.sweep[rows[0]])]}".replace(", none", ""),
                 "frequency": round_list(table.frequency[rows], 7),
-                **_drawn(factor * table.value[rows], panel, 0.0, 4),
+                **_drawn(panel.factor(table.force[rows]) * table.value[rows], panel, 0.0, 4),
             }
             for rows in listed[:: self.step]
         ]
