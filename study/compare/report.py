@@ -8,6 +8,7 @@ import numpy as np
 from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
+from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from study.compare.data import data_document, describe_data
 from study.compare.family_report import family_document, family_lines
 from study.compare.result import SWEEP_WORDS, Compared
@@ -136,8 +137,14 @@ def _not_found(misfit: Misfit) -> int:
 def _calibrated(compared: Compared) -> list[str]:
     if not compared.calibrated:
         return []
-    values = ", ".join(f"{item.name} x {item.factor:.4f}" for item in compared.calibrated)
-    return [f"Calibrated on the training data: {values} (stickslip diagnose says how surely)", ""]
+    factors = [item for item in compared.calibrated if not item.name.startswith(GAIN)]
+    gains = [describe_gain(*vars(item).values()) for item in compared.calibrated if item.name.startswith(GAIN)]
+    values = ", ".join(f"{item.name} x {item.factor:.4f}" for item in factors)
+    return [
+        *([f"Calibrated on the training data: {values} (stickslip diagnose says how surely)"] if factors else []),
+        *([f"Gains that nobody stated, fitted to the training data: {', '.join(gains)}"] if gains else []),
+        "",
+    ]
 
 
 def _side(name: str, misfit: Misfit) -> Iterator[str]:

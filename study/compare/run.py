@@ -38,6 +38,7 @@ from study.compare.page import page
 from study.compare.pictures import pictures
 from study.compare.result import SWEEP_WORDS, Calibrated, Compared
 from study.compare.suspicions import find_all_suspicions, require_noise
+from study.compare.unknown_gain import SetGains, set_gains
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
@@ -140,7 +141,8 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     model = with_sensors(setup.model, campaign)
     refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
     setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    sides, calibrated, model = _sides(setup, campaign, calibrate)
+    gained = set_gains(setup, campaign)
+    sides, calibrated, model = _sides(gained, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     return Compared(
         title=setup.title,
@@ -154,7 +156,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
         unread=sides[0].unread_peaks,
-        suspicions=find_all_suspicions(campaign, model, sides[0].prediction),
+        suspicions=(*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks),
         calibrated=calibrated,
     )
 
@@ -214,27 +216,32 @@ def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Mode
     ]
 
 
-def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
+def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
+    setup, unknown = gained.setup, gained.gains.parameters
     if calibrate:
-        if not setup.accepted:
+        if not (setup.accepted or unknown):
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
         # Effects stay as strong as the case says; the calibration parameters begin anew.
         begin = replace(setup, calibrated={})
-        arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
+        arrangement = arrange(campaign, begin.complete, (*setup.accepted, *unknown), begin.complete_budget)
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
         sides = [
             Side(comparison=arrangement.train, prediction=fit.prediction),
             Side(comparison=arrangement.held_out, prediction=held_out),
         ]
-        result = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
+        n = len(setup.accepted)
+        result = zip(setup.accepted, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)
         calibrated = tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in result)
-        return sides, calibrated, fit.model
+        return sides, (*calibrated, *gained.report(fit.values[n:], fit.deviation[n:])), fit.model
     model, budget = setup.complete, setup.complete_budget
-    sweeps = find_sweep_directions(campaign)
-    if not (campaign.held_out.levels or campaign.held_out.repeats):
-        return beside([take_training_part(campaign)], sweeps, model, budget), (), model
-    return beside(split_held_out(campaign), sweeps, model, budget), (), model
+    sweeps, none_held_out = find_sweep_directions(campaign), not (campaign.held_out.levels or campaign.held_out.repeats)
+    sets = [take_training_part(campaign)] if none_held_out else split_held_out(campaign)
+    sides = beside(sets, sweeps, model, budget)
+    if not unknown:
+        return sides, (), model
+    model, gains = gained.refine(model, sides[0].comparison)
+    return beside(sets, sweeps, model, budget), gains, model
 
 
 def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:

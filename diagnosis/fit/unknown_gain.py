@@ -1,0 +1,230 @@
+r"""Gains that nobody knows: a sensor in volts, a shaker whose force follows a voltage by an unknown factor.
+
+Each sensor that is not calibrated reads :math:`s` times its motion, and the force is :math:`g` times the level of a
+drive that is not calibrated. For any g the best s has a closed form, the mean of :math:`\ln |X_m / X_p|` of its
+readings. What is left is a function of g alone, which is searched over many decades and then refined. A response that
+is proportional to the force leaves the same for every g: then only the product of g and s can be told, and g is fixed.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign
+from correlation.feature.observation import Observation
+from correlation.model import Model
+from correlation.prediction import Predictor
+from diagnosis.candidate.effect import EffectParameter
+from diagnosis.fit.calibration_parameter import CalibrationParameter
+from hbsolve.errors import ModelError
+
+#: Names of gains begin with this; and the name of the gain of the drive.
+GAIN = "gain of "
+DRIVE = f"{GAIN}drive"
+#: Decades of the drive's gain that are searched to either side and values per decade: about the gain of the linear
+#: response of calibrated sensors, and about 1 without any; rounds of golden sections.
+BESIDE_LINEAR, ANYWHERE, ROUNDS = (2, 4), (6, 4), 14
+#: The gain of the drive is told by the data if the mean square of ln |X_m / X_p| grows by this factor away from the
+#: best one, and by more than rounding.
+TOLD, ROUNDING = 1.2, 1e-6
+#: Frequencies of each level that the search looks at.
+MOST = 40
+#: Bounds of what a fit may change after the search [-].
+BOUNDS = (0.02, 50.0)
+GOLDEN = (np.sqrt(5) - 1) / 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UnknownGain(CalibrationParameter):
+    """Factor on the gain of one sensor, or on the force per level, about the value that the search found.
+
+    Parameters
+    ----------
+    sensor
+        Name of the sensor; empty for the drive.
+    start
+        Gain at the factor 1 [reading per SI unit, or newton per unit of the level].
+    """
+
+    sensor: str = ""
+    start: float = 1.0
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """Model with the factor; 1 changes nothing."""
+        (factor,) = values
+        if not self.sensor:
+            return model.with_system(harmonic_force=factor * model.system.dynamic)
+        own = {sensor.name: sensor.gain for sensor in model.sensors}
+        # Without its contacts a structure has no sensors of their forces.
+        return model.with_sensor(self.sensor, gain=factor * own[self.sensor]) if self.sensor in own else model
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gains:
+    """Unknown gains of a campaign and the values that make a model fit best.
+
+    Parameters
+    ----------
+    parameters
+        The gains as calibration parameters without a prior.
+    fixed
+        What the data cannot tell, in a sentence; empty if they tell all of them.
+    """
+
+    parameters: tuple[UnknownGain, ...] = ()
+    fixed: str = ""
+
+    def apply(self, model: Model) -> Model:
+        """The model, or a finer one of it, with the gains that were found."""
+        for each in self.parameters:
+            model = each.apply(model, [each.start])
+        return model
+
+
+def has_unknown_gains(campaign: Campaign) -> bool:
+    """Whether a sensor or the drive is not calibrated."""
+    return not campaign.drive.calibrated or not all(sensor.calibrated for sensor in campaign.sensors)
+
+
+def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: tuple[int, ...]) -> Gains:
+    """Search the unknown gains.
+
+    Parameters
+    ----------
+    model
+        Model with the sensors of the campaign.
+    campaign
+        Says which gains are unknown.
+    observed
+        Measurements to find them by.
+    sweeps
+        Directions in which they were swept.
+    """
+    if not has_unknown_gains(campaign):
+        return Gains()
+    unknown = tuple(sensor.name for sensor in campaign.sensors if not sensor.calibrated)
+    search = _Search(model=model, observed=_thinned(observed), sweeps=sweeps, unknown=unknown)
+    if campaign.drive.calibrated:
+        return Gains(parameters=_parameters(search.fit(1.0)[1]))
+    gain, told = search.best()
+    found = search.fit(gain)[1]
+    if told:
+        return Gains(parameters=_parameters({"": gain} | found))
+    unit = campaign.drive.unit
+    fixed = (
+        f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be told "
+        "apart from those of the sensors, since the response is proportional to the force as far as the data show: it "
+        "is fixed at 1, and the gains of the sensors are those of sensor and drive together; calibrate one of them"
+    )
+    return Gains(parameters=_parameters(search.fit(1.0)[1]), fixed=fixed)
+
+
+def _parameters(gains: Mapping[str, float]) -> tuple[UnknownGain, ...]:
+    factor = EffectParameter(name="factor", unit="-", lower=BOUNDS[0], upper=BOUNDS[1], typical=1.05, vanishes=1.0)
+    return tuple(
+        UnknownGain(
+            name=f"{GAIN}{name}" if name else DRIVE, sensor=name, start=gain, deviation=np.inf, parameters=(factor,),
+            physics=f"Reading per unit of {name}." if name else "Force per unit of the level.",
+        )
+        for name, gain in gains.items()
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Search:
+    """Fits of the sensors' gains at fixed gains of the drive."""
+
+    model: Model
+    observed: Observation
+    sweeps: tuple[int, ...]
+    unknown: tuple[str, ...]
+
+    def fit(self, gain: float) -> tuple[float, dict[str, float]]:
+        """Mean square of ln |X_m / X_p|, and the best gain of each unknown sensor, at a gain of the drive."""
+        driven = self.model.with_system(harmonic_force=gain * self.model.system.dynamic)
+        try:
+            value = Predictor(points=self.observed.points, sweeps=self.sweeps).predict(driven).value
+        except ModelError:
+            return np.inf, {}
+        return self._misfit(value)
+
+    def _misfit(self, value: Complex[NDArray[np.complex128], " k"]) -> tuple[float, dict[str, float]]:
+        points, measured = self.observed.points, np.abs(self.observed.value)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.log(measured / np.abs(value))
+        there = np.isfinite(ratio)
+        gains: dict[str, float] = {}
+        for name in self.unknown:
+            # Higher harmonics are small and noisy; a static part has its own offset.
+            rows = there & (points.sensor == name) & (points.harmonic == 1)
+            rows = rows if rows.any() else there & (points.sensor == name)
+            mean = float(np.median(ratio[rows])) if rows.any() else 0.0
+            gains[name] = float(np.exp(mean))
+            ratio = np.where(points.sensor == name, ratio - mean, ratio)
+        fundamental = there & (points.harmonic == 1)
+        # A point at which the model has no state counts as far off; a few wild ones do not decide.
+        squares = np.where(there, np.minimum(ratio**2, 4.0), 4.0)[fundamental | (~there & (points.harmonic == 1))]
+        return float(squares.mean()) if fundamental.any() else np.inf, gains
+
+    def best(self) -> tuple[float, bool]:
+        """Best gain of the drive, and whether the data tell it."""
+        middle = self._middle()
+        decades, per_decade = ANYWHERE if middle is None else BESIDE_LINEAR
+        steps = np.arange(-decades * per_decade, decades * per_decade + 1) / per_decade * np.log(10)
+        tried = np.log(middle or 1.0) + steps
+        cost = np.array([self.fit(float(np.exp(each)))[0] for each in tried])
+        at = int(np.argmin(cost))
+        gain = float(np.exp(self._golden(float(tried[max(at - 1, 0)]), float(tried[min(at + 1, len(tried) - 1)]))))
+        told = float(np.median(cost)) > TOLD * self.fit(gain)[0] + ROUNDING
+        return (gain, True) if told else (1.0, False)
+
+    def _golden(self, low: float, high: float) -> float:
+        ends = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
+        cost = [self.fit(float(np.exp(each)))[0] for each in ends]
+        for _ in range(ROUNDS):
+            if cost[0] <= cost[1]:
+                high, ends[1], cost[1] = ends[1], ends[0], cost[0]
+                ends[0] = high - GOLDEN * (high - low)
+                cost[0] = self.fit(float(np.exp(ends[0])))[0]
+            else:
+                low, ends[0], cost[0] = ends[0], ends[1], cost[1]
+                ends[1] = low + GOLDEN * (high - low)
+                cost[1] = self.fit(float(np.exp(ends[1])))[0]
+        return (low + high) / 2
+
+    def _middle(self) -> float | None:
+        """Gain at which the linear response of the calibrated motions is as large as measured; None without any."""
+        points = self.observed.points
+        rows = self.observed.motion & (points.harmonic == 1) & ~np.isin(points.sensor, self.unknown)
+        if not rows.any():
+            return None
+        part = self.observed.where(rows)
+        # Next to no force shows the response that is proportional to it.
+        small = 1e-6
+        weak = self.model.with_system(harmonic_force=small * self.model.system.dynamic)
+        value = Predictor(points=part.points).predict(weak).value / small
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.abs(part.value / value)
+        ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
+        return float(np.median(ratio)) if len(ratio) else None
+
+
+def _thinned(observed: Observation) -> Observation:
+    """At most `MOST` frequencies of each level."""
+    points = observed.points
+    chosen = np.zeros(len(points), dtype=bool)
+    for level in np.unique(points.level):
+        here = points.level == level
+        frequency = np.unique(points.frequency[here])
+        if len(frequency) > MOST:
+            frequency = frequency[np.linspace(0, len(frequency) - 1, MOST).astype(int)]
+        chosen |= here & np.isin(points.frequency, frequency)
+    return observed.where(chosen & (observed.count > 0))
+
+
+def describe_gain(name: str, gain: float, deviation: float) -> str:
+    """``gain of tip 1234 +- 5 (0.4 %)``."""
+    return f"{name} {gain:.4g} +- {deviation:.2g} ({100 * deviation / gain:.2g} %)"
