@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.feature.observation import find_sweep_directions
 from correlation.metric.misfit import CLEAR, Misfit
 from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
@@ -109,12 +110,15 @@ class Drawing:
     panels
         Curves of every sensor and harmonic.
     held_out
-        Held-out levels [N].
+        Held-out levels [unit].
+    unit
+        Unit of the levels.
     """
 
     misfit: Mapping[bool, Misfit]
     panels: Mapping[bool, Sequence[Panel]]
     held_out: frozenset[float]
+    unit: str = "N"
 
     @classmethod
     def of(cls, compared: Compared) -> "Drawing":
@@ -122,25 +126,30 @@ class Drawing:
         everything, new = joined(compared.train, compared.held_out)
         free = everything.points.free
         misfit = {bool(item): everything.where(np.asarray(free == item)) for item in np.unique(free)}
+        sweeps, unit = find_sweep_directions(compared.campaign), compared.campaign.drive.unit
         panels = {
-            item: make_panels(compared.model, rows, predict_lines(compared.model, rows, compared.prediction))
+            item: make_panels(
+                compared.model, rows, predict_lines(compared.model, rows, compared.prediction, sweeps), unit
+            )
             for item, rows in misfit.items()
         }
-        return cls(misfit=misfit, panels=panels, held_out=frozenset(new))
+        return cls(misfit=misfit, panels=panels, held_out=frozenset(new), unit=unit)
 
     @property
     def levels(self) -> Frequencies:
-        """All levels, ascending [N]."""
+        """All levels, ascending [unit]."""
         return np.unique(np.concatenate([rows.points.level for rows in self.misfit.values()]))
 
 
-def predict_lines(model: Model, misfit: Misfit, prediction: Prediction) -> tuple[Points, Coefficients]:
-    """Predicted lines through the points of a misfit, from rest."""
+def predict_lines(
+    model: Model, misfit: Misfit, prediction: Prediction, sweeps: tuple[int, ...] = ()
+) -> tuple[Points, Coefficients]:
+    """Predicted lines through the points of a misfit: from rest, or swept where branches are compared apart."""
     fine = refine_points(misfit.points)
-    return fine, Predictor(points=fine).vary(model, prediction)
+    return fine, Predictor(points=fine, sweeps=sweeps if fine.sweep.any() else ()).vary(model, prediction)
 
 
-def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]) -> list[Panel]:
+def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients], level_unit: str = "N") -> list[Panel]:
     """Curves of every sensor and harmonic of one configuration."""
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
@@ -151,7 +160,8 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
         own = (misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])
         size = np.abs(misfit.measured[own]) / (misfit.points.force[own] if per_level else 1.0)
         unit, scale = choose_unit(sensor, float(size.max()))
-        unit = f"{unit}/N" if per_level else unit
+        if per_level:
+            unit = f"{unit}/{level_unit}" if "/" not in level_unit else f"{unit}/({level_unit})"
         panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
         by_line = {(level, sweep): rows for (other, level, sweep), rows in _curves(fine) if other == key}
         curves = []
@@ -226,10 +236,9 @@ def refine_points(points: Points) -> Points:
 
 def _curves(points: Points) -> Iterator[tuple[tuple[Key, float, int], Rows]]:
     """Rows of each curve by ascending frequency: of one sensor, harmonic, level and direction of sweep."""
-    sweep = getattr(points, "sweep", np.zeros(len(points), dtype=np.int64))
     curves: dict[tuple[Key, float, int], list[int]] = {}
     for row in np.argsort(points.frequency, kind="stable"):
         key = str(points.sensor[row]), int(points.harmonic[row])
-        curves.setdefault((key, float(points.level[row]), int(sweep[row])), []).append(int(row))
+        curves.setdefault((key, float(points.level[row]), int(points.sweep[row])), []).append(int(row))
     for curve in sorted(curves, key=lambda item: item[1:]):
         yield curve, np.array(curves[curve])

@@ -105,7 +105,7 @@ function drawMap(data, number) {
     hovertemplate: "%{text}<br>%{customdata:.3g} standard deviations<extra></extra>",
     colorbar: { tickvals: data.steps.map((_, step) => step - 0.5), ticktext: data.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", y: 1, yanchor: "top", outlinewidth: 0 },
   }], {
-    font: FONT, height: Math.max(220, 90 + 13 * rows), margin: { l: 110, r: 20, t: 10, b: 56 }, paper_bgcolor: "white", plot_bgcolor: "white",
+    font: FONT, height: Math.max(240, 114 + 13 * rows), margin: { l: 110, r: 20, t: 34, b: 56 }, paper_bgcolor: "white", plot_bgcolor: "white",
     xaxis: axis({ tickvals: ticks, ticktext: ticks.map((column) => map.frequency[column]), showgrid: false, title: { text: "frequency [Hz]" }, tickangle: 0 }),
     yaxis: axis({ tickvals: map.groups.map((group) => (group.first + group.last) / 2), ticktext: map.groups.map((group) => group.label), showgrid: false, ticks: "", autorange: false, range: [rows - 0.4, -0.6] }),
   }, CONFIG);

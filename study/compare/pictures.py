@@ -36,7 +36,8 @@ def pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
     for free, rows in drawing.misfit.items():
         name = configuration(free)
         levels = np.unique(rows.points.level)
-        words = [f"{level:g} N{', held out' if level in drawing.held_out else ''}" for level in levels.tolist()]
+        held_out = dict.fromkeys(drawing.held_out, ", held out")
+        words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]
         drawn[f"map_{name}"] = _map(rows, levels, words, f"{title}: where the model fails, {name}")
         for kind, (chosen, columns) in _figures(drawing.panels[free]).items():
             if any(stands_out(rows, panel.key) for panel in chosen):

@@ -65,8 +65,8 @@ def summarise(compared: Compared) -> Summary:
         tag=tag,
         sentences=(
             _overall(compared.train),
-            *describe_resonances(compared.peaks),
-            *_worst(compared.train),
+            *describe_resonances(compared.peaks, compared.campaign.drive.unit),
+            *_worst(compared.train, compared.campaign.drive.unit),
             *left_out(compared),
         ),
         next=NEXT,
@@ -87,7 +87,7 @@ def _overall(misfit: Misfit) -> str:
     return f"The differences are {noise}: {amplitude}{phase}."
 
 
-def describe_resonances(peaks: Sequence[PeakError]) -> Iterator[str]:
+def describe_resonances(peaks: Sequence[PeakError], unit: str = "N") -> Iterator[str]:
     """Per configuration: frequency and damping, and how they change with the level."""
     for free in sorted({peak.free for peak in peaks}):
         listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
@@ -99,23 +99,29 @@ def describe_resonances(peaks: Sequence[PeakError]) -> Iterator[str]:
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
             listed,
+            unit,
         )
         damping = _ranged(
             [100 * peak.damping_error for peak in listed],
             [abs(peak.predicted_damping - peak.damping) / peak.damping_deviation for peak in listed],
             listed,
+            unit,
         )
         yield f"{name[0].upper()}{name[1:]} {frequency}; its damping {damping}."
-        yield from _softening(listed, free)
+        yield from _softening(listed, free, unit)
 
 
-def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequence[PeakError]) -> str:
+def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequence[PeakError], unit: str) -> str:
     """Errors over the levels in words [%]."""
-    clear = [number for number, size in enumerate(deviations) if not size <= CLEAR_PEAK]
+    if not np.isfinite(deviations).any():
+        return f"is off by {min(errors):+.2g} to {max(errors):+.2g} %, and what chance does is not known"
+    clear = [number for number, size in enumerate(deviations) if size > CLEAR_PEAK]
     if not clear:
-        return f"agrees within {max(map(abs, errors)):.2g} % and within chance"
+        return f"agrees within {max(map(abs, errors)):.2g} %, which chance explains"
     low, high = min(errors[number] for number in clear), max(errors[number] for number in clear)
-    where = "" if len(clear) == len(peaks) else f" at {', '.join(f'{peaks[number].level:g}' for number in clear)} N"
+    where = (
+        "" if len(clear) == len(peaks) else f" at {', '.join(f'{peaks[number].level:g}' for number in clear)} {unit}"
+    )
     if low * high < 0:
         return f"is off by {low:+.2g} to {high:+.2g} %{where}"
     word = "high" if high > 0 else "low"
@@ -124,7 +130,7 @@ def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequenc
     return f"is {size} % too {word}{where}"
 
 
-def _softening(peaks: Sequence[PeakError], free: bool) -> Iterator[str]:
+def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[str]:
     """Change from the lowest to the highest level, measured and predicted, where it is more than chance."""
     first, last = peaks[0], peaks[-1]
     if free or len(peaks) < 2:
@@ -133,12 +139,13 @@ def _softening(peaks: Sequence[PeakError], free: bool) -> Iterator[str]:
     chance = float(np.hypot(first.frequency_deviation, last.frequency_deviation))
     if abs(measured) < CLEAR_PEAK * chance and abs(predicted) < CLEAR_PEAK * chance:
         return
-    verb = "falls" if measured < 0 else "rises"
+    verb, verb_of_model = ("falls" if change < 0 else "rises" for change in (measured, predicted))
+    same = "" if verb == verb_of_model else f"{verb_of_model} "
     sentence = (
-        f"From {first.level:g} to {last.level:g} N it {verb} by {abs(measured):.3g} Hz in the measurement and "
-        f"{'falls' if predicted < 0 else 'rises'} by {abs(predicted):.3g} Hz in the model, and the damping goes from "
-        f"{100 * first.damping:.2g} to {100 * last.damping:.2g} % (model: {100 * first.predicted_damping:.2g} to "
-        f"{100 * last.predicted_damping:.2g} %)"
+        f"From {first.level:g} to {last.level:g} {unit} it {verb} by {abs(measured):.3g} Hz in the measurement and "
+        f"{same}by {abs(predicted):.3g} Hz in the model, and the damping ratio goes from {100 * first.damping:.2g} to "
+        f"{100 * last.damping:.2g} % in the measurement and from {100 * first.predicted_damping:.2g} to "
+        f"{100 * last.predicted_damping:.2g} % in the model"
     )
     if abs(predicted - measured) > CLEAR_PEAK * chance:
         sentence += f": the model softens {'more' if predicted < measured else 'less'} with the level than the specimen"
@@ -156,7 +163,7 @@ def format_percent(ratio: float) -> str:
     return f"{percent:.0f}" if percent >= PLAIN else f"{percent:.2g}"
 
 
-def _worst(misfit: Misfit) -> Iterator[str]:
+def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
     """The worst sensor and the worst place, if they are more than noise."""
     cell, points = worst_cell(misfit)
     if not cell.deviations > DIFFERS:
@@ -166,7 +173,7 @@ def _worst(misfit: Misfit) -> Iterator[str]:
     low, high = points.frequency.min(), points.frequency.max()
     harmonic = int(points.harmonic[0])
     part = {0: "static part", 1: "fundamental"}.get(harmonic, f"harmonic {harmonic}")
-    where = f"the {part} of {points.sensor[0]} at {points.level[0]:g} N, {low:.5g} to {high:.5g} Hz"
+    where = f"the {part} of {points.sensor[0]} at {points.level[0]:g} {unit}, {low:.5g} to {high:.5g} Hz"
     size = ""
     if np.isfinite(cell.signed_amplitude_error):
         size = f": the prediction is {format_percent(cell.signed_amplitude_error)} % too "

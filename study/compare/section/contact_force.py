@@ -11,9 +11,9 @@ from study.compare.result import Compared
 from study.compare.section.section import Section, Table
 
 TEXT = (
-    "Forces on the structure, summed over each contact line. Of a harmonic: the amplitude where it is largest in the "
-    "measurement. Static parts are means over the measured frequencies; they depend on what the contacts went through "
-    "before, which no test records, so that their prediction, which begins at rest, need not agree."
+    "Forces on the structure, summed over each contact line. Of the fundamental: the amplitude where it is largest in "
+    "the measurement. Static parts are means over the measured frequencies; they depend on what the contacts went "
+    "through before, which no test records, so that their prediction, which begins at rest, need not agree."
 )
 
 
@@ -21,10 +21,16 @@ def contact_force_sections(compared: Compared, drawing: Drawing) -> Iterator[Sec
     """One section, if a line's force was measured."""
     del compared
     rows = [
-        [configuration(free), panel.key[0], _harmonic(panel), f"{curve.level:g} N", *_numbers(panel, curve)]
+        [
+            configuration(free),
+            panel.key[0],
+            _harmonic(panel),
+            f"{curve.level:g} {drawing.unit}",
+            *_numbers(panel, curve),
+        ]
         for free, panels in drawing.panels.items()
         for panel in panels
-        if isinstance(panel.sensor, LineSensor)
+        if isinstance(panel.sensor, LineSensor) and panel.key[1] <= 1
         for curve in panel.curves
     ]
     if rows:

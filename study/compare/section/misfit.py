@@ -23,12 +23,12 @@ TEXT = (
 def misfit_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
     """One section with a map per configuration."""
     del compared
-    maps = [_map(misfit, free) for free, misfit in drawing.misfit.items()]
+    maps = [_map(misfit, free, drawing) for free, misfit in drawing.misfit.items()]
     data = {"maps": maps, "steps": list(STEPS), "colours": list(COLOURS)}
     yield Section(title="Where the model fails", text=TEXT, element="map", data=data)
 
 
-def _map(misfit: Misfit, free: bool) -> dict[str, Any]:
+def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
     points, size = misfit.points, misfit.size
     frequency, levels = np.unique(points.frequency), np.unique(points.level)[::-1]
     groups: list[dict[str, Any]] = []
@@ -45,7 +45,7 @@ def _map(misfit: Misfit, free: bool) -> dict[str, Any]:
             line = np.full(len(frequency), np.nan)
             np.fmax.at(line, np.searchsorted(frequency, points.frequency[at]), size[at])
             rows.append(line)
-            labels.append(f"{words}, {level:g} N")
+            labels.append(f"{words}, {level:g} {drawing.unit}")
     return {
         "configuration": configuration(free),
         "frequency": [f"{value:.5g}" for value in frequency],

@@ -8,6 +8,7 @@ import numpy as np
 from correlation.metric.misfit import configuration
 from correlation.metric.peak_error import PeakError
 from study.compare.curve import Drawing
+from study.compare.report import describe_jump
 from study.compare.result import Compared
 from study.compare.section.section import Section, Table
 from study.page.number import round_list
@@ -35,12 +36,17 @@ HEAD = (
 
 def resonance_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
     """One section, if the bands hold a resonance."""
+    remarks = [f"Not read: {reason}." for reason in compared.unread]
+    if compared.jumps:
+        remarks.append(f"Jumps between two steady states: {'; '.join(map(describe_jump, compared.jumps))}.")
     if not compared.peaks:
+        if remarks:
+            yield Section(title="Resonances and backbone", text=" ".join(remarks))
         return
     table = Table(head=HEAD, rows=[_row(peak, drawing) for peak in compared.peaks], words=3)
     kinds = sorted({peak.free for peak in compared.peaks})
-    plots = [_backbone([peak for peak in compared.peaks if peak.free == free]) for free in kinds]
-    yield Section(title="Resonances and backbone", text=TEXT, table=table, plots=plots)
+    plots = [_backbone([peak for peak in compared.peaks if peak.free == free], drawing.unit) for free in kinds]
+    yield Section(title="Resonances and backbone", text=" ".join([TEXT, *remarks]), table=table, plots=plots)
 
 
 def _row(peak: PeakError, drawing: Drawing) -> list[str]:
@@ -48,7 +54,7 @@ def _row(peak: PeakError, drawing: Drawing) -> list[str]:
     frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
     damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
     return [
-        configuration(peak.free), f"{peak.level:g} N{held}", peak.sensor, f"{peak.frequency:.3f}",
+        configuration(peak.free), f"{peak.level:g} {drawing.unit}{held}", peak.sensor, f"{peak.frequency:.3f}",
         f"{peak.predicted_frequency:.3f}", *frequency, f"{100 * peak.damping:.3f} %",
         f"{100 * peak.predicted_damping:.3f} %", *damping,
     ]  # fmt: skip
@@ -61,7 +67,7 @@ def _error(difference: float, value: float, deviation: float, digits: int) -> tu
     return relative, f"{difference / deviation:+.1f}" if np.isfinite(deviation) and deviation > 0 else ""
 
 
-def _backbone(peaks: Sequence[PeakError]) -> dict[str, Any]:
+def _backbone(peaks: Sequence[PeakError], unit: str) -> dict[str, Any]:
     """Plotly figure: frequency and damping over the level."""
     level = [peak.level for peak in peaks]
     traces: list[dict[str, Any]] = []
@@ -85,9 +91,9 @@ def _backbone(peaks: Sequence[PeakError]) -> dict[str, Any]:
     layout = {
         "height": 330,
         "grid": {"rows": 1, "columns": 2, "pattern": "independent"},
-        "xaxis": {"title": {"text": "level [N]"}, "anchor": "y"},
-        "xaxis2": {"title": {"text": "level [N]"}, "anchor": "y2"},
-        "yaxis": {"title": {"text": f"frequency, {name} [Hz]"}},
-        "yaxis2": {"title": {"text": f"damping ratio, {name} [%]"}, "rangemode": "tozero"},
+        "xaxis": {"title": {"text": f"level [{unit}]"}, "anchor": "y"},
+        "xaxis2": {"title": {"text": f"level [{unit}]"}, "anchor": "y2"},
+        "yaxis": {"title": {"text": f"frequency, {name} [Hz]", "standoff": 16}},
+        "yaxis2": {"title": {"text": f"damping ratio, {name} [%]", "standoff": 16}, "rangemode": "tozero"},
     }
     return {"data": traces, "layout": layout}

@@ -37,7 +37,8 @@ def response_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]
         for panel in listed
         if panel.curves
     ]
-    words = [f"{level:g} N{' (held out)' if level in drawing.held_out else ''}" for level in levels.tolist()]
+    held_out = dict.fromkeys(drawing.held_out, " (held out)")
+    words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]
     thinned = "" if runs.step == 1 else f" One run in {runs.step} is drawn, since there are so many."
     # The page begins where the model fails most.
     worst = max(range(len(panels)), key=lambda number: panels[number]["size"], default=0)

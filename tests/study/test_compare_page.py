@@ -1,0 +1,184 @@
+"""The page of a comparison: it holds everything, loads nothing, and shows residuals that are those of the misfit."""
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.metric.peak_error import PeakError
+from correlation.model import Sensor
+from correlation.prediction import Points, Predictor
+from study.case.setup import read_case
+from study.compare.curve import Drawing
+from study.compare.page import page
+from study.compare.result import Compared
+from study.compare.run import compare
+from study.compare.section.section import Section, Table
+from study.compare.sentence import describe_resonances, summarise
+from study.shipped_cases import BEAM
+
+LEVELS, N_REPEAT, NOISE = (1.0, 3.0), 4, 0.005
+FREQUENCY = 472.0 * np.array([0.98, 0.99, 0.995, 0.998, 1.0, 1.002, 1.005, 1.01, 1.02])
+SENSORS = ("tip", "mid", "left_N")
+
+
+class References(HTMLParser):
+    """What the elements of a page refer to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        del tag
+        self.found += [value or "" for name, value in attrs if name in {"src", "href", "srcset", "data", "action"}]
+
+
+@cache
+def compared(gain: float = 1.0) -> Compared:
+    """The shipped beam beside its own response with noise; the sensor "mid" reads `gain` times what it should."""
+    setup = read_case(BEAM).setup
+    model = setup.model.with_sensor("mid", gain=gain)
+    keys = [(level, frequency, number) for level in LEVELS for frequency in FREQUENCY for number in range(len(SENSORS))]
+    level, frequency, sensor = (np.array(column) for column in zip(*keys, strict=True))
+    k, one = len(keys), np.ones(len(keys), dtype=np.int64)
+    points = Points(free=one == 0, level=level, frequency=frequency, sensor=np.array(SENSORS)[sensor], harmonic=one)
+    exact, random = Predictor(points=points).predict(model).value, np.random.default_rng(5)
+    noise = random.standard_normal((N_REPEAT, k)) + 1j * random.standard_normal((N_REPEAT, k))
+    repeats = np.repeat(np.arange(1, N_REPEAT + 1), k)
+    table = Measurement(
+        test=np.zeros(N_REPEAT * k), order=np.arange(N_REPEAT * k), repeat=repeats, sweep=np.ones(N_REPEAT * k),
+        level=np.tile(level, N_REPEAT), frequency=np.tile(frequency, N_REPEAT), sensor=np.tile(sensor, N_REPEAT),
+        harmonic=np.tile(one, N_REPEAT), value=(exact * (1 + NOISE * noise)).ravel(),
+    )  # fmt: skip
+    sensors = [
+        MeasuredSensor(name=name, quantity="displacement", direction="z", place=name)
+        if isinstance(next(item for item in model.sensors if item.name == name), Sensor)
+        else MeasuredSensor(name=name, quantity="contact force", line="left", component="normal")
+        for name in SENSORS
+    ]
+    campaign = Campaign(
+        title="The <model> itself", folder=BEAM.parent, sensors=tuple(sensors), tests=(Test(name="stepped"),),
+        measurement=table, held_out=HeldOut(),
+    )  # fmt: skip
+    return compare(setup, campaign)
+
+
+@cache
+def drawing(gain: float = 1.0) -> Drawing:
+    return Drawing.of(compared(gain))
+
+
+def data_of(text: str) -> dict[str, Any]:
+    found = re.search(r"<script>const DATA = (.*);</script>", text)
+    assert found is not None
+    parsed: dict[str, Any] = json.loads(found[1].replace("<\\/script", "</script"))
+    return parsed
+
+
+def test_the_page_holds_everything_and_loads_nothing() -> None:
+    text = page(compared(), drawing())
+    references = References()
+    references.feed(text)
+    assert {item for item in references.found if not item.startswith("#")} == {"data:,"}
+    assert "default-src 'none'" in text
+    assert len(re.findall(r"plotly\.js v", text)) == 1
+    # Names of the user are no HTML.
+    assert "The &lt;model&gt; itself" in text
+    titles = re.findall(r"<h2>(.*?)</h2>", text)
+    assert titles == [
+        "Measured and predicted responses", "Where the model fails", "Resonances and backbone", "Contact forces",
+        "What was compared",
+    ]  # fmt: skip
+    # plotly.js is 4.7 MB; a few hundred readings are nothing beside it.
+    assert len(text) < 5.5e6
+
+
+def test_residuals_are_those_of_the_misfit_and_lines_meet_the_predicted_points() -> None:
+    section = data_of(page(compared(), drawing()))["sections"][0]
+    assert section["element"] == "responses"
+    misfit = compared().train
+    for panel in section["data"]["panels"]:
+        sensor = panel["label"].split(",")[0]
+        for group in panel["groups"]:
+            level = LEVELS[group["level"]]
+            rows = (misfit.points.sensor == sensor) & (misfit.points.level == level)
+            rows &= misfit.points.harmonic == panel["harmonic"]
+            order = np.argsort(misfit.points.frequency[rows])
+            # Four digits are written.
+            np.testing.assert_allclose(
+                group["residual"]["real"], -misfit.standardised[rows][order, 0], rtol=1e-3, atol=1e-9
+            )
+            assert len(group["runs"]) == N_REPEAT
+            assert set(np.round(group["frequency"], 5)) <= set(np.round(group["line_frequency"], 5))
+            at = np.searchsorted(group["line_frequency"], group["frequency"])
+            predicted = np.array(group["amplitude"]) * (1 + np.array(group["residual"]["amplitude"]) / 100)
+            # Lines begin at rest at each point, the prediction at what the sweep left; and four digits.
+            np.testing.assert_allclose(np.array(group["line"]["amplitude"])[at], predicted, rtol=2e-2)
+
+
+def test_the_page_begins_with_the_worst_sensor_and_names_it() -> None:
+    text = page(compared(1.2), drawing(1.2))
+    data = data_of(text)["sections"][0]["data"]
+    assert data["panels"][data["first"]]["label"].startswith("mid")
+    assert "The worst sensor is mid" in text
+    assert summarise(compared(1.2)).tone == "missing"
+    assert summarise(compared()).tone == "nothing"
+
+
+def test_sections_of_a_command_are_shown_and_parts_without_data_are_not() -> None:
+    section = Section(
+        title="Loops", text="Work per cycle.", table=Table(head=("level", "J"), rows=[["1 N", "0.5"]]),
+        pictures={"a loop": b"\x89PNG"}, plots=[{"data": [], "layout": {}}], html="<b>more</b>",
+    )  # fmt: skip
+    bare = replace(compared(), peaks=(), sections=(section,))
+    motions = {
+        free: [item for item in panels if isinstance(item.sensor, Sensor)] for free, panels in drawing().panels.items()
+    }
+    text = page(bare, replace(drawing(), panels=motions))
+    titles = re.findall(r"<h2>(.*?)</h2>", text)
+    assert titles == ["Measured and predicted responses", "Where the model fails", "Loops", "What was compared"]
+    assert "data:image/png;base64,iVBORw==" in text
+    assert "<b>more</b>" in text
+    assert "Work per cycle." in text
+    assert 'id="plot2-0"' in text
+
+
+def peak(level: float, frequency: float, predicted: float, damping: float = 0.01) -> PeakError:
+    return PeakError(
+        free=False, level=level, sensor="tip", frequency=frequency, predicted_frequency=predicted,
+        frequency_deviation=0.05, damping=damping, predicted_damping=damping, damping_deviation=1e-4,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("peaks", "words"),
+    [
+        # 0.1 Hz is two standard deviations.
+        ([(1.0, 100.0, 100.1)], ["agrees within 0.1 %"]),
+        (
+            [(1.0, 100.0, 101.0), (5.0, 99.0, 100.5)],
+            ["1 to 1.5 % too high", "falls by 1 Hz", "by 0.5 Hz", "softens less"],
+        ),
+        ([(1.0, 100.0, 99.0), (5.0, 99.0, 99.0)], ["1 % too low at 1 kN", "softens less"]),
+        ([(1.0, 100.0, 99.0), (5.0, 100.0, 101.0)], ["-1 to +1 %", "softens less"]),
+    ],
+)
+def test_resonances_are_described_by_what_is_more_than_chance(
+    peaks: list[tuple[float, float, float]], words: list[str]
+) -> None:
+    text = " ".join(describe_resonances([peak(*item) for item in peaks], "kN"))
+    for word in words:
+        assert word in text
+
+
+def test_a_resonance_without_a_known_deviation_is_not_called_an_error() -> None:
+    unknown = replace(peak(1.0, 100.0, 101.0), frequency_deviation=np.nan)
+    (sentence,) = describe_resonances([unknown])
+    assert "is not known" in sentence
