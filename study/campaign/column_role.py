@@ -108,6 +108,8 @@ MOTION_WORDS = {
     "velocity": frozenset(["velocity", "vel", "v", "speed"]),
     "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
 }
+#: Place of a channel in an array: H(:,2), acc[0].
+INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 DIRECTIONS = {"up", "down", "none", "forward", "backward", "rising", "falling"}
 
 
@@ -132,9 +134,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if given is Role.COHERENCE:
         return Recognised(role=given, evidence="the file says so")
     part = _part(column, words)
-    stem = " ".join(
-        word for word in words if not any(word in family for family in (*PARTS.values(), WORDS[Role.PHASE]))
-    )
+    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE])
+    index = INDEX.search(name)
+    stem = " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
     by_name = _role_by_name(words, quantity)
     ratio = _ratio(unit)
     if ratio:
@@ -155,10 +157,14 @@ def recognise_column(column: Column, name: str) -> Recognised:
             role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
         )
     named = next((motion for motion in MOTIONS if set(words) & MOTION_WORDS[motion]), "")
+    if set(words) & {"base", "table", "ground"} and "acceleration" in {quantity, named}:
+        why = f'called "{name}": the base is shaken'
+        return Recognised(role=Role.FORCE, part=part, quantity="acceleration", unit=unit, evidence=why, stem=stem)
     if quantity in {*MOTIONS, "voltage"}:
         return Recognised(role=Role.RESPONSE, part=part, quantity=quantity, unit=unit, evidence=said, stem=stem)
     if named or part is not Part.VALUE or np.iscomplexobj(column.values) or column.function:
-        evidence = f'called "{name}"' if named or part is not Part.VALUE else "complex numbers"
+        kind = "complex numbers" if np.iscomplexobj(column.values) else f"a channel of {column.function}"
+        evidence = f'called "{name}"' if named or part is not Part.VALUE else kind
         if not unit and (unit := listed_unit(column, named)):
             evidence += f", and {unit} stands beside it"
         return Recognised(role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem)

@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.file.column import Column
-from study.campaign.column_role import Part, Role, name_words
+from study.campaign.column_role import INDEX, Part, Role, name_words
 from study.campaign.draft import Draft, plain
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import add_sensor, reading, sensor_name
 from study.campaign.table_kind import JudgedTable
 
-CONFIGURATION = "With all contacts (jointed), or without (free)?"
+#: Second index of an array of responses by outputs and inputs: H(:,2,1), H[1,0].
+SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
 #: Runs whose levels differ by less are repeats of one level [-].
 SAME_LEVEL = 0.03
 #: At a constant response the force varies by this factor and the response by less than the share.
@@ -111,7 +112,8 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
                 columns[role.value] = column.name
         for column, partner in pairs:
             real_only = partner is None and not np.iscomplexobj(column.values)
-            sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False)
+            word = next((str(rows[one.name]) for one in judged.settings if one.words), "")
+            sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False, name=word)
             entry = reading(draft, judged, column, sensor=sensor, phase=partner)
             if real_only:
                 rest = entry if isinstance(entry, dict) else {}
@@ -138,12 +140,18 @@ def _imaginary(judged: JudgedTable, force: Column) -> Column | None:
     return next((one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is Part.IMAGINARY), None)
 
 
+def ask_configuration(draft: Draft, name: str) -> Marked:
+    """Whether a structure was measured with its contacts; names such as "free blade" say it."""
+    if set(name_words(name)) & {"free", "frei", "unjointed"}:
+        return Marked(value="free", assumed=f'called "{name}"')
+    why = "the file does not say it; most tests have all contacts"
+    return draft.ask("With all contacts (jointed), or without (free)?", "jointed", why, "jointed", "free")
+
+
 def add_test(draft: Draft, test: str) -> None:
     """Add a test unless it is there."""
     if draft.named("test", test) is None:
-        why = "the file does not say it; most tests have all contacts"
-        configuration = draft.ask(CONFIGURATION, "jointed", why, "jointed", "free")
-        draft.entries["test"].append({"name": test, "configuration": configuration})
+        draft.entries["test"].append({"name": test, "configuration": ask_configuration(draft, test)})
 
 
 def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
@@ -166,6 +174,9 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
     """
     clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
     for judged in tables:
+        force = force_column(judged)
+        if force is not None and judged.columns[force.name].quantity == "acceleration":
+            continue  # to a shaken base all motions have another phase
         for column, evidence in phase_evidence(judged):
             quantity = judged.columns[column.name].quantity
             same_point = column.response is None or column.reference is None or is_driving_point(column)
@@ -233,10 +244,14 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
     """Frequency responses of one table: those with the same reference in one entry, repeats in entries of their own."""
     frequency = judged.of_role(Role.FREQUENCY)[0]
     file = judged.table.file.path.name
-    references = {_reference(column) for column in judged.of_role(Role.RESPONSE)}
-    main = max(references, key=lambda one: sum(_reference(column) == one for column in judged.of_role(Role.RESPONSE)))
-    for reference in sorted(references - {main}):
-        draft.left_out.append(f"{file}: responses to a force at {reference}: a case has one load, at {main}")
+    named = [_reference(column) for column in judged.of_role(Role.RESPONSE)]
+    references = list(dict.fromkeys(named))
+    main = max(references, key=named.count)
+    draft.left_out += [
+        f"{file}: responses to a force at {reference}: a case has one load, here at {main}"
+        for reference in references
+        if reference != main
+    ]
     entries: list[dict[str, Any]] = []
     for column, partner in responses_with_phases(judged):
         if _reference(column) != main or (partner is None and not np.iscomplexobj(column.values)):
@@ -250,11 +265,10 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
             value = {**({"column": value} if isinstance(value, str) else value), "sign": sign}
         entry = next((one for one in entries if sensor not in one["columns"]), None)
         if entry is None:
-            why = "the file does not say it; most tests have all contacts"
             entry = {
                 "name": f"{judged.table.label}" + (f" repeat {len(entries) + 1}" if entries else ""),
                 "file": file,
-                "configuration": draft.ask(CONFIGURATION, "jointed", why, "jointed", "free"),
+                "configuration": ask_configuration(draft, judged.table.label),
                 "columns": {"frequency": reading(draft, judged, frequency)},
                 "coherence": {},
             }
@@ -273,7 +287,10 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
 
 def _reference(column: Column) -> str:
     point = column.reference
-    return "" if point is None else f"{point.node or point.name}{point.direction.lstrip('+-')}"
+    if point is None:
+        index = SECOND_INDEX.search(column.name)
+        return f"input {index[1]}" if index else ""
+    return f"{point.node or point.name}{point.direction.lstrip('+-')}"
 
 
 def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | None:
@@ -287,6 +304,8 @@ def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | N
             == (point.node, point.direction, point.name) and _reference(one) in {"", _reference(response)}
         ]  # fmt: skip
         return same[repeat] if repeat < len(same) else None
-    stem = judged.columns[response.name].stem
+    stem, index = judged.columns[response.name].stem, INDEX.search(response.name)
+    if index is not None:
+        return next((one for one in coherences if one.name.endswith(index[0])), None)
     named = [one for one in coherences if stem and stem in " ".join(name_words(judged.table.short_name(one)))]
     return named[0] if named else (coherences[0] if len(coherences) == 1 else None)

@@ -7,7 +7,7 @@ import numpy as np
 from correlation.file.column import Column
 from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, plain
-from study.campaign.draft_frequency import CONFIGURATION, add_test, force_column
+from study.campaign.draft_frequency import add_test, ask_configuration, force_column
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import add_sensor, reading
 from study.campaign.table_kind import JudgedTable
@@ -22,12 +22,11 @@ def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
     time = judged.of_role(Role.TIME)[0]
     for column in motions(judged):
         sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=True)
-        why = "the file does not say it; most tests have all contacts"
         draft.entries["ring_down"].append(
             {
                 "name": f"{judged.table.label} {sensor}",
                 "file": judged.table.file.path.name,
-                "configuration": draft.ask(CONFIGURATION, "jointed", why, "jointed", "free"),
+                "configuration": ask_configuration(draft, judged.table.label),
                 "sensor": sensor,
                 "columns": {
                     "time": reading(draft, judged, time),

@@ -2,9 +2,10 @@
 
 import re
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,11 +30,13 @@ from study.campaign.note import list_notes
 from study.campaign.question import Answers, Marked
 from study.campaign.repeat import is_settling, number_repeats
 from study.campaign.suspicion import list_suspicions
-from study.campaign.table import split_tables
+from study.campaign.table import file_stem, split_tables
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
 NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|record)\[(\d+)\]")
+NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
+NAMED_TEST = re.compile(r'test "(.+?)"')
 NAMED_RECORD = re.compile(r'record "(.+?)"')
 #: Files that stand beside measurements.
 BESIDE = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
@@ -233,6 +236,7 @@ def _conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
     forces = [(table, force) for table in tables if (force := force_column(table)) is not None]
     units = [table.columns[force.name].unit for table, force in forces]
     known = next((unit for unit in units if unit and unit not in {"V", "mV"}), "")
+    shaken = [table for table, force in forces if table.columns[force.name].quantity == "acceleration"]
     levels = [table.columns[column.name].unit for table in stepped for column in table.settings
               if table.columns[column.name].role is Role.LEVEL]  # fmt: skip
     known = known or next((unit for unit in levels if unit and unit not in {"V", "mV"}), "")
@@ -243,6 +247,9 @@ def _conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
         level_unit = Marked(value=answer.value, assumed=answer.assumed)
         if answer.value in {"V", "mV", "%"}:
             draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}
+    if shaken:
+        why = f'"{shaken[0].table.file.path.name}" has the acceleration of the base'
+        draft.single["drive"] = {"quantity": Marked(value="base acceleration", assumed=why)}
     draft.single["convention"] = {"time": time, "amplitude": amplitude}
     draft.single["units"] = {"level": level_unit, "frequency": "Hz"}
     return -1 if plain(time) == words[1] else 1
@@ -252,14 +259,14 @@ def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table: tables with equal columns are runs of one test."""
     groups: dict[tuple[str, ...], list[JudgedTable]] = {}
     for table in tables:
-        shape = re.sub(r"[({\[]\d+[)}\]]", "", table.table.path)
+        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", table.table.path)
         names = [table.table.short_name(column) for column in table.table.columns]
         groups.setdefault((table.kind.value, shape, *names), []).append(table)
     result: dict[int, str] = {}
     taken: set[str] = set()
     for (kind, shape, *_), members in groups.items():
-        stem = _common_start([member.table.file.path.name.split(".")[0] for member in members])
-        name = shape.rpartition(".")[2].rpartition("/")[2] or stem.rstrip("_- 0123456789") or kind
+        stem = _common_start([file_stem(member.table.file.path.name) for member in members])
+        name = shape.rpartition(".")[2].rpartition("/")[2] or stem.rstrip("_- .0123456789") or kind
         while name in taken:
             name += "'"
         taken.add(name)
@@ -312,12 +319,29 @@ def _leave_out(draft: Draft, message: str) -> bool:
             names = [entry["name"] for entry in draft.entries["record"]]
             if record[1] in names:
                 doomed["record", names.index(record[1])] = line
+    dead = NAMED_SENSOR.search(message)
+    if not doomed and dead:
+        for kind in ("run", "frf"):
+            for entry in draft.entries[kind]:
+                entry["columns"].pop(dead[1], None)
+            draft.entries[kind] = [entry for entry in draft.entries[kind] if _has_sensor(draft, entry)]
+        draft.left_out.append(" ".join(message.split()))
+        _drop_unused(draft)
+        return True
+    test = NAMED_TEST.search(message)
+    if not doomed and test:
+        runs = [number for number, run in enumerate(draft.entries["run"]) if run["test"] == test[1]]
+        doomed = {("run", number): message for number in runs[-1:]}
     for (kind, number), line in sorted(doomed.items(), reverse=True):
         entry = draft.entries[kind].pop(number)
         called = entry.get("name", entry.get("file"))
         draft.left_out.append(f'{kind} "{called}": {line.partition(": ")[2]}')
     _drop_unused(draft)
     return bool(doomed)
+
+
+def _has_sensor(draft: Draft, entry: Mapping[str, Any]) -> bool:
+    return any(draft.named("sensor", name) for name in entry["columns"])
 
 
 def _drop_unused(draft: Draft) -> None:

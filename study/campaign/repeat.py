@@ -31,18 +31,19 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
     files
         Measured files by their names.
     """
-    groups: list[tuple[str, float, int, list[dict[str, Any]]]] = []
+    groups: list[tuple[tuple[Any, ...], float, list[dict[str, Any]]]] = []
     for run in draft.entries["run"]:
         if "frequency" not in run["columns"] or "level" in run["columns"] or "repeat" in run["columns"]:
             continue
-        level, direction = run_level(run, files), run_direction(run, files)
-        for test, first, way, members in groups:
-            if test == run["test"] and way == direction and abs(level / first - 1) < SAME_LEVEL:
+        level = run_level(run, files)
+        kind = (run["test"], run_direction(run, files), *sorted(run["columns"]))
+        for other, first, members in groups:
+            if kind == other and abs(level / first - 1) < SAME_LEVEL:
                 members.append(run)
                 break
         else:
-            groups.append((run["test"], level, direction, [run]))
-    for test, _, _, members in groups:
+            groups.append((kind, level, [run]))
+    for (test, *_), _, members in groups:
         if len(members) < 2:
             continue
         levels = [run_level(run, files) for run in members]

@@ -23,7 +23,9 @@ def sensor_name(judged: JudgedTable, column: Column) -> str:
     return guess.stem or guess.quantity or "response"
 
 
-def add_sensor(draft: Draft, judged: JudgedTable, column: Column, *, has_phase: bool, needs_unit: bool) -> str:
+def add_sensor(
+    draft: Draft, judged: JudgedTable, column: Column, *, has_phase: bool, needs_unit: bool, name: str = ""
+) -> str:
     """Add the sensor of a response unless it is there.
 
     Parameters
@@ -36,12 +38,14 @@ def add_sensor(draft: Draft, judged: JudgedTable, column: Column, *, has_phase: 
         Whether its values have a phase.
     needs_unit
         Whether its type of data refuses uncalibrated readings.
+    name
+        Name that the rows give; empty for that of the column.
 
     Returns
     -------
     Name of the sensor.
     """
-    name, guess = sensor_name(judged, column), judged.columns[column.name]
+    name, guess = name or sensor_name(judged, column), judged.columns[column.name]
     known = draft.named("sensor", name)
     if known is not None and guess.quantity in {"", "voltage", plain(known["quantity"])}:
         return name

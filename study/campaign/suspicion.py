@@ -113,7 +113,8 @@ def _varying_force(judged: JudgedTable) -> list[str]:
 def _dead_channels(judged: JudgedTable) -> list[str]:
     return [
         f'{judged.table.file.path.name}: "{column.name}" has the same value in all rows: a dead channel?'
-        for column in judged.of_role(Role.RESPONSE, Role.FORCE)
+        # A force at its set point may be constant.
+        for column in judged.of_role(Role.RESPONSE)
         if len(column.values) > 3 and (column.values == column.values[0]).all()
     ]
 
@@ -124,7 +125,9 @@ def _clipping(judged: JudgedTable) -> list[str]:
         values = column.values.real
         for limit in (values.max(), values.min()):
             share = float(np.mean(values == limit))
-            if share > CLIPPED and abs(limit) > 0:
+            # A sine that is sampled in step with its period has its largest value often, but not in a row.
+            in_a_row = bool(((values[2:] == limit) & (values[1:-1] == limit) & (values[:-2] == limit)).any())
+            if share > CLIPPED and in_a_row and abs(limit) > 0:
                 sentences.append(
                     f'{judged.table.file.path.name}: "{column.name}" is {limit:.4g} in {100 * share:.1f} % of its '
                     "samples: does it clip?"

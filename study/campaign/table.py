@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from correlation.file.column import Column, MeasuredFile
 
@@ -39,8 +40,12 @@ class Table:
     @property
     def label(self) -> str:
         """Name of the table for people and for names of tests."""
-        stem = self.file.path.name.split(".")[0]
-        return f"{stem} {self.path}".strip()
+        return f"{file_stem(self.file.path.name)} {self.path}".strip()
+
+
+def file_stem(name: str) -> str:
+    """Name of a file without its suffix, also of a compressed one."""
+    return Path(name.removesuffix(".gz")).stem
 
 
 def split_tables(file: MeasuredFile) -> list[Table]:

@@ -1,15 +1,15 @@
 """What a table of a measured file is: frequency responses, stepped sine, ring-downs, loops, steady states, records."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from correlation.file.column import Column
 from study.campaign.column_role import MOTIONS, Recognised, Role, name_words, recognise_column
-from study.campaign.table import Table
-from study.campaign.time_history import judge_history
+from study.campaign.table import Table, file_stem
+from study.campaign.time_history import distortion, judge_history
 
 
 class Kind(Enum):
@@ -80,10 +80,12 @@ TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "har
 #: Names of ratios to a force.
 RATIOS = {"frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"}
 LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
-SPECTRA = ("spectrum", "spectral density", "coherence", "correlation")
+SPECTRA = ("auto spectrum", "cross spectrum", "spectral density", "coherence", "correlation")
 #: Fewer samples without a time are parameters, not a record.
 FEWEST_SAMPLES = 200
 MOST_SETTINGS = 60
+#: A force that answers an imposed displacement has more of its power beside its first line [-].
+DISTORTED = 1e-3
 
 
 def judge_table(table: Table) -> JudgedTable:
@@ -95,7 +97,7 @@ def judge_table(table: Table) -> JudgedTable:
         Table of a measured file.
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
-    columns = _one_abscissa(table, columns)
+    columns = _steps_of_level(table, _unknown_response(table, _one_abscissa(table, columns)))
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
@@ -134,6 +136,33 @@ def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
     return result
 
 
+def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Without any known response, what is unknown beside a time or a frequency is one."""
+    roles = {guess.role for guess in columns.values()}
+    if Role.RESPONSE in roles or not roles & {Role.TIME, Role.FREQUENCY}:
+        return dict(columns)
+    result = dict(columns)
+    for column in table.columns:
+        guess = columns[column.name]
+        if guess.role is Role.OTHER and not column.words and len(np.unique(column.values)) > len(column.values) / 4:
+            why = "it varies, and nothing else can be the response"
+            result[column.name] = replace(guess, role=Role.RESPONSE, evidence=why)
+    return result
+
+
+def _steps_of_level(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """A force that has few values beside frequencies is the set point of a level."""
+    result = dict(columns)
+    if not any(guess.role is Role.FREQUENCY for guess in columns.values()):
+        return result
+    for column in table.columns:
+        different = len(np.unique(column.values))
+        if columns[column.name].role is Role.FORCE and 2 <= different <= min(20, len(column.values) / 5):
+            why = f"it has {different} values: set points of the force"
+            result[column.name] = replace(columns[column.name], role=Role.LEVEL, evidence=why)
+    return result
+
+
 def _settings(table: Table, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
     """Columns that name the series of a row: levels, sensors, harmonics, and whatever is constant in blocks."""
     has_time = any(guess.role is Role.TIME for guess in columns.values())
@@ -169,21 +198,35 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
     return _as(judged, Kind.STEPPED_SINE, "one row per frequency, and no ratio to a force")
 
 
+def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
+    """Evidence that a displacement is imposed and the force answers; empty if the force drives."""
+    displacements = [
+        column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity == "displacement"
+    ]
+    forces = judged.of_role(Role.FORCE)
+    if len(displacements) != 1 or len(forces) != 1:
+        return ""
+    moved, answer = (np.asarray(column.values.real[mask]) for column in (displacements[0], forces[0]))
+    of_motion, of_force = (distortion(values - values.mean()) for values in (moved, answer))
+    if of_force < DISTORTED or of_force < 2 * of_motion:
+        return ""
+    return f"the force is less harmonic ({100 * of_force:.1f} % beside its first line) than the displacement"
+
+
 def _judge_time(judged: JudgedTable) -> JudgedTable:
     """Kind of histories, from those of the first series."""
     mask = judged.mask(judged.rows()[0])
     quantities = {judged.columns[column.name].quantity for column in judged.of_role(Role.RESPONSE)}
     forces = judged.of_role(Role.FORCE)
-    words = set(name_words(judged.table.file.path.name.split(".")[0])) | {
+    words = set(name_words(file_stem(judged.table.file.path.name))) | {
         word for column in judged.table.columns for word in name_words(judged.table.short_name(column))
     }
     if forces and "displacement" in quantities and "acceleration" not in quantities:
-        few = len(judged.of_role(Role.RESPONSE)) <= 2 and len(forces) == 1
-        if words & LOOP_WORDS or judged.settings or few:
-            named = (
-                f'called "{sorted(words & LOOP_WORDS)[0]}"' if words & LOOP_WORDS else "force and displacement alone"
-            )
-            return _as(judged, Kind.LOOP, named)
+        named = sorted(words & LOOP_WORDS)
+        if named or judged.settings:
+            return _as(judged, Kind.LOOP, f'called "{named[0]}"' if named else "its settings are constant in blocks")
+        if imposed := _imposed_displacement(judged, mask):
+            return _as(judged, Kind.LOOP, imposed)
     responses = [column for column in judged.of_role(Role.RESPONSE) if judged.columns[column.name].quantity in MOTIONS]
     responses = responses or judged.of_role(Role.RESPONSE) or forces
     histories = [judge_history(np.asarray(column.values.real[mask])) for column in responses]

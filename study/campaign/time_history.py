@@ -90,6 +90,22 @@ def strongest_line(signal: Samples) -> tuple[float, float]:
     return peak / n, float(power[lines].sum() / total)
 
 
+def distortion(signal: Samples) -> float:
+    """Share of the power of a periodic signal that is not in its strongest line [-].
+
+    Parameters
+    ----------
+    signal
+        Samples without their mean, shape (n,).
+    """
+    n = len(signal)
+    power = np.abs(np.fft.rfft(signal * np.hanning(n))) ** 2
+    power[:2] = 0.0
+    peak = int(np.argmax(power))
+    total = float(power.sum())
+    return 1.0 - float(power[max(0, peak - 3) : peak + 4].sum()) / total if total else 0.0
+
+
 def uniform_rate(time: Samples) -> float | None:
     """Sampling rate of instants [1/unit of time]; None if the step varies by more than 1 %.
 

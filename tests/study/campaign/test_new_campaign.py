@@ -9,6 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import scipy.io
 from numpy.typing import NDArray
 
 from correlation.campaign.read_campaign import read_campaign
@@ -271,3 +272,71 @@ def test_measured_sets_are_recognised(tmp_path: Path, name: str, kinds: dict[str
     _, manifest = drafted(folder)
     entries = {kind: len(manifest[kind]) for kind in ("run", "frf", "ring_down", "loop", "record") if kind in manifest}
     assert entries == kinds
+
+
+def test_an_array_of_responses_has_a_sensor_per_output_and_one_input(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    table = h[:, None, None] * np.array([[1.0, 0.5], [0.7, -0.2]])
+    scipy.io.savemat(tmp_path / "frf.mat", {"f": FREQUENCY, "H": table})
+    campaign, manifest = drafted(tmp_path)
+    (frf,) = manifest["frf"]
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["h 1", "h 2"]
+    assert set(frf["columns"]) == {"frequency", "h 1", "h 2"}
+    assert any("input 2" in sentence for sentence in campaign.draft.left_out)
+
+
+def test_words_of_a_table_are_its_sensors_and_values_of_the_force_its_levels(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    rows = [(word, level, f, abs(gain * level * x), np.angle(x)) for level in (1.0, 5.0)
+            for word, gain in (("tip", 1.0), ("mid", 0.5)) for f, x in zip(FREQUENCY, h, strict=True)]  # fmt: skip
+    write_csv(tmp_path / "long.csv", "sensor,force_N,frequency_Hz,amplitude_m,phase_rad", *zip(*rows, strict=True))
+    _, manifest = drafted(tmp_path)
+    assert {sensor["name"] for sensor in manifest["sensor"]} == {"tip", "mid"}
+    campaign = read_campaign(tmp_path)
+    assert campaign.levels.tolist() == [1.0, 5.0]
+    mid = campaign.measurement.where(campaign.measurement.sensor == [s.name for s in campaign.sensors].index("mid"))
+    np.testing.assert_allclose(mid.value, np.concatenate([0.5 * h, 2.5 * h]), rtol=1e-12)
+
+
+def test_groups_with_numbers_are_repeats_and_levels_stand_in_names(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "runs.h5", "w") as file:
+        for number in (1, 2):
+            group = file.create_group(f"run_{number}")
+            for name, values, unit in (
+                ("f", FREQUENCY, "Hz"),
+                ("F", 4 * ONES, "N"),
+                ("x", 4 * receptance(FREQUENCY), "m"),
+            ):
+                group.create_dataset(name, data=values).attrs["unit"] = unit
+    _, manifest = drafted(tmp_path)
+    assert [run["repeat"] for run in manifest["run"]] == [1, 2]
+    (tmp_path / "runs.h5").unlink()
+    (tmp_path / "campaign.toml").unlink()
+    for level in ("0.5", "2"):
+        write_csv(
+            tmp_path / f"sweep_{level}V.csv", "freq,reading", FREQUENCY, float(level) * np.abs(receptance(FREQUENCY))
+        )
+    _, manifest = drafted(tmp_path)
+    assert [run["level"] for run in manifest["run"]] == [0.5, 2.0]
+    assert manifest["drive"]["calibrated"] is False
+    assert len(manifest["test"]) == 1
+
+
+def test_a_shaken_base_is_the_drive(tmp_path: Path) -> None:
+    omega = 2 * np.pi * FREQUENCY
+    ratio = 1 + omega**2 * receptance(FREQUENCY)
+    header = "frequency [Hz],base acceleration [m/s^2],tip amplitude [m/s^2],tip phase [deg]"
+    write_csv(tmp_path / "base.csv", header, FREQUENCY, 2 * ONES, 2 * np.abs(ratio), np.degrees(np.angle(ratio)))
+    _, manifest = drafted(tmp_path)
+    assert manifest["drive"]["quantity"] == "base acceleration"
+    campaign = read_campaign(tmp_path)
+    np.testing.assert_allclose(campaign.measurement.value, 2 * ratio, rtol=1e-12)
+
+
+def test_a_dead_channel_is_left_out_and_the_others_stay(tmp_path: Path) -> None:
+    x = receptance(FREQUENCY)
+    header = "f [Hz],F [N],a re [m],a im [m],dead amplitude [m]"
+    write_csv(tmp_path / "one.csv", header, FREQUENCY, ONES, x.real, x.imag, ONES)
+    campaign, manifest = drafted(tmp_path)
+    assert "dead" not in {sensor["name"] for sensor in manifest["sensor"]}
+    assert any("dead" in sentence for sentence in campaign.draft.left_out)
