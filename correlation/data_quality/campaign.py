@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Measurement, Suspicion
+from correlation.data_quality.channel import find_channel_suspicions
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
@@ -19,8 +20,8 @@ IMAGINARY_RATIO = 3.0
 def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes in the data alone.
 
-    Phases in the imaginary column, channels that stay constant, repeats that are copies, levels, points, sensors and
-    repeats that are missing, sweeps that run the other way.
+    Phases in the imaginary column or missing, channels that stay constant, repeats that are copies or settle, sensors
+    that are swapped in a repeat, levels, points, sensors and repeats that are missing, sweeps that run the other way.
     """
     found = [
         each
@@ -36,7 +37,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         )
         for each in check(campaign)
     ]
-    return tuple(found)
+    return (*found, *find_channel_suspicions(campaign))
 
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:

@@ -11,6 +11,7 @@ from correlation.errors import CampaignError
 from correlation.feature.branch import find_branches, mark_readings
 from correlation.feature.curve import number_frequencies
 from correlation.feature.reading_noise import find_reading_noise
+from correlation.feature.settling import find_unsettled
 from correlation.prediction import Points
 from correlation.row_table import RowTable
 
@@ -97,6 +98,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     """Arrange a whole campaign; a state with two branches has a row for each sweep (`correlation.feature.branch`)."""
     table = campaign.measurement
     split, out = mark_readings(campaign, find_branches(campaign))
+    out = out | find_unsettled(campaign)
     sweep = np.where(split, table.sweep, 0)
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     frequency = table.frequency

@@ -1,0 +1,167 @@
+"""Suspected mistakes of single channels: a phase that is none, swapped sensors, sweeps without a name, settling."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, Measurement, Suspicion
+from correlation.feature.settling import find_drifts
+
+#: Change of the phase over a peak below which it is constant [rad]: half of what the half-power width makes.
+CONSTANT = np.pi / 8
+#: A peak is so many times what both ends of the band are [-], and has so many points above half of its power.
+PEAK, HALF_POWER = 3.0, 3
+#: Sensors are suspected to be swapped in a repeat that is off by more than this (natural logarithm) [-], and by at most
+#: this share of it if they are swapped.
+SWAPPED, AFTER_SWAPPING = 0.3, 1 / 4
+#: Steps of a run up and down that a sweep without a name makes.
+RUN = 4
+
+
+def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+    """Suspected mistakes, each with its evidence."""
+    checks = (_constant_phase, _swapped_in_a_repeat, _unnamed_sweeps, _settling)
+    return tuple(item for check in checks for item in check(campaign))
+
+
+def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for test in range(len(campaign.tests)):
+        for number, sensor in enumerate(campaign.sensors):
+            rows = (table.test == test) & (table.sensor == number) & (table.harmonic == 1)
+            if not sensor.has_phase or rows.sum() < 5:
+                continue
+            where = f'test "{campaign.tests[test].name}", sensor "{sensor.name}"'
+            if not table.value[rows].imag.any():
+                yield Suspicion(
+                    where=where,
+                    sentence=f"the imaginary part is zero in all {rows.sum()} rows: are these amplitudes? If so, write "
+                    "phase = false for the sensor",
+                )
+                continue
+            levels = [table.where(rows & (table.level == level)) for level in np.unique(table.level[rows])]
+            known = [spread for spread in map(_phase_over_peak, levels) if spread is not None]
+            if known and max(known) < CONSTANT:
+                yield Suspicion(
+                    where=where,
+                    sentence=f"the phase changes by {np.degrees(max(known)):.2g} deg over the half-power width of a "
+                    "resonance, where it should by 90: were amplitudes written with a fixed phase? If so, write "
+                    "phase = false for the sensor",
+                )
+
+
+def _phase_over_peak(table: Measurement) -> float | None:
+    """Range of the phase over the points above half of the power of a clear peak [rad]; None without one."""
+    frequency, index = np.unique(table.frequency, return_inverse=True)
+    mean = np.zeros(len(frequency), dtype=np.complex128)
+    np.add.at(mean, index, table.value)
+    size = np.abs(mean)
+    if len(size) < 5 or not size.min() > 0:
+        return None
+    peak = int(np.argmax(size))
+    above = np.flatnonzero(size > size[peak] / np.sqrt(2))
+    clear = size[peak] > PEAK * max(size[0], size[-1]) and (np.diff(above) == 1).all()
+    if not clear or len(above) < HALF_POWER or above[0] == 0 or above[-1] == len(size) - 1:
+        return None
+    # Between the points on either side lies at least the half-power width.
+    return float(np.ptp(np.unwrap(np.angle(mean[above[0] - 1 : above[-1] + 2]))))
+
+
+def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for test in range(len(campaign.tests)):
+        for i, first in enumerate(campaign.sensors):
+            for j in range(i):
+                second = campaign.sensors[j]
+                if (first.quantity, first.component) != (second.quantity, second.component):
+                    continue
+                here = (table.test == test) & (table.harmonic == 1)
+                one, other = (_by_repeat(table.where(here & (table.sensor == number))) for number in (i, j))
+                for repeat, own, swapped in _compare_repeats(one, other):
+                    if own > SWAPPED and swapped < AFTER_SWAPPING * own:
+                        yield Suspicion(
+                            where=f'test "{campaign.tests[test].name}", repeat {repeat}',
+                            sentence=f'"{first.name}" and "{second.name}" differ from their other repeats by a factor '
+                            f"of {np.exp(own):.3g}, and by {np.exp(swapped):.3g} if they are swapped: were their "
+                            "cables or columns swapped in this repeat?",
+                        )
+
+
+def _by_repeat(table: Measurement) -> dict[tuple[float, float, int], dict[int, float]]:
+    """Ln |X| by repeat, for each level, frequency and sweep."""
+    found: dict[tuple[float, float, int], dict[int, float]] = {}
+    columns = (table.level, table.frequency, table.sweep, table.repeat, np.abs(table.value))
+    for level, frequency, sweep, repeat, size in zip(*(column.tolist() for column in columns), strict=True):
+        if size > 0:
+            found.setdefault((level, frequency, sweep), {})[repeat] = float(np.log(size))
+    return found
+
+
+def _compare_repeats(
+    one: dict[tuple[float, float, int], dict[int, float]], other: dict[tuple[float, float, int], dict[int, float]]
+) -> Iterator[tuple[int, float, float]]:
+    """Each repeat, how far both sensors are from their other repeats, and how far when swapped (medians)."""
+    points = [point for point in one if point in other]
+    repeats = sorted({repeat for point in points for repeat in one[point]})
+    if len(repeats) < 3 or len(points) < 3:
+        return
+    table = np.full((2, len(points), len(repeats)), np.nan)
+    for number, sensor in enumerate((one, other)):
+        for row, point in enumerate(points):
+            for column, repeat in enumerate(repeats):
+                table[number, row, column] = sensor[point].get(repeat, np.nan)
+    for column, repeat in enumerate(repeats):
+        rest = np.delete(table, column, axis=2)
+        rows = np.isfinite(rest).any(axis=(0, 2)) & np.isfinite(table[:, :, column]).all(axis=0)
+        if rows.sum() >= 3:
+            usual = np.nanmedian(rest[:, rows], axis=2)
+            own = np.abs(table[:, rows, column] - usual)
+            yield repeat, float(np.median(own)), float(np.median(np.abs(table[::-1, rows, column] - usual)))
+
+
+def _unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for number, test in enumerate(campaign.tests):
+        rows = table.test == number
+        if not rows.any() or table.sweep[rows].any():
+            continue
+        turns = 0
+        runs = {*zip(table.level[rows].tolist(), table.repeat[rows].tolist(), strict=True)}
+        for level, repeat in runs:
+            one = rows & (table.level == level) & (table.repeat == repeat)
+            one &= (table.sensor == table.sensor[one][0]) & (table.harmonic == table.harmonic[one][0])
+            turns += _turns(table.frequency[one][np.argsort(table.order[one], kind="stable")])
+        if 2 * turns > len(runs):
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"the column sweep says none, but by the column order the frequency rises and falls again in "
+                f"{turns} of {len(runs)} runs: write up and down, so that branches are not averaged",
+            )
+
+
+def _turns(frequency: Float[NDArray[np.float64], " n"]) -> bool:
+    """Whether a run goes one way for some steps and then back over the same frequencies."""
+    step = np.sign(np.diff(frequency))
+    step = step[step != 0]
+    if len(step) < 2 * RUN:
+        return False
+    change = np.flatnonzero(np.diff(step)) + 1
+    return len(change) == 1 and bool(change[0] >= RUN and len(step) - change[0] >= RUN)
+
+
+def _settling(campaign: Campaign) -> Iterator[Suspicion]:
+    for drift in find_drifts(campaign):
+        tests = [test for test in campaign.tests if (test.configuration == "free") == drift.free]
+        if not drift.settles or all(test.settling for test in tests):
+            continue
+        changes = {"frequency": drift.frequency, "amplitude": drift.amplitude}
+        whole = {name: 100 * float(change[-1] - change[0]) for name, change in changes.items()}
+        listed = " and ".join(f"{name} by {whole[name]:+.3g} %" for name in drift.settles)
+        yield Suspicion(
+            where=", ".join(f'test "{test.name}"' for test in tests),
+            sentence=f"from repeat {drift.repeat[0]} to {drift.repeat[-1]} the responses change in one direction, "
+            f"{listed}: do they still settle? If so, they are no repeats: write settling = true for the test, and the "
+            "late ones alone are used",
+        )
