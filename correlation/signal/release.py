@@ -8,7 +8,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.logarithmic_spline import ModeStart
+from correlation.signal.decay_flow import Flow
 
 Vector = Float[NDArray[np.float64], " n"]
 
@@ -20,8 +20,14 @@ ABOVE_NOISE, AVERAGED = 4.0, 5.0
 STANDS_OUT = 60.0
 #: A tone of a residual is a mode only above this share of the largest amplitude of the decay [-].
 LEAST_MODE = 0.01
-#: Samples of a fit: more would be slower and change nothing.
-MOST_SAMPLES = 30000
+#: Samples of a fit at most, as long as a period has so many: more would be slower and change little.
+MOST_SAMPLES, FEWEST_PER_PERIOD = 6000, 16
+#: Lines of a spectrum are so many times as dense as the record resolves [-].
+PADDED = 4
+#: Periods of one reading of the envelope, and stiffness of first guesses against bending [-].
+READING, BENDING = 2.0, 0.02
+#: A line at a harmonic above this share of the largest may be a mode of its own [-].
+STRONG = 0.05
 #: Modes nearer than this share of their frequency to a harmonic of another are taken for it [-].
 HARMONIC = 0.03
 
@@ -119,7 +125,7 @@ def find_decay(
     if start is None:
         skip = min(round(0.5 / min(modes) / step), len(part) - 32)
         first, part = first + skip, part[skip:]
-    stride = max(1, min(len(part) // MOST_SAMPLES, int(1 / (12 * max(modes) * step))))
+    stride = max(1, min(-(-len(part) // MOST_SAMPLES), int(1 / (FEWEST_PER_PERIOD * max(modes) * step))))
     averaged = AVERAGED / min(modes) / (step * stride)
     floor = ABOVE_NOISE * noise * np.sqrt(2 / averaged)
     decay = Decay(start=float(time[first]), step=step * stride, values=part[::stride], frequencies=modes, floor=floor)
@@ -127,33 +133,76 @@ def find_decay(
     return replace(decay, values=decay.values[:longest])
 
 
-def first_guess(decay: Decay, count: int, harmonics: tuple[int, ...]) -> list[ModeStart]:
-    """First guesses of all modes, with so many spline intervals.
+def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[Flow]:
+    """First guesses of all modes: constants for no interval, else cubic splines of so many, read off the envelopes.
 
-    A harmonic that another mode stands on, or that the samples do not resolve, is left out.
+    The first mode, the strongest, has harmonics; one that another mode stands on, or that the samples do not resolve,
+    is left out.
     """
-    modes = []
+    flows = []
     for number, own in enumerate(decay.frequencies):
-        envelope = decay.envelope(number)
-        size = np.maximum(np.abs(envelope), 1e-3 * decay.floor + 1e-300)
         n_sample = decay.n_sample(number)
         orders = tuple(
             order
-            for order in harmonics
+            for order in (harmonics if number == 0 else ())
             if order * own * decay.step < 0.4
             and all(abs(order * own / other - 1) > HARMONIC for other in decay.frequencies)
         )
-        # Few periods bear few intervals.
-        most = max(int(n_sample * decay.step * own / 2), 1)
-        modes.append(
-            ModeStart(
-                logarithm=np.log(size) + 1j * np.unwrap(np.angle(envelope)),
-                n_sample=n_sample,
-                breaks=np.linspace(0, 1, min(count, most) + 1),
-                harmonics=orders,
-            )
+        logarithm, rate, omega, phase = _readings(decay, number, n_sample)
+        flow = Flow(
+            breaks=np.linspace(logarithm.min(), logarithm.max(), max(intervals, 1) + 1),
+            degree=3 if intervals else 0,
+            coefficients=np.zeros(0),
+            n_sample=len(decay.values),
+            harmonics=orders,
         )
-    return modes
+        basis = flow.basis(logarithm)
+        # A little stiffness against bending holds what few readings leave open.
+        bend = BENDING * np.sqrt(len(basis)) * np.diff(np.eye(basis.shape[1]), min(2, basis.shape[1] - 1), axis=0)
+        tied = np.vstack([basis, bend if basis.shape[1] > 1 else np.zeros((0, 1))])
+        if not intervals:  # beats of other modes do not shift the line of the spectrum as they do single readings
+            omega = np.full(len(omega), 2 * np.pi * own)
+        parts = [
+            np.linalg.lstsq(tied, np.concatenate([part, np.zeros(len(tied) - len(basis))]), rcond=None)[0]
+            for part in (np.log(rate), omega)
+        ]
+        flows.append(replace(flow, coefficients=np.concatenate([[logarithm[0], phase], *parts])))
+    return flows
+
+
+def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector, Vector, float]:
+    """Logarithms of the amplitude, decay rates and frequencies of an envelope, and the phase at the start.
+
+    Readings over two periods, one per period.
+    """
+    own = decay.frequencies[number]
+    envelope = decay.envelope(number)[:n_sample]
+    size, phase = np.log(np.maximum(np.abs(envelope), 1e-300)), np.unwrap(np.angle(envelope))
+    width = max(round(READING / own / decay.step), 2)
+    hop = max(width // 2, 1)
+    places = np.arange(0, max(n_sample - width, 1), hop)
+    at = np.arange(width) - (width - 1) / 2
+    norm = (at**2).sum() * decay.step
+    rows = [(size[a : a + width], phase[a : a + width]) for a in places if a + width <= n_sample]
+    logarithm = np.array([part.mean() for part, _ in rows])
+    omega = np.array([(at * part).sum() / norm for _, part in rows])
+    rate = np.array([-(at * part).sum() / norm for part, _ in rows])
+    typical = max(float((logarithm[0] - logarithm[-1]) / max(len(rows) - 1, 1) / (hop * decay.step)), 1e-3 * own)
+    half = (width - 1) / 2 * decay.step
+    return logarithm, np.maximum(rate, 0.03 * typical), omega, float(rows[0][1].mean() - omega[0] * half)
+
+
+def strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
+    """Frequency of the largest line at a harmonic of a mode that may be a mode of its own, if there is one [Hz]."""
+    power, line, _ = _spectrum(decay.values, decay.step)
+    found: list[tuple[float, float]] = []
+    for own in decay.frequencies:
+        for order in harmonics:
+            near = np.abs(line / (order * own) - 1) < HARMONIC
+            taken = any(abs(order * own / other - 1) < HARMONIC for other in decay.frequencies)
+            if near.any() and not taken and power[near].max() > STRONG**2 * power.max():
+                found.append((float(power[near].max()), float(line[near][np.argmax(power[near])])))
+    return max(found)[1] if found else None
 
 
 def new_tone(decay: Decay, residual: Vector) -> float | None:
@@ -174,8 +223,12 @@ def _spectrum(values: Vector, step: float) -> tuple[Vector, Vector, float]:
     """Power of the lines under a falling window, their frequencies [Hz], and the standard deviation of white noise."""
     n = len(values)
     window = np.cos(np.pi / 2 * np.arange(n) / n) ** 2
-    spectrum = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
-    spectrum[:2] = 0.0
+    spectrum = np.abs(np.fft.rfft((values - values.mean()) * window, PADDED * n)) ** 2
+    spectrum[: 2 * PADDED] = 0.0
     # The median of chi-squared with two degrees of freedom is 2 ln 2.
-    noise = np.sqrt(np.median(spectrum[2:]) / np.log(2) / (window**2).sum())
-    return np.asarray(spectrum, dtype=np.float64), np.asarray(np.fft.rfftfreq(n, step), dtype=np.float64), float(noise)
+    noise = np.sqrt(np.median(spectrum[2 * PADDED :]) / np.log(2) / (window**2).sum())
+    return (
+        np.asarray(spectrum, dtype=np.float64),
+        np.asarray(np.fft.rfftfreq(PADDED * n, step), dtype=np.float64),
+        float(noise),
+    )

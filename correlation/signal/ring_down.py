@@ -20,7 +20,8 @@ J. Sound Vib. 348 (2015) 224.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -28,17 +29,28 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.logarithmic_spline import LogarithmicFit, fit_logarithms
+from correlation.signal.decay_flow import Flow, FlowFit, fit_flows
 from correlation.signal.record import check_channels, check_time, uniform_step
-from correlation.signal.release import Decay, find_decay, first_guess, new_tone
+from correlation.signal.release import Decay, find_decay, first_guess, new_tone, strong_harmonic
 from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
 
 #: Powers of omega by which a signal exceeds a displacement.
 POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
-#: Numbers of spline intervals that are tried; the information criterion picks one.
-INTERVALS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
+#: Spline intervals of the first fit that is not linear, and splits at most. The search ends when so many splits in a
+#: row have not improved the information criterion by so much; no interval is shorter in ln A.
+FIRST_INTERVALS, MOST_INTERVALS, PATIENCE, SIGNIFICANT, SHORTEST_INTERVAL = 3, 24, 3, 4.0, 0.1
+#: Parts of a decay to which the first splines are fitted one after the other, and fewest samples per coefficient there.
+TRACKED, FEWEST_TRACKED = (0.04, 0.06, 0.09, 0.13, 0.2, 0.3, 0.45, 0.7, 1.0), 2
+#: Standard deviation of frequencies that are read off an envelope, relative; of decay rates it is 20 times as much [-].
+PRIOR = 0.02
+#: Residual beside the signal at which a fit is as good as any measurement [-].
+EXACT = 5e-4
+#: Residual of one mode beside the signal above which a second one is tried first [-].
+BEATS = 0.1
+#: Share of the residual that another mode may leave at most, or it is none [-].
+MUST_EXPLAIN = 0.7
 #: Harmonics of a mode that are fitted beside it, and points of a result.
 HARMONICS, N_POINT = (2, 3, 5), 60
 #: Most modes that are looked for where their number is not given.
@@ -139,72 +151,152 @@ def analyse_ring_down(
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
 
 
-def _fit_modes(decay: Decay, adds: bool) -> tuple[LogarithmicFit, Decay]:
+def _fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
     """The fit with as many modes and spline intervals as the data call for."""
-    best = _best_intervals(decay)
+    quick = _first_fit(decay)
+    # A beat is no nonlinearity: where one mode leaves much, a second is tried before its splines are refined.
+    while adds and len(decay.frequencies) < MOST_MODES and _share(quick, decay) > BEATS:
+        tone = new_tone(decay, quick.residual)
+        if tone is None:
+            break
+        more = decay.with_frequency(tone)
+        trial = _first_fit(more)
+        if _share(trial, more) > _share(quick, decay) / 2:
+            break
+        decay, quick = more, trial
+    # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
+    while adds and len(decay.frequencies) < MOST_MODES and (tone := strong_harmonic(decay, HARMONICS)) is not None:
+        more = decay.with_frequency(tone)
+        trial = _first_fit(more)
+        if trial.criterion > quick.criterion - SIGNIFICANT:
+            break
+        decay, quick = more, trial
+    best = _refined(decay, quick)
     while adds and len(decay.frequencies) < MOST_MODES:
         tone = new_tone(decay, best.residual)
         if tone is None:
             break
         more = decay.with_frequency(tone)
-        trial = _best_intervals(more)
-        if trial.criterion >= best.criterion or (trial.residual**2).sum() > 0.7 * (best.residual**2).sum():
+        trial = _refined(more, _first_fit(more))
+        if (trial.residual**2).sum() > MUST_EXPLAIN * (best.residual**2).sum():
             break
         decay, best = more, trial
     return best, decay
 
 
-def _best_intervals(decay: Decay) -> LogarithmicFit:
-    """The fit whose number of spline intervals has the best information criterion."""
-    best: LogarithmicFit | None = None
-    worse = 0
-    for count in INTERVALS:
-        fit = fit_logarithms(decay.values, first_guess(decay, count, HARMONICS))
-        if best is None or fit.criterion < best.criterion:
+def _share(fit: FlowFit, decay: Decay) -> float:
+    """Root mean square of a residual beside the signal's [-]."""
+    return float(np.sqrt((fit.residual**2).sum() / (decay.values**2).sum()))
+
+
+def _first_fit(decay: Decay) -> FlowFit:
+    """Linear modes, or splines of a few intervals where the information criterion prefers them."""
+    linear = fit_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, 0)))
+    bent = fit_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, FIRST_INTERVALS)))
+    return bent if bent.criterion < linear.criterion - SIGNIFICANT else linear
+
+
+def _refined(decay: Decay, best: FlowFit) -> FlowFit:
+    """The fit with ever more spline intervals where they are needed, until the information criterion is content."""
+    fit, worse = best, 0
+    if best.flows[0].degree == 0:
+        return best
+    for _ in range(MOST_INTERVALS):
+        split = _split(decay, fit)
+        if split is None or _share(fit, decay) < EXACT:
+            break
+        fit = fit_flows(decay.values, decay.step, split)
+        if fit.criterion < best.criterion - SIGNIFICANT:
             best, worse = fit, 0
         else:
             worse += 1
-        if worse == 3:
+        if worse == PATIENCE:
             break
-    assert best is not None
     return best
 
 
-def _describe(decay: Decay, fit: LogarithmicFit, number: int, power: int) -> RingDown:
-    """Frequency and damping of one mode with their standard deviations, from its spline."""
-    spline, covariance = fit.splines[number], fit.covariance[number]
+def _track(decay: Decay, flows: list[Flow]) -> list[Flow]:
+    """Flows that keep step with the phases: fitted to the beginning of the decay, then to ever more of it."""
+    for share in TRACKED:
+        n = round(share * len(decay.values))
+        if n < FEWEST_TRACKED * len(flows) * len(flows[0].coefficients):
+            continue
+        shorter = [replace(flow, n_sample=min(flow.n_sample, n)) for flow in flows]
+        fit = fit_flows(decay.values[:n], decay.step, shorter, PRIOR)
+        flows = [replace(flow, coefficients=found.coefficients) for flow, found in zip(flows, fit.flows, strict=True)]
+    return flows
+
+
+def _split(decay: Decay, fit: FlowFit) -> list[Flow] | None:
+    """The fitted modes with one interval more, where the residual is largest; None if all intervals are short."""
+    worst, place = 0.0, None
+    for number, flow in enumerate(fit.flows):
+        time, logarithm, _ = flow.path(flow.coefficients)
+        # Samples at which the amplitude passes the break points, from the largest amplitude down.
+        passed = np.interp(-flow.breaks[::-1], -logarithm, time) / decay.step
+        bounds = np.clip(np.round(passed), 0, flow.n_sample).astype(int)
+        for interval, (a, b) in enumerate(pairwise(bounds)):
+            energy = float((fit.residual[a:b] ** 2).sum())
+            from_below = len(flow.breaks) - 2 - interval
+            wide = flow.breaks[from_below + 1] - flow.breaks[from_below] > SHORTEST_INTERVAL
+            if wide and (b - a) * decay.step * decay.frequencies[number] > 2 and energy > worst:
+                worst, place = energy, (number, from_below)
+    if place is None:
+        return None
+    flows = list(fit.flows)
+    flow = flows[place[0]]
+    breaks = np.insert(flow.breaks, place[1] + 1, (flow.breaks[place[1]] + flow.breaks[place[1] + 1]) / 2)
+    finer = replace(flow, breaks=breaks)
+    fine = np.linspace(breaks[0], breaks[-1], 20 * len(breaks))
+    count = (len(flow.coefficients) - 2) // 2
+    coarse, basis = flow.basis(fine), finer.basis(fine)
+    moved = [
+        np.linalg.lstsq(basis, coarse @ part, rcond=None)[0]
+        for part in (flow.coefficients[2 : 2 + count], flow.coefficients[2 + count :])
+    ]
+    flows[place[0]] = replace(finer, coefficients=np.concatenate([flow.coefficients[:2], *moved]))
+    return flows
+
+
+def _describe(decay: Decay, fit: FlowFit, number: int, power: int) -> RingDown:
+    """Frequency and damping of one mode with their standard deviations, from its flow."""
+    flow, covariance = fit.flows[number], fit.covariance[number]
+    time, logarithm, _ = flow.path(flow.coefficients)
     span = decay.duration(number)
-    share = np.linspace(0, 1, N_POINT)
-    value = spline(share)
-    rate, bend = spline(share, nu=1) / span, spline(share, nu=2) / span**2
-    b = len(spline.c)
-    basis = type(spline)(spline.t, np.eye(b), spline.k)
-    by_value, by_rate, by_bend = basis(share), basis(share, nu=1) / span, basis(share, nu=2) / span**2
-    omega, growth = rate[:, 1], rate[:, 0]
-    # Decay of the action of the displacement: -d/dt (ln A + (1/2 - p) ln omega).
-    excess = power - 0.5
-    decay_rate = -growth + excess * bend[:, 1] / omega
+    last = float(np.interp(span, time, logarithm))
+    at = np.linspace(logarithm[0], last, N_POINT)
+    count = (len(flow.coefficients) - 2) // 2
+    values, slopes = flow.basis(at), flow.basis(at, derivative=1)
+    rate = np.exp(values @ flow.coefficients[2 : 2 + count])
+    omega, bend = values @ flow.coefficients[2 + count :], slopes @ flow.coefficients[2 + count :]
+    # Decay of the action of the displacement, (1/2) d ln(omega A^2): A is that of the signal, omega^power times as
+    # large.
+    excess = 0.5 - power
+    factor = 1 + excess * bend / omega
+    decay_rate = rate * factor
     undamped = np.hypot(omega, decay_rate)
-    zeros = np.zeros_like(by_value)
-    omega_slope = np.hstack([zeros, by_rate])
-    decay_slope = np.hstack(
-        [-by_rate, excess * (by_bend / omega[:, None] - (bend[:, 1] / omega**2)[:, None] * by_rate)]
-    )
-    amplitude_slope = np.hstack([by_value, zeros])
+    by_omega = np.hstack([np.zeros((N_POINT, 2 + count)), values])
+    by_bend = excess * (slopes / omega[:, None] - values * (bend / omega**2)[:, None])
+    by_rate = np.hstack([np.zeros((N_POINT, 2)), values * decay_rate[:, None], by_bend * rate[:, None]])
+    by_start = np.zeros((N_POINT, len(flow.coefficients)))
+    by_start[:, 0] = 1.0
     omega_deviation, decay_deviation, relative = (
         np.sqrt(np.maximum(np.einsum("ki,ij,kj->k", slope, covariance, slope), 0.0))
-        for slope in (omega_slope, decay_slope, amplitude_slope)
+        for slope in (by_omega, by_rate, by_start)
     )
-    amplitude = np.exp(value[:, 0])
+    # Within half a period the loop of a decay is not that of a steady state of its amplitude: what the damping changes
+    # by in that time is not known.
+    passing = np.abs(np.gradient(decay_rate, at)) * rate * np.pi / omega
+    amplitude = np.exp(at)
     return RingDown(
-        time=decay.start + share * span,
+        time=decay.start + np.interp(-at, -logarithm, time),
         amplitude=amplitude,
         amplitude_deviation=amplitude * relative,
         displacement=amplitude / undamped**power,
         frequency=undamped / (2 * np.pi),
         frequency_deviation=omega_deviation / (2 * np.pi),
         damping_ratio=decay_rate / undamped,
-        damping_deviation=decay_deviation / undamped,
+        damping_deviation=np.hypot(decay_deviation, passing) / undamped,
         start=decay.start,
         end=decay.start + span,
         noise_floor=decay.floor,

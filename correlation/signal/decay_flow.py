@@ -1,0 +1,223 @@
+r"""Modes of a ring-down as flows: the decay rate and the frequency of each are functions of its amplitude alone.
+
+.. math:: \dot a = -\delta(a), \quad \dot\varphi = \omega(a), \qquad
+          x(t) = \operatorname{Re} \sum_m \Big( A_m e^{i \varphi_m} + \sum_k c_{mk}(A_m)\, A_m\, e^{i k \varphi_m} \Big)
+          + c_0
+
+with a = ln A, and ln delta and omega as splines of a. A linear mode has constants; friction and nonlinear springs bend
+them. The harmonics' factors c are polynomials of the amplitude. Since the model is fitted from the first sample used to
+the last, there is no filter, and so no edge at which it rings; modes that overlap in the spectrum are separated as far
+as their difference exceeds the noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+Vector = Float[NDArray[np.float64], " n"]
+Matrix = Float[NDArray[np.float64], "n p"]
+Envelope = Complex[NDArray[np.complex128], " n"]
+
+#: Degree of the harmonics as polynomials of the amplitude, and of a drifting mean over time.
+AMPLITUDE_DEGREE, MEAN_DEGREE = 3, 2
+#: Points of a flow between its largest and smallest amplitude.
+FLOW_POINTS = 2000
+#: How far a flow goes on below its last break point, at constant rates, in ln A: to 1/400 of that amplitude [-].
+BEYOND = 6.0
+#: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them.
+ROUNDS, ENOUGH = 25, 1e-4
+#: Step of a difference by a coefficient, as a share of its unit: 1 in a logarithm, a radian over the record in a phase.
+STEP = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Flow:
+    """One mode.
+
+    Parameters
+    ----------
+    breaks
+        Rising break points of its splines in a = ln A.
+    degree
+        Of its splines: 0 for a linear mode.
+    coefficients
+        a and phi at the start, then those of ln delta, then those of omega, shape (2 + 2 b,).
+    n_sample
+        Samples of its wave: it goes on at constant rates where it has sunk into the noise.
+    harmonics
+        Orders of its harmonics, 2 and above.
+    """
+
+    breaks: Vector
+    degree: int
+    coefficients: Vector
+    n_sample: int
+    harmonics: tuple[int, ...]
+
+    def basis(self, logarithm: Vector, derivative: int = 0) -> Matrix:
+        """Values of the basis functions at some a, or slopes by a, shape (n, b); constant beyond the breaks."""
+        if self.degree == 0:
+            return np.ones((len(logarithm), 1)) if derivative == 0 else np.zeros((len(logarithm), 1))
+        knots = np.concatenate([[self.breaks[0]] * self.degree, self.breaks, [self.breaks[-1]] * self.degree])
+        inside = np.clip(logarithm, self.breaks[0], self.breaks[-1])
+        count = len(knots) - self.degree - 1
+        return np.asarray(BSpline(knots, np.eye(count), self.degree)(inside, nu=derivative))
+
+    def path(self, coefficients: Vector) -> tuple[Vector, Vector, Vector]:
+        """Time since the start [s], a, and phi along the flow, shape (p,) each."""
+        count = (len(coefficients) - 2) // 2
+        lowest = min(self.breaks[0], coefficients[0]) - BEYOND
+        logarithm = np.linspace(coefficients[0], lowest, FLOW_POINTS)
+        basis = self.basis(logarithm)
+        rate = np.exp(np.clip(basis @ coefficients[2 : 2 + count], -50, 50))
+        omega = basis @ coefficients[2 + count :]
+        step = (logarithm[0] - logarithm[1]) / 2
+        time = np.concatenate([[0.0], np.cumsum(step * (1 / rate[1:] + 1 / rate[:-1]))])
+        turned = np.concatenate([[0.0], np.cumsum(step * (omega[1:] / rate[1:] + omega[:-1] / rate[:-1]))])
+        return time, logarithm, coefficients[1] + turned
+
+    def wave(self, coefficients: Vector, step: float) -> Envelope:
+        """A e^{i phi} at its samples, shape (n_sample,)."""
+        time, logarithm, phase = self.path(coefficients)
+        at = step * np.arange(self.n_sample)
+        # Beyond the last point of the flow, which is far below the noise, it rests there.
+        return np.asarray(np.exp(np.interp(at, time, logarithm) + 1j * np.interp(at, time, phase)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FlowFit:
+    """Fitted modes.
+
+    Parameters
+    ----------
+    flows
+        The modes with their coefficients.
+    covariance
+        Of the coefficients of each mode, shape (2 + 2 b, 2 + 2 b).
+    residual
+        Values minus model, shape (n,).
+    n_parameter
+        Number of coefficients in total [-].
+    """
+
+    flows: tuple[Flow, ...]
+    covariance: tuple[Matrix, ...]
+    residual: Vector
+    n_parameter: int
+
+    @property
+    def criterion(self) -> float:
+        """Bayes's information criterion: the smaller the better."""
+        n = len(self.residual)
+        return float(n * np.log((self.residual**2).mean() + 1e-300) + self.n_parameter * np.log(n))
+
+
+def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float = np.inf) -> FlowFit:
+    """Fit all modes at once, by Levenberg and Marquardt's method; the linear part is solved for in every step.
+
+    Parameters
+    ----------
+    values
+        Evenly spaced samples from the start of the fit, shape (n,) [any unit].
+    step
+        Time between them [s].
+    flows
+        First guesses.
+    prior
+        Standard deviation of the first guesses of decay rates and frequencies, relative [-]: what the samples do not
+        show stays near them.
+    """
+    at = [np.array(flow.coefficients) for flow in flows]
+    places = np.cumsum([0] + [len(part) for part in at])
+    residual, normal, right = _linearise(values, step, flows, at)
+    square, damping = float(residual @ residual), 1e-3
+    limit = np.concatenate([_largest_step(flow, step) for flow in flows])
+    first = np.concatenate(at)
+    certainty = np.concatenate([_certainty(flow, prior) for flow in flows])
+    for _ in range(ROUNDS):
+        pull = np.zeros(len(normal))
+        pull[: places[-1]] = certainty * square / len(values)
+        away = np.zeros(len(normal))
+        away[: places[-1]] = first - np.concatenate(at)
+        change = _solve(normal + damping * np.diag(np.diag(normal)) + np.diag(pull), right + pull * away)[: places[-1]]
+        change *= min(1.0, float((limit / np.maximum(np.abs(change), 1e-300)).min()))
+        trial_at = [part + change[a:b] for part, (a, b) in zip(at, pairwise(places), strict=True)]
+        trial = _linearise(values, step, flows, trial_at)
+        now = float(trial[0] @ trial[0])
+        if np.isfinite(now) and now < square:
+            fallen, square, at = square - now, now, trial_at
+            residual, normal, right = trial
+            damping = max(damping / 10, 1e-9)
+            if fallen < ENOUGH * now:
+                break
+        else:
+            damping *= 10
+            if damping > 1e5:
+                break
+    variance = square / max(len(values) - len(normal), 1)
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    covariance = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) * variance
+    covariance = covariance / np.outer(scale, scale)
+    return FlowFit(
+        flows=tuple(replace(flow, coefficients=part) for flow, part in zip(flows, at, strict=True)),
+        covariance=tuple(covariance[a:b, a:b] for a, b in pairwise(places)),
+        residual=residual,
+        n_parameter=len(normal),
+    )  # fmt: skip
+
+
+def _certainty(flow: Flow, prior: float) -> Vector:
+    """Inverse variance of the first guess of each coefficient."""
+    count = (len(flow.coefficients) - 2) // 2
+    typical = float(np.median(flow.coefficients[2 + count :]))
+    return np.concatenate([[0.0, 0.0], np.full(count, (20 * prior) ** -2.0), np.full(count, (prior * typical) ** -2.0)])
+
+
+def _largest_step(flow: Flow, step: float) -> Vector:
+    """How far each coefficient may move at once: a logarithm by 0.5, a phase by 1 rad, also at the end."""
+    count = (len(flow.coefficients) - 2) // 2
+    return np.concatenate([[0.5, 1.0], np.full(count, 0.5), np.full(count, 4.0 / (step * flow.n_sample))])
+
+
+def _linearise(
+    values: Vector, step: float, flows: Sequence[Flow], at: Sequence[Vector]
+) -> tuple[Vector, Matrix, Vector]:
+    """Residual with the best linear part, and the normal equations of a step of all coefficients.
+
+    Derivatives of the harmonics by the coefficients of their mode are left out: they are small beside its own.
+    """
+    n = len(values)
+    mean = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), MEAN_DEGREE) * np.abs(values).max()
+    own, linear, left = [], [mean], values.copy()
+    for flow, coefficients in zip(flows, at, strict=True):
+        wave = flow.wave(coefficients, step)
+        left[: flow.n_sample] -= wave.real
+        units = STEP * _largest_step(flow, step)
+        slopes = np.zeros((n, len(coefficients)))
+        for place, unit in enumerate(units):
+            moved = np.array(coefficients)
+            moved[place] += unit
+            slopes[: flow.n_sample, place] = (flow.wave(moved, step) - wave).real / unit
+        own.append(slopes)
+        amplitude = np.maximum(np.abs(wave), 1e-300)
+        powers = (amplitude / amplitude.max())[:, None] ** np.arange(AMPLITUDE_DEGREE + 1) * amplitude[:, None]
+        for order in flow.harmonics:
+            turning = (wave / amplitude) ** order
+            whole = np.zeros((n, 2 * powers.shape[1]))
+            whole[: flow.n_sample] = np.hstack([powers * turning.real[:, None], powers * turning.imag[:, None]])
+            linear.append(whole)
+    side = np.hstack(linear)
+    residual = left - side @ _solve(side.T @ side, side.T @ left)
+    columns = np.hstack([*own, side])
+    return residual, columns.T @ columns, columns.T @ residual
+
+
+def _solve(normal: Matrix, right: Vector) -> Vector:
+    """Solution of scaled normal equations, whatever their rank."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    return np.asarray(np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale)
