@@ -13,6 +13,7 @@ from pipeline.progress import LineProgress
 from study.beam.case import write_beam_case
 from study.case.setup import read_case
 from study.compare import report as compare_words
+from study.compare.curve import Drawing
 from study.compare.pictures import pictures
 from study.compare.run import Compared, compare
 from study.diagnose import report as diagnose_words
@@ -35,7 +36,7 @@ campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: t
 def show(compared: Compared, name: str) -> None:
     """Show where the model fails, as text and as responses."""
     print(f"\n=== {name}\n{compare_words.in_words(compared)}")
-    drawn = pictures(compared.model, compared.train, compared.held_out, compared.prediction, f"Beam, {name}")
+    drawn = pictures(f"Beam, {name}", Drawing.of(compared))
     (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
 
 

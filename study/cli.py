@@ -40,6 +40,7 @@ COMMANDS = (
     ("solve", "study.command.solve:app", "Compute response curves of a structure with friction and gaps."),
     ("limits", "study.command.limits:app", "Find the band of responses that unknown friction history can produce."),
     ("campaign", "study.command.campaign:app", "Draft the manifest of a folder of test files (campaign new)."),
+    ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
     ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the mended model."),

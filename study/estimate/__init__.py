@@ -1,0 +1,1 @@
+"""``stickslip estimate``: first values of contact and damping parameters, straight from measurements."""
