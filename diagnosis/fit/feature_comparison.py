@@ -1,7 +1,7 @@
 """Data of other types than steady states in a fit: loops, ring-downs, modes, each through a few features."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.data_type.registry import DATA_TYPES, Datum, Features
 from correlation.model import Model
-from diagnosis.fit.calibration import Data, Matrix, Search, Vector, inverse
+from diagnosis.fit.calibration import Data, Fit, Matrix, Search, Vector, calibrate, inverse
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
 #: Residual of a feature without a prediction, in standard deviations.
@@ -129,3 +129,28 @@ class JoinedComparison:
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
         """That of the first's kind."""
         return self.first.covariance(residual, jacobian, size)
+
+
+def fit_together(first: Data, fit: Fit, data: Sequence[Datum]) -> Fit:
+    """A fit to steady states continued with other data beside them.
+
+    Parameters
+    ----------
+    first
+        Steady states that the fit is to.
+    fit
+        Fit to them alone.
+    data
+        Other data; without any the fit stays as it is.
+
+    Returns
+    -------
+    The fit to both, with the prediction of the steady states.
+    """
+    if not data:
+        return fit
+    second = FeatureComparison.of(data)
+    joined = JoinedComparison(first=first, second=second)
+    begin = fit.prediction, second.predict(fit.model)
+    result = calibrate(joined, fit.unknowns, fit.values, begin, exact=True)
+    return replace(result, prediction=result.prediction[0])

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import Campaign
 from correlation.data_type.registry import DATA_TYPES, Datum, Features, Panel
 from correlation.errors import CampaignError
 from correlation.model import Model
@@ -81,6 +82,22 @@ def compare_data(model: Model, data: Sequence[Datum]) -> tuple[DataComparison, .
             )
         )
     return tuple(result)
+
+
+def training_data(campaign: Campaign, model: Model) -> list[Datum]:
+    """Data that a fit takes beside the steady states: not held out, not steady states themselves, and comparable."""
+    names, data = [sensor.name for sensor in campaign.sensors], []
+    for datum in campaign.data:
+        kind = DATA_TYPES[datum.type]
+        counts = kind.states is not None and kind.states(datum, names) is not None
+        if datum.held_out or counts:
+            continue
+        try:
+            kind.predict(model, datum)
+        except CampaignError:
+            continue  # said in the text, with its reason
+        data.append(datum)
+    return data
 
 
 def describe_data(compared: Sequence[DataComparison]) -> list[str]:

@@ -22,6 +22,7 @@ from correlation.prediction import Prediction
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
+from diagnosis.fit.feature_comparison import fit_together
 from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.weighting import Measured, join_measured, take_prediction, weigh_together
 from figure.registry import pictures as draw_pictures
@@ -30,7 +31,7 @@ from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
-from study.compare.data import compare_data, data_figures, data_sections, format_data_csv
+from study.compare.data import compare_data, data_figures, data_sections, format_data_csv, training_data
 from study.compare.data_run import DataCompared, run_data_comparison
 from study.compare.families import compare_families
 from study.compare.family_report import family_sections
@@ -225,6 +226,7 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
         begin = replace(setup, calibrated={})
         arrangement = arrange(campaign, begin.complete, (*setup.accepted, *unknown), begin.complete_budget)
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
+        fit = fit_together(arrangement.train, fit, training_data(campaign, fit.model))
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
         sides = [
             Side(comparison=arrangement.train, prediction=fit.prediction),

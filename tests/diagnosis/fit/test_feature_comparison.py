@@ -7,7 +7,7 @@ from correlation.data_type.mode import MeasuredMode
 from correlation.model import Model, Sensor
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.feature_comparison import FeatureComparison, JoinedComparison
+from diagnosis.fit.feature_comparison import FeatureComparison, JoinedComparison, fit_together
 from diagnosis.fit.fit_parameter import Unknowns
 from reduction.jointed_system import JointedSystem
 
@@ -81,3 +81,16 @@ def test_a_number_without_a_prediction_fits_badly() -> None:
     prediction = data.predict(make_model())
     assert not data.has_prediction(prediction).any()
     assert (data.residual(prediction) == 10.0).all()
+
+
+def test_a_fit_goes_on_with_more_data() -> None:
+    unknowns, modes = make_unknowns(), make_modes(np.random.default_rng(7))
+    first, whole = FeatureComparison.of(modes[:1]), FeatureComparison.of(modes)
+    alone = calibrate(first, unknowns, unknowns.vanishing, first.predict(unknowns.base), exact=True)
+    assert fit_together(first, alone, []) is alone
+    together = fit_together(first, alone, modes[1:])
+    expected = calibrate(whole, unknowns, unknowns.vanishing, whole.predict(unknowns.base), exact=True)
+    # Both stop where a step gains less than 0.3 of chi^2, a third of a standard deviation at most.
+    assert np.abs((together.values - expected.values) / expected.deviation).max() < 0.3
+    assert (together.deviation < alone.deviation).all()
+    assert len(together.prediction) == len(first.measured)
