@@ -47,7 +47,9 @@ class SetGains:
         """
         unknowns = Unknowns.from_effects(model, [(each, np.inf) for each in self.gains.parameters], ())
         fit = calibrate(comparison, unknowns, unknowns.vanishing, exact=True)
-        return fit.model, self.report(fit.values, fit.deviation)
+        # Where the model is further off than noise says, so are the gains that it gives.
+        excess = max(1.0, float(np.sqrt(np.mean(fit.residual**2))))
+        return fit.model, self.report(fit.values, excess * fit.deviation)
 
     def report(self, factor: np.ndarray, deviation: np.ndarray) -> tuple[Calibrated, ...]:
         """Gains from the factors of a fit, in the order of the parameters."""
