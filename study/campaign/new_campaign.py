@@ -16,12 +16,11 @@ from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
 from correlation.file.read_file import read_file
 from study.campaign.column_role import Role
-from study.campaign.draft import Draft, Note, plain
+from study.campaign.convention import draft_conventions, keep_one_drive
+from study.campaign.draft import Draft, Note
 from study.campaign.draft_frequency import (
     draft_frequency_responses,
     draft_stepped_sine,
-    force_column,
-    phase_evidence,
     responses_with_phases,
     sensor_signs,
 )
@@ -183,9 +182,10 @@ def _nothing(draft: Draft, folder: Path) -> CampaignError:
 
 def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
     """Entries of all tables, after what they have in common."""
+    judged = keep_one_drive(draft, judged)
     stepped = [table for table in judged if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
     responses = [table for table in judged if table.kind is Kind.FREQUENCY_RESPONSE]
-    time_sign = _conventions(draft, [*stepped, *responses]) if stepped or responses else 1
+    time_sign = draft_conventions(draft, [*stepped, *responses]) if stepped or responses else 1
     with_frequency = [table for table in [*stepped, *responses] if table.kind is not Kind.STEADY_STATE]
     signs = sensor_signs(draft, with_frequency, time_sign)
     tests = _test_names(stepped)
@@ -207,52 +207,6 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
         elif table.kind is Kind.TIDY:
             name = table.table.file.path.name
             draft.left_out.append(f"{name}: a tidy table: write [[test]] and [[sensor]] with its names")
-
-
-def _conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
-    """Drive, sign of time, meaning of amplitudes, units; returns the sign of i Omega t."""
-    with_frequency = [table for table in tables if table.of_role(Role.FREQUENCY)]
-    evidence = [item for table in with_frequency for _, item in phase_evidence(table)]
-    falls = sum(item.time_sign > 0 for item in evidence)
-    rises = sum(item.time_sign < 0 for item in evidence)
-    words = ("exp(+i omega t)", "exp(-i omega t)")
-    time: str | Marked
-    if not evidence:
-        time = words[0]  # without phases it has no meaning
-    elif falls == rises:
-        why = "the phases do not tell it"
-        time = draft.ask("Do amplitudes belong to exp(+i omega t) or exp(-i omega t)?", words[0], why, *words)
-    else:
-        sign = "falls" if falls > rises else "rises"
-        why = f"the phase {sign} over the resonance in {max(falls, rises)} of {len(evidence)} responses"
-        time = Marked(value=words[0] if falls > rises else words[1], assumed=why)
-    stepped = [table for table in tables if table.kind is Kind.STEPPED_SINE]
-    amplitude: str | Marked = "peak"
-    if stepped:
-        amplitude = draft.ask(
-            "Are amplitudes peak, rms or peak to peak values?", "peak", "no file says it; it scales everything",
-            "peak", "rms", "peak to peak",
-        )  # fmt: skip
-    forces = [(table, force) for table in tables if (force := force_column(table)) is not None]
-    units = [table.columns[force.name].unit for table, force in forces]
-    known = next((unit for unit in units if unit and unit not in {"V", "mV"}), "")
-    shaken = [table for table, force in forces if table.columns[force.name].quantity == "acceleration"]
-    levels = [table.columns[column.name].unit for table in stepped for column in table.settings
-              if table.columns[column.name].role is Role.LEVEL]  # fmt: skip
-    known = known or next((unit for unit in levels if unit and unit not in {"V", "mV"}), "")
-    level_unit: str | Marked = known or Marked(value="N", assumed="the files say no unit of the force")
-    if stepped and not known:
-        why = "the drive is in volts" if "V" in units + levels else "no file has a force in newtons"
-        answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", "V", why)
-        level_unit = Marked(value=answer.value, assumed=answer.assumed)
-        if answer.value in {"V", "mV", "%"}:
-            draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}
-    if shaken:
-        why = f'"{shaken[0].table.file.path.name}" has the acceleration of the base'
-        draft.single["drive"] = {"quantity": Marked(value="base acceleration", assumed=why)}
-    draft.single["convention"] = {"time": time, "amplitude": amplitude}
-    draft.single["units"] = {"level": level_unit, "frequency": "Hz"}
-    return -1 if plain(time) == words[1] else 1
 
 
 def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:

@@ -269,7 +269,8 @@ def test_answers_stand_in_the_manifest_without_a_mark(tmp_path: Path) -> None:
 def test_measured_sets_are_recognised(tmp_path: Path, name: str, kinds: dict[str, int]) -> None:
     folder = shutil.copytree(Path(DATA, name), tmp_path / "set")
     folder.chmod(0o755)
-    _, manifest = drafted(folder)
+    campaign = write_manifest(folder, draft_campaign(read_folder(folder), Assumptions()))  # which reads it once
+    manifest = tomllib.loads(campaign.path.read_text())
     entries = {kind: len(manifest[kind]) for kind in ("run", "frf", "ring_down", "loop", "record") if kind in manifest}
     assert entries == kinds
 
@@ -340,3 +341,27 @@ def test_a_dead_channel_is_left_out_and_the_others_stay(tmp_path: Path) -> None:
     campaign, manifest = drafted(tmp_path)
     assert "dead" not in {sensor["name"] for sensor in manifest["sensor"]}
     assert any("dead" in sentence for sentence in campaign.draft.left_out)
+
+
+def test_files_with_another_drive_than_most_are_left_out(tmp_path: Path) -> None:
+    x = receptance(FREQUENCY)
+    for number in (1, 2):
+        write_csv(
+            tmp_path / f"force_{number}.csv", "f [Hz],F [N],re [m],im [m]", FREQUENCY, number * ONES, x.real, x.imag
+        )
+    write_csv(tmp_path / "sweep_2V.csv", "freq,reading", FREQUENCY, np.abs(x))
+    header = "frequency [Hz],base acceleration [m/s^2],tip amplitude [m/s^2]"
+    write_csv(tmp_path / "base.csv", header, FREQUENCY, np.where(FREQUENCY < 100, 1.0, 2.0), np.abs(x))
+    campaign, manifest = drafted(tmp_path)
+    assert {run["file"] for run in manifest["run"]} == {"force_1.csv", "force_2.csv"}
+    assert manifest["units"]["level"] == "N"
+    assert sum("a campaign has one drive" in sentence for sentence in campaign.draft.left_out) == 2
+
+
+def test_steps_of_the_acceleration_of_a_base_are_its_levels(tmp_path: Path) -> None:
+    size = np.abs(receptance(np.tile(FREQUENCY, 2)))
+    header = "frequency [Hz],base acceleration [m/s^2],tip amplitude [m/s^2]"
+    write_csv(tmp_path / "base.csv", header, np.tile(FREQUENCY, 2), np.repeat([1.0, 2.0], 41), size)
+    _, manifest = drafted(tmp_path)
+    assert manifest["drive"]["quantity"] == "base acceleration"
+    assert read_campaign(tmp_path).levels.tolist() == [1.0, 2.0]

@@ -1,0 +1,114 @@
+"""What all steady states of a draft have in common: the drive, the sign of time, units and meaning of amplitudes."""
+
+from collections.abc import Sequence
+
+from study.campaign.column_role import OF_UNIT, Role
+from study.campaign.draft import Draft, plain
+from study.campaign.draft_frequency import LEVEL_IN_NAME, force_column, phase_evidence
+from study.campaign.question import Marked
+from study.campaign.table_kind import JudgedTable, Kind
+
+TIMES = ("exp(+i omega t)", "exp(-i omega t)")
+FORCE, BASE, VOLTAGE = "force", "base acceleration", "voltage"
+#: What drives, by the quantity of the measured drive.
+DRIVES = {"force": FORCE, "acceleration": BASE, "voltage": VOLTAGE}
+#: Units of a drive that is not calibrated.
+UNCALIBRATED = {"V", "mV", "%"}
+
+
+def drive_of(judged: JudgedTable) -> tuple[str, str]:
+    """What drives in a table, and its unit; both are empty if the file does not say it.
+
+    Parameters
+    ----------
+    judged
+        Stepped sines or steady states.
+    """
+    force = force_column(judged)
+    if force is not None:
+        guess = judged.columns[force.name]
+        return DRIVES.get(guess.quantity, ""), guess.unit
+    for column in judged.table.columns:
+        guess = judged.columns[column.name]
+        if guess.role is Role.LEVEL and guess.unit:
+            return DRIVES.get(OF_UNIT.get(guess.unit, ""), ""), guess.unit
+    match = LEVEL_IN_NAME.search(judged.table.label)
+    if match:
+        return (VOLTAGE, "V") if "v" in match[0].lower() else (FORCE, "N")
+    return "", ""
+
+
+def keep_one_drive(draft: Draft, tables: Sequence[JudgedTable]) -> list[JudgedTable]:
+    """Tables with the drive of most steady states; the others are left out, since a campaign has one drive."""
+    states = [table for table in tables if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
+    drives = [drive for table in states if (drive := drive_of(table)[0])]
+    if len({*drives}) < 2:
+        return list(tables)
+    main = max(dict.fromkeys(drives), key=drives.count)
+    used = []
+    for table in tables:
+        own = drive_of(table)[0] if table in states else ""
+        if own in {"", main}:
+            used.append(table)
+        else:
+            draft.left_out.append(
+                f"{table.table.label}: driven by a {own}, most other files by a {main}: a campaign has one drive, move "
+                "the file to a folder of its own"
+            )
+    return used
+
+
+def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
+    """Draft drive, sign of time, meaning of amplitudes and units.
+
+    Parameters
+    ----------
+    draft
+        Draft that grows.
+    tables
+        Stepped sines, steady states and frequency responses.
+
+    Returns
+    -------
+    Sign of i Omega t.
+    """
+    states = [table for table in tables if table.kind is not Kind.FREQUENCY_RESPONSE]
+    time = _time(draft, tables)
+    amplitude: str | Marked = "peak"
+    if any(table.kind is Kind.STEPPED_SINE for table in tables):
+        amplitude = draft.ask(
+            "Are amplitudes peak, rms or peak to peak values?", "peak", "no file says it; it scales everything",
+            "peak", "rms", "peak to peak",
+        )  # fmt: skip
+    drives = [(table, *drive_of(table)) for table in states]
+    drive = next((drive for _, drive, _ in drives if drive), "")
+    unit = next((unit for _, _, unit in drives if unit), "")
+    level: str | Marked = unit or Marked(value="N", assumed="the files say no unit of the force")
+    if drive == BASE:
+        first = next(table for table, one, _ in drives if one == BASE)
+        why = f'"{first.table.file.path.name}" has the acceleration of the base'
+        draft.single["drive"] = {"quantity": Marked(value=BASE, assumed=why)}
+        level = unit or Marked(value="m/s^2", assumed="the files say no unit of the acceleration")
+    elif any(table.kind is Kind.STEPPED_SINE for table in tables) and (not unit or unit in UNCALIBRATED):
+        why = "the drive is in volts" if drive == VOLTAGE else "no file has a force in newtons"
+        answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", "V", why)
+        level = answer
+        if answer.value in UNCALIBRATED:
+            draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}
+    draft.single["convention"] = {"time": time, "amplitude": amplitude}
+    draft.single["units"] = {"level": level, "frequency": "Hz"}
+    return -1 if plain(time) == TIMES[1] else 1
+
+
+def _time(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
+    """Sign of time from the phases, where they tell it."""
+    evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for _, item in phase_evidence(table)]
+    falls, rises = (sum(item.time_sign == sign for item in evidence) for sign in (1, -1))
+    if not evidence:
+        return TIMES[0]  # without phases it has no meaning
+    if falls == rises:
+        why = "the phases do not tell it"
+        return draft.ask("Do amplitudes belong to exp(+i omega t) or exp(-i omega t)?", TIMES[0], why, *TIMES)
+    way = "falls" if falls > rises else "rises"
+    why = f"the phase {way} over the resonance in {max(falls, rises)} of {len(evidence)} responses"
+    return Marked(value=TIMES[0] if falls > rises else TIMES[1], assumed=why)
