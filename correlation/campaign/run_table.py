@@ -17,6 +17,8 @@ from correlation.signal.steady_state import fit_steady_state
 Real = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
+#: Share of a higher harmonic of the force beyond which it is no sine [-].
+DISTORTED = 0.05
 #: The level of a run whose force was measured and has no set point: its median in so many digits.
 DIGITS = 3
 #: The force of a force-controlled run may leave its set point by this share without a word [-].
@@ -101,10 +103,13 @@ def read_run_rows(
         sweep=sweep, repeat=repeat,
     )  # fmt: skip
     turn = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
-    tables = []
+    tables: list[Measurement] = []
+    suspicions: list[Suspicion] = []
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
             value = signal.complex_values(file, sensor.unit if sensor.calibrated else "")
+            sentence = signal.suspect_degrees(file)
+            suspicions += [Suspicion(where=entry.file, sentence=sentence)] if sentence else []
             _require(len(value) == len(frequency), signal.problem("its column is not as long as that of the frequency"))
             _require(
                 signal.has_phase or not sensor.has_phase,
@@ -115,7 +120,7 @@ def read_run_rows(
             if not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
             tables.append(_rows(states, number, signal.harmonic, value, test))
-    return join_rows(tables), ()
+    return join_rows(tables), tuple(suspicions)
 
 
 def passes(frequency: Real) -> tuple[Whole, Whole]:
@@ -194,6 +199,14 @@ def _steady_state(
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             tables.append(_rows(states, number, harmonic, value if sensor.has_phase else np.abs(value), test))
     suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
+    share = np.abs(result.reference[2:]) / amplitude
+    if len(share) and share.max() > DISTORTED:
+        order = int(np.argmax(share)) + 2
+        sentence = (
+            f"the force has {100 * share.max():.0f} % of harmonic {order}: a drive that clips, or a stinger that "
+            "pushes back; the model's force is a sine of its fundamental"
+        )
+        suspicions.append(Suspicion(where=entry.file, sentence=sentence))
     if not result.settled:
         sentence = (
             "has not settled at its end: its harmonics are those of the last part; record longer, or leave it out"

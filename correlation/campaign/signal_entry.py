@@ -19,6 +19,8 @@ from correlation.file.column import Column, MeasuredFile
 
 #: Keys that name columns, in the combinations that make a quantity.
 PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
+#: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
+MOST_RADIANS = 8 * math.pi
 #: Radians of one unit of a phase.
 PHASE = {"rad": 1.0, "deg": math.pi / 180, "degree": math.pi / 180}
 
@@ -121,6 +123,19 @@ class SignalEntry:
         if np.iscomplexobj(file.column(next(iter(self.columns.values()))).values):
             raise self.problem("is complex in its file: name a real column")
         return np.asarray(values.real)
+
+    def suspect_degrees(self, file: MeasuredFile) -> str:
+        """Why its phase, said to be in radians, looks like degrees; empty where it does not."""
+        if "phase" not in self.columns:
+            return ""
+        column = file.column(self.columns["phase"])
+        largest = float(np.abs(column.values).max(initial=0.0))
+        if (self.phase_unit or column.unit) != "rad" or largest <= MOST_RADIANS:
+            return ""
+        return (
+            f'the phase "{column.name}" reaches {largest:.4g} rad, {largest / (2 * math.pi):.0f} turns: are these '
+            'degrees? then write phase_unit = "deg"'
+        )
 
     def _phase(self, column: Column) -> Float[NDArray[np.float64], " n"]:
         unit = self.phase_unit or column.unit

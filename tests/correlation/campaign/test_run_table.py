@@ -175,3 +175,27 @@ def test_two_runs_of_one_repeat_are_refused(tmp_path: Path) -> None:
         read_campaign(folder)
     manifest.write_text(text + second.replace("level = 3.0", "level = 3.0\nrepeat = 2"), encoding="utf-8")
     assert np.unique(read_campaign(folder).measurement.repeat).tolist() == [1, 2]
+
+
+def test_degrees_that_are_called_radians_are_suspected(tmp_path: Path) -> None:
+    rows = "".join(f"{10 + n},2,{-n * 9}\n" for n in range(20))
+    columns = AMPLITUDES.replace('phase_unit = "deg"', 'phase_unit = "rad"')
+    campaign = read_campaign(write(tmp_path, "f,a,p\n" + rows, "level = 1.0", columns))
+    assert any('"p" reaches 171 rad' in str(item) for item in campaign.suspicions)
+    campaign = read_campaign(write(tmp_path, "f,a,p\n" + rows, "level = 1.0", AMPLITUDES))
+    assert not any("degrees" in str(item) for item in campaign.suspicions)
+
+
+def test_a_force_that_clips_is_suspected(tmp_path: Path) -> None:
+    time = np.arange(0, 1, 1 / 4000)
+    pure = 3 * np.cos(2 * np.pi * 50 * time)
+    columns = 'time = "t"\nforce = { column = "F", unit = "N" }\ntip = { column = "a", unit = "m/s^2" }\n'
+    for force, clips in ((np.clip(pure, -2, 2), True), (pure, False)):
+        rows = "".join(
+            f"{t:.8f},{f:.8g},{np.cos(2 * np.pi * 50 * t - 0.3):.8g}\n" for t, f in zip(time, force, strict=True)
+        )
+        campaign = read_campaign(write(tmp_path, "t,F,a\n" + rows, "level = 2.0", columns))
+        assert any("harmonic 3" in str(item) for item in campaign.suspicions) == clips
+        # 50 periods of pure cosines: exact but for the digits written.
+        table = campaign.measurement
+        assert table.value[table.harmonic == 1] == pytest.approx(np.exp(-0.3j), abs=1e-5)
