@@ -262,13 +262,26 @@ class Configuration:
         read[:, 0] = read[:, 0].real
         times = 1j * np.arange(read.shape[1])[None, :, None] * omega[:, None, None]
         pushed = g + self.balance.table.reference * complex_from_real(track.motion)
-        return np.asarray(read * times**order + pushed @ force.T)
+        readings = read * times**order + pushed @ force.T
+        if self.model.base_acceleration is not None:
+            level_of = self._forced_all(level, frequencies)[:, 0]
+            readings[:, 1] += level_of * (1j * omega[:, None]) ** (order - 2.0) * self._base
+        return np.asarray(readings)
+
+    @cached_property
+    def _base(self) -> NDArray[np.float64]:
+        """Acceleration of a shaken base that each sensor reads beside the relative motion, at level 1, shape (s,)."""
+        base = self.model.base_acceleration
+        seen = [base is not None and isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
+        return np.where(seen, 0.0 if base is None else self._rows[0] @ base, 0.0)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients, self._forces(state), state)
+        if self.model.base_acceleration is not None:
+            table[1] += state.level * (1j * state.angular_frequency) ** (self._rows[2] - 2.0) * self._base
         return np.asarray(table[harmonics, self.numbers(names)])
 
     def slopes(

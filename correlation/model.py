@@ -40,12 +40,16 @@ class Sensor:
         "displacement", "velocity" or "acceleration".
     gain
         Reading per unit [-].
+    relative
+        Whether it reads the motion relative to a shaken base, such as a strain gauge or a laser on the shaker; an
+        accelerometer and a laser on the floor read the absolute motion. Without a shaken base both are one.
     """
 
     name: str
     row: Row
     quantity: str = "displacement"
     gain: float = 1.0
+    relative: bool = False
 
     def __post_init__(self) -> None:
         if self.quantity not in DERIVATIVE:
@@ -163,6 +167,10 @@ class Model:
     shift
         Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
         default [-].
+    base_acceleration
+        Acceleration that a shaken base gives each degree of freedom at level 1 as if the structure were rigid, shape
+        (r,) [m/s^2]; the system moves relative to the base under the inertia load, which its harmonic force contains.
+        None for a base that rests.
     n_harmonic, n_sample
         H + 1, and instants a period (0 leaves them to the balance) [-].
 
@@ -183,6 +191,7 @@ class Model:
     pressed_together: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
+    base_acceleration: Row | None = None
     n_harmonic: int = 8
     n_sample: int = 0
 
@@ -205,6 +214,7 @@ class Model:
             raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
         rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
+        rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration}
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
             if row.shape != (r,):
@@ -311,8 +321,17 @@ class Model:
         )
 
     def with_system(self, **changes: Any) -> "Model":
-        """Other matrices, joints or loads."""
+        """Other matrices, joints or loads; on a shaken base another mass has another inertia load."""
+        if self.base_acceleration is not None and "mass" in changes and "harmonic_force" not in changes:
+            force = np.array(self.system.dynamic)
+            force[1] -= (changes["mass"] - self.system.mass) @ self.base_acceleration
+            changes["harmonic_force"] = force
         return replace(self, system=replace(self.system, **changes))
+
+    def with_drive(self, factor: float) -> "Model":
+        """A level that drives so many times as much."""
+        base = None if self.base_acceleration is None else factor * self.base_acceleration
+        return replace(self.with_system(harmonic_force=factor * self.system.dynamic), base_acceleration=base)
 
     def with_joints(self, change: Mapping[str, Mapping[str, float]]) -> "Model":
         """Other parameters of some joints, by their names."""

@@ -40,6 +40,7 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
         else:
             added.append(_placed(measured, model))
     _check_harmonics(model, campaign)
+    _check_drive(model, campaign)
     _check_free(campaign)
     return replace(model, sensors=(*model.sensors, *added))
 
@@ -134,6 +135,20 @@ def _nearest(measured: MeasuredSensor, model: Model) -> Row:
     row = np.zeros(model.system.n_dof)
     row[known[nearest][0]] = 1.0
     return row
+
+
+def _check_drive(model: Model, campaign: Campaign) -> None:
+    shaken = campaign.drive.quantity == "base acceleration"
+    if shaken and len(campaign.measurement) and model.base_acceleration is None:
+        raise CampaignError(
+            f'{MANIFEST}: drive.quantity = "base acceleration", but the case has a force: shake its supports by '
+            '[[load]] with base = "z", or the axis of the shaker'
+        )
+    if not shaken and model.base_acceleration is not None:
+        raise CampaignError(
+            f'{MANIFEST}: drive.quantity = "{campaign.drive.quantity}", but the case shakes a base: write '
+            'drive.quantity = "base acceleration", or give the case the load'
+        )
 
 
 def _check_harmonics(model: Model, campaign: Campaign) -> None:

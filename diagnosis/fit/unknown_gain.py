@@ -56,7 +56,7 @@ class UnknownGain(CalibrationParameter):
         """Model with the factor; 1 changes nothing."""
         (factor,) = values
         if not self.sensor:
-            return model.with_system(harmonic_force=factor * model.system.dynamic)
+            return model.with_drive(factor)
         own = {sensor.name: sensor.gain for sensor in model.sensors}
         # Without its contacts a structure has no sensors of their forces.
         return model.with_sensor(self.sensor, gain=factor * own[self.sensor]) if self.sensor in own else model
@@ -144,7 +144,7 @@ class _Search:
 
     def fit(self, gain: float) -> tuple[float, dict[str, float]]:
         """Mean square of ln |X_m / X_p|, and the best gain of each unknown sensor, at a gain of the drive."""
-        driven = self.model.with_system(harmonic_force=gain * self.model.system.dynamic)
+        driven = self.model.with_drive(gain)
         try:
             value = Predictor(points=self.observed.points, sweeps=self.sweeps).predict(driven).value
         except ModelError:
@@ -204,7 +204,7 @@ class _Search:
         part = self.observed.where(rows)
         # Next to no force shows the response that is proportional to it.
         small = 1e-6
-        weak = self.model.with_system(harmonic_force=small * self.model.system.dynamic)
+        weak = self.model.with_drive(small)
         value = Predictor(points=part.points).predict(weak).value / small
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.abs(part.value / value)

@@ -55,6 +55,8 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
         with mistakes.at("joint", number):
             joints += make_joints(case, number, finder)
     harmonic = _loads(case, structure, finder, static, mistakes)
+    bases = [] if mistakes.problems else [load.base for load in case.load if load.base is not None]
+    base = np.sum([find_base_motion(structure, each) for each in bases], axis=0) if bases else None
     sensors = _sensors(case, structure, finder, lines, mistakes)
     weights = _dead_weights(case, structure, finder, lines, mistakes)
     together = _pressed_together(case, mistakes)
@@ -84,6 +86,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             dead_weights=weights,
             pressed_together=together,
             suspension=structure.suspension,
+            base_acceleration=base,
             n_harmonic=case.harmonics.highest + 1,
             n_sample=case.harmonics.n_sample,
         )
@@ -178,11 +181,47 @@ def _loads(
                     f"harmonic = {load.harmonic}: harmonics.highest = {highest} {loses} this load; take at least "
                     f"{load.harmonic}; 5 or more show what friction does"
                 )
+            if load.base is not None:
+                harmonic[1] -= structure.matrices.mass @ find_base_motion(structure, load.base)
+                continue
             harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * finder.row(load)
     if not mistakes.problems and not harmonic.any():
         with mistakes.at("load", 0):
             raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
     return harmonic
+
+
+def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> Row:
+    """Motion of each degree of freedom with a base that moves by 1, shape (r,) [-].
+
+    Parameters
+    ----------
+    structure
+        Structure on fixed supports, which are the base.
+    base
+        Axis, or the motion itself.
+
+    Raises
+    ------
+    JointError
+        A motion of another length, or degrees of freedom that are no motions of points along axes.
+    """
+    n = structure.matrices.n_dof
+    if not isinstance(base, str):
+        if len(base) != n:
+            raise JointError(f"base has {len(base)} numbers for {n} degrees of freedom: give one for each")
+        return np.array(base, dtype=np.float64)
+    unknown = not structure.dofs or any(dof.direction == "modal" for dof in structure.dofs)
+    if unknown:
+        raise JointError(
+            f'base = "{base}": the inertia load of a base needs every degree of freedom along an axis, and a reduced '
+            "structure keeps motions of its inside that have none: take unreduced matrices with a table of degrees of "
+            "freedom, or give base as a list of the motion of each degree of freedom"
+        )
+    row = np.array([float(dof.direction == base) for dof in structure.dofs])
+    if not row.any():
+        raise JointError(f'base = "{base}": no degree of freedom moves along {base}: give another axis')
+    return row
 
 
 def _sensors(
@@ -198,7 +237,11 @@ def _sensors(
     for number, table in enumerate(case.sensor):
         with mistakes.at("sensor", number):
             if isinstance(table, MotionSensorTable):
-                sensors.append(Sensor(name=table.name, row=finder.row(table), quantity=table.quantity, gain=table.gain))
+                sensors.append(Sensor(
+                        name=table.name, row=finder.row(table), quantity=table.quantity, gain=table.gain,
+                        relative=table.relative,
+                    )
+                )  # fmt: skip
             else:
                 sensors.append(_line_sensor(table, lines))
     return sensors

@@ -8,7 +8,7 @@ row that the structure stores by name, ``place`` a named place of the case or of
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from jaxtyping import Float
@@ -50,6 +50,9 @@ MOST_LISTED = 12
 class PlaceTable(CaseModel):
     """One way of saying where, and which way."""
 
+    #: Further keys that say where.
+    also: ClassVar[tuple[str, ...]] = ()
+
     dof: DofNumber | None = None
     other: DofNumber | None = None
     weights: Annotated[dict[Annotated[int, Field(ge=0)], float] | None, Field(examples=[{"3": 1.0, "5": -1.0}])] = None
@@ -64,13 +67,13 @@ class PlaceTable(CaseModel):
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
-        ways = [name for name in WAYS if getattr(self, name) is not None]
+        ways = [name for name in (*WAYS, *self.also) if getattr(self, name) is not None]
         if len(ways) != 1:
             result = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
-            raise ValueError(f"{result}: give one of {', '.join(WAYS)}")
+            raise ValueError(f"{result}: give one of {', '.join((*WAYS, *self.also))}")
         (way,) = ways
         for key in ("other", "other_at", "station", "body", "direction"):
-            if getattr(self, key) is not None and key not in COMPANIONS[way]:
+            if getattr(self, key) is not None and key not in COMPANIONS.get(way, set()):
                 goes = " or ".join(item for item in WAYS if key in COMPANIONS[item])
                 raise ValueError(f"{key} = {getattr(self, key)} goes with {goes}, not with {way}: remove one of them")
         if self.node is not None and not isinstance(self.direction, str):

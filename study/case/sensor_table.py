@@ -16,6 +16,7 @@ class MotionSensorTable(PlaceTable):
     name: Name
     quantity: Literal["displacement", "velocity", "acceleration"] = "displacement"
     gain: Ratio = 1.0
+    relative: bool = False
 
 
 class LineSensorTable(CaseModel):

@@ -1,0 +1,38 @@
+"""``[[load]]`` with base: the inertia load of a shaken base, or the sentence that says why there is none."""
+
+import numpy as np
+import pytest
+
+from correlation.model import Dof
+from reduction.errors import JointError
+from reduction.file.structure_file import StructureMatrices
+from study.case.load_table import LoadTable
+from study.case.model import find_base_motion
+from study.case.structure import Structure
+
+
+def structure(*directions: str) -> Structure:
+    n = len(directions)
+    matrices = StructureMatrices(mass=np.eye(n), damping=np.zeros((n, n)), stiffness=np.eye(n))
+    return Structure(matrices=matrices, dofs=tuple(Dof(direction=each) for each in directions))
+
+
+def test_a_base_moves_what_moves_along_its_axis() -> None:
+    np.testing.assert_array_equal(find_base_motion(structure("x", "z", "z", "ry"), "z"), [0, 1, 1, 0])
+    np.testing.assert_array_equal(find_base_motion(structure("modal", "modal"), (1.0, 0.5)), [1.0, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("directions", "base", "says"),
+    [(("z", "modal"), "z", "reduced"), (("x", "x"), "z", "along z"), (("z", "z"), (1.0,), "1 numbers for 2")],
+)
+def test_a_base_that_is_not_known_is_one_sentence(directions: tuple[str, ...], base: object, says: str) -> None:
+    with pytest.raises(JointError, match=says):
+        find_base_motion(structure(*directions), base)  # type: ignore[arg-type]
+
+
+def test_a_load_is_a_force_at_a_place_or_a_base() -> None:
+    assert LoadTable.model_validate({"base": "z"}).base == "z"
+    for wrong in ({"base": "z", "dof": 0}, {}, {"base": "z", "harmonic": 3}):
+        with pytest.raises(ValueError, match="base"):
+            LoadTable.model_validate(wrong)
