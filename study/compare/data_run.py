@@ -1,6 +1,6 @@
 """A campaign without steady states beside a model: loops, ring-downs, frequency responses and modes alone."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -192,7 +192,27 @@ def summarise_data(data: Sequence[DataComparison]) -> Summary:
         f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations in the mean; "
         f"{int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."
     ]
+    sentences += list(_by_quantity(data))
     if lacking:
         sentences.append(f"For {lacking} numbers the model has no answer.")
     cards = (("measured numbers", str(len(errors))), ("mean difference [standard deviations]", f"{size:.3g}"))
     return Summary(tone=tone, tag=tag, sentences=tuple(sentences), next=NEXT, cards=cards)
+
+
+def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
+    """Relative errors of each quantity over all data, where they are more than chance."""
+    errors: dict[str, list[tuple[float, bool]]] = {}
+    for item in data:
+        features = item.features
+        for row, label in enumerate(features.label):
+            # A number that is not clear of zero has no relative error.
+            if np.isfinite(item.error[row]) and abs(features.value[row]) > CLEAR * features.deviation[row]:
+                relative = float(item.predicted[row] / features.value[row] - 1)
+                quantity = label.split(" at ")[0].split(" of mode ")[0]
+                errors.setdefault(quantity, []).append((relative, bool(abs(item.error[row]) > CLEAR)))
+    for quantity, pairs in errors.items():
+        clear = [relative for relative, is_clear in pairs if is_clear]
+        if clear:
+            low, high = 100 * min(clear), 100 * max(clear)
+            size = f"off by {low:+.3g} to {high:+.3g} %" if len(clear) > 1 else f"off by {low:+.3g} %"
+            yield f"The {quantity} of the model is {size} in {len(clear)} of {len(pairs)} readings."
