@@ -4,6 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from correlation.data_type.registry import Panel
+from figure.backbone import BackboneCurve, Backbones
 from figure.candidates import CandidateBar, Candidates
 from figure.confusion import ConfusionMatrix
 from figure.contact_states import ContactStates, StatePanel
@@ -16,10 +18,14 @@ from figure.limit_band import Band, LimitBands
 from figure.limit_levels import LimitsByLevel
 from figure.line_forces import LineForce, LineForces
 from figure.line_states import LineStates, StateHistories
+from figure.mac_matrix import MacMatrix
+from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.misfit_map import MapPanel, MisfitMap
 from figure.reactions import Reaction, Reactions
 from figure.response_curves import DrawnCurve, ResponseCurves
+from figure.ring_down import DecayDrawing
+from figure.stabilisation import StabilisationDrawing
 from figure.waterfall import Waterfall, WaterfallStep
 
 FREQUENCY = np.linspace(90.0, 110.0, 41)
@@ -156,6 +162,37 @@ def mesh_convergence() -> MeshConvergence:
     return MeshConvergence(rows=rows, untuned=untuned, measured=122.25, title="Title")
 
 
+def backbones() -> Backbones:
+    amplitude = np.geomspace(1, 100, 30)
+    curves = [
+        BackboneCurve(
+            label=kind, kind=kind, amplitude=amplitude[::step], frequency=100 - np.log(amplitude[::step]) / 10,
+            frequency_deviation=np.full(len(amplitude[::step]), 0.01), damping=0.01 + 1e-5 * amplitude[::step],
+            damping_deviation=np.full(len(amplitude[::step]), 1e-4),
+        )
+        for kind, step in (("decay", 1), ("levels", 7), ("model", 1))
+    ]  # fmt: skip
+    return Backbones(curves=curves, amplitude_label="amplitude [um]", **TITLES)
+
+
+def decay_drawing() -> DecayDrawing:
+    time = np.linspace(0, 1, 500)
+    amplitude = np.exp(-5 * time)
+    return DecayDrawing(
+        time=time, signal=amplitude * np.cos(60 * time), modes=[("mode at 10 Hz", time[5:], amplitude[5:])], floor=1e-2,
+        signal_label="displacement [um]", **TITLES,
+    )  # fmt: skip
+
+
+def stabilisation_drawing() -> StabilisationDrawing:
+    order = np.repeat(np.arange(3, 13), 2)
+    return StabilisationDrawing(
+        order=order, frequency=np.tile([98.0, 103.0], 10), stable=order > 5, line=FREQUENCY,
+        response=np.abs(receptance(98.0)), fitted=np.abs(receptance(98.0)), chosen=np.array([98.0]),
+        response_label="receptance [um/N]", **TITLES,
+    )  # fmt: skip
+
+
 #: One result per kind, made when it is asked for.
 EXAMPLES: dict[type, Callable[[], object]] = {
     ResponseCurves: response_curves,
@@ -169,6 +206,22 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     MisfitMap: misfit_map,
     FrfOverlay: frf_overlay,
     MeshConvergence: mesh_convergence,
+    MeasuredData: lambda: MeasuredData(
+        panels=[
+            Panel(
+                title="loop", x_label="displacement [um]", y_label="force [N]", measured=((SINE, COSINE),),
+                predicted=((SINE, 1.1 * COSINE),), is_curve=True,
+            )
+        ] * 3,
+        **TITLES,
+    ),
+    Backbones: backbones,
+    DecayDrawing: decay_drawing,
+    StabilisationDrawing: stabilisation_drawing,
+    MacMatrix: lambda: MacMatrix(
+        assurance=np.eye(3, 4), measured=np.array([100.0, 102.0, 105.0]), model=np.array([101.0, 102.5, 106.0, 160.0]),
+        pairs=[(0, 0), (1, 1), (2, 2)], **TITLES,
+    ),
     FrequencyResponse: lambda: FrequencyResponse(frequency=FREQUENCY, receptance=receptance(100.0), title="Title"),
     Reactions: lambda: Reactions(
         reactions=[
