@@ -135,7 +135,11 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
 
 
 def make_history_modes(
-    reference: ModelFeatures, n_draw: int, seed: int, pressed: Float[NDArray[np.float64], "q q"] | None = None
+    reference: ModelFeatures,
+    n_draw: int,
+    seed: int,
+    pressed: Float[NDArray[np.float64], "q q"] | None = None,
+    by_press: Modes | None = None,
 ) -> Modes:
     """Modes of friction histories, at one standard deviation, shape (m, h).
 
@@ -146,7 +150,7 @@ def make_history_modes(
 
     If preloads differ as well, a contact that slips under one history sticks under another: with the covariance
     `pressed` of `Model.presses`, shape (q, q), each draw has preloads of its own, and their first-order change is
-    subtracted again, since jitter contains it.
+    subtracted again, since jitter contains it: `by_press`, shape (m, q), which is derived if it is not given.
     """
     predictor, features, model, prediction = reference
     points = features.points
@@ -159,8 +163,8 @@ def make_history_modes(
     amounts = np.zeros((n_draw, len(model.presses)))
     if pressed is not None:
         amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
-    press = [_press(model, group) for group in model.presses] if pressed is not None else []
-    slopes = reference.slopes(press)
+    if pressed is not None and by_press is None:
+        by_press = reference.slopes([_press(model, group) for group in model.presses])
     changes, followed = [], replace(predictor, points=kept)
     shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
     for share, amount in zip(shares, amounts, strict=True):
@@ -170,7 +174,7 @@ def make_history_modes(
                 moved = moved.pressed(name, 1 + by)
         value = np.array(prediction.value)
         value[jointed] = replace(followed, slider=left_by(moved, share)).vary(moved, prediction)
-        changes.append(features.of_values(value) - nominal - (slopes @ amount if press else 0.0))
+        changes.append(features.of_values(value) - nominal - (0.0 if by_press is None else by_press @ amount))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
     modes = []

@@ -120,8 +120,8 @@ def weigh_together(
 
     seen = scatters(make_history_modes(nominal, min(n_draw, FEW), SEED))
     if n_draw > FEW:
-        pressed = seen[0].jitter[2] if len(seen[0].jitter) > 2 else None
-        seen = scatters(make_history_modes(nominal, n_draw, SEED, pressed))
+        pressed, by_press = (seen[0].jitter[2], repeats[2]) if len(repeats) > 2 else (None, None)
+        seen = scatters(make_history_modes(nominal, n_draw, SEED, pressed, by_press))
     jitter = dict(zip(("jointed", "free"), (float(np.sqrt(each[0, 0])) for each in seen[0].jitter), strict=False))
     bent = make_curvature_modes(nominal, jitter)
     departures = [find_departures(nominal, shift) for shift in _shifts(model, repeats, seen[0])]

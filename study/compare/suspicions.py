@@ -47,7 +47,8 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         sensor=names[table.sensor],
         harmonic=table.harmonic,
     )
-    predicted = Predictor(points=points).predict(model, before).value
+    predictor = Predictor(points=points)
+    predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
     return (
         *campaign.suspicions,
         *find_model_suspicions(campaign, compute_model_frequencies(model)),
