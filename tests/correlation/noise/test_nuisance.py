@@ -240,7 +240,8 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
     """What sticks keeps a share of its limit: 1 % more preload of all lines is 1 % more of what a history does."""
     n_draw, seed, together = 4, 7, np.full((2, 2), 1e-4)
     points = paper.make_points(bench.model).where(paper.make_points(bench.model).level == paper.LEVELS[0])
-    object.__setattr__(points, "level", np.full(len(points), 1e-3))
+    for column in ("level", "force"):
+        object.__setattr__(points, column, np.full(len(points), 1e-3))
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
     features = FeatureVector.choose(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
