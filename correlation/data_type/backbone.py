@@ -42,6 +42,8 @@ STEP, LEAST_STEP, ACCURACY = 0.5, 1e-6, 1e-8
 UNDAMPED = 1e-6
 #: Share of a mode's largest motion below which a sensor does not see it [-].
 UNSEEN = 1e-9
+#: A mode further off than this factor is no partner of a measured one [-].
+FAR = 1.5
 #: Steps of one search, and levels at most.
 MOST_STEPS, MOST_LEVELS = 60, 120
 
@@ -63,7 +65,7 @@ def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -
 
     Returns
     -------
-    NaN at amplitudes that no steady state was found for.
+    NaN at amplitudes that no steady state was found for, and at all if no mode is within a factor of 1.5.
 
     Raises
     ------
@@ -74,6 +76,9 @@ def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -
     if seen is None:
         raise CampaignError(f'the model has no sensor of motion "{sensor}": add it to the case')
     mode = _driven(model, near)
+    ratio = mode.angular_frequency / (2 * np.pi * near)
+    if not 1 / FAR < ratio < FAR:
+        return np.full(len(amplitudes), np.nan), np.full(len(amplitudes), np.nan)
     scale = abs(float(seen.gain * seen.row @ mode.shape)) * mode.angular_frequency ** DERIVATIVE[seen.quantity]
     if not abs(seen.row @ mode.shape) > UNSEEN * np.abs(mode.shape).max() * np.abs(seen.row).sum():
         linear = mode.angular_frequency / (2 * np.pi)

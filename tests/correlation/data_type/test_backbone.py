@@ -62,3 +62,9 @@ def test_amplitudes_are_those_of_the_sensor(oscillator: Callable[..., Model], je
 def test_a_sensor_that_there_is_not_is_named(oscillator: Callable[..., Model]) -> None:
     with pytest.raises(CampaignError, match='"top"'):
         predict_backbone(oscillator(), "top", 98.0, np.array([1e-5]))
+
+
+def test_a_mode_that_the_model_lacks_has_no_backbone(oscillator: Callable[..., Model]) -> None:
+    frequency, damping = predict_backbone(oscillator(), "tip", 300.0, np.array([1e-5]))
+    assert np.isnan(frequency).all()
+    assert np.isnan(damping).all()
