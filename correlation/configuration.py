@@ -182,8 +182,8 @@ class Configuration:
             if state is not None and state.displacement.shape == (balance.n_harmonic, d):
                 guess[number] = state.motion
             first = seen.setdefault(frequency, number)
-            # Where two sweeps are on two branches the way back is no copy of the first.
-            if carried and first < number and not (near and _differ(guess[first], guess[number])):
+            # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
+            if carried and first < number and (not near or _is_one(guess[first], guess[number])):
                 twin[number] = first
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
@@ -355,8 +355,8 @@ class Configuration:
         return seen
 
 
-def _differ(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    """Whether two known motions are of two branches."""
+def _is_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    """Whether two motions are known to be of one branch."""
     if not (np.isfinite(one).all() and np.isfinite(other).all()):
         return False
-    return bool(np.abs(one - other).max(initial=0.0) > ONE_BRANCH * np.abs(one).max(initial=0.0))
+    return bool(np.abs(one - other).max(initial=0.0) <= ONE_BRANCH * np.abs(one).max(initial=0.0))

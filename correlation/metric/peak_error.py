@@ -158,8 +158,8 @@ def find_unread_peaks(
         whose = [name for name, of in both.items() if has_jump_at_peak(points, of, rows, sweeps)]
         if whose:
             reasons.append(
-                f"the {' and the '.join(whose)} peak of {'free' if free else 'jointed'} at {level:g} N ends in a jump: "
-                "it has two branches, of which neither shows a damping ratio by its width"
+                f"the {' and the '.join(whose)} peak of {'free' if free else 'jointed'} at {level:g} N ends in a jump, "
+                "or the sweeps differ there: neither of two branches shows a damping ratio by its width"
             )
     return tuple(reasons)
 
