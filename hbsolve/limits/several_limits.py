@@ -20,8 +20,8 @@ from hbsolve.limits.slider_bounds import starting_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
-#: Work of the shared states, in that of the local searches of one objective; as measured on the rig.
-SHARED_WORK = 3.0
+#: Work of a shared history, in that of the local searches of one objective; as measured on a beam with six contacts.
+WORK_PER_HISTORY = 0.012
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,12 +81,13 @@ def several_limits(
     chosen = settings or LimitSettings()
     omega, scale = ascending(angular_frequency, "angular_frequency"), ascending(levels, "levels")
     problems = {name: replace(problem, objective=item) for name, item in objectives.items()}
-    total = SHARED_WORK + len(problems)
+    shared_work = WORK_PER_HISTORY * (2 * chosen.population + chosen.sample)
+    total = shared_work + len(problems)
 
     def runner(searched: LimitProblem, before: float, prefix: str) -> Runner:
         def report(stage: StageProgress) -> None:
             if progress is not None:
-                progress(SeveralProgress(stage=stage, before=before, shared=SHARED_WORK, total=total))
+                progress(SeveralProgress(stage=stage, before=before, shared=shared_work, total=total))
 
         return replace(Runner.of(searched, omega, store, executor, report), prefix=prefix)
 
@@ -94,7 +95,7 @@ def several_limits(
     shared = _shared(runner(first, 0.0, ""), [*objectives.values()], scale, chosen)
     result = {}
     for number, (name, searched) in enumerate(problems.items()):
-        run = runner(searched, SHARED_WORK + number, f"{name}: ")
+        run = runner(searched, shared_work + number, f"{name}: ")
         search = StagedSearch(run=run, levels=scale.tolist(), starts=(), settings=chosen)
         best, certificates = search.limits_from([_starts(parts, number) for parts in shared])
         audits = [_audits(parts, number) for parts in shared]

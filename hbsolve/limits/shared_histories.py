@@ -33,6 +33,8 @@ class SharedStates:
     """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
     count: Mapping[int, int]
     """Random histories by frequency [-]."""
+    reached: Mapping[int, Float[Real, "2 o"]]
+    """Lowest and highest value of all states, the population's too, by frequency, shape (2, o)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +98,7 @@ def share_histories(
         starts=tuple(starts),
         sampled={at: _ends(values, len(objectives)) for at, values in random.items()},
         count={at: len(values) for at, values in random.items()},
+        reached={at: _ends(np.array([item.value for item in states]), len(objectives)) for at, states in seen.items()},
     )
 
 
