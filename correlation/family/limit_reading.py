@@ -13,11 +13,15 @@ from correlation.noise.nuisance import Budget, make_error_tangents
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
+from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
+from hbsolve.truncation import truncation
 from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
 SEARCH_ERROR = 5e-4
+#: Frequencies of each level at which the error of truncation is estimated [-].
+LOOKED_AT = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,7 +65,8 @@ def objective_of(model: Model, sensor: Sensor | LineSensor, harmonic: int) -> Ob
 def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates]) -> list[LimitReadings]:
     """Readings at the limits of one level.
 
-    The numerical error is that of natural frequencies and contact lines to first order, with the sliders of the limit.
+    The numerical error is that of contact lines to first order, with the sliders of the limit, and what harmonics and
+    samples leave out.
 
     Parameters
     ----------
@@ -74,7 +79,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     wanted
         States of each sensor.
     """
-    problem = curve.problem
+    truncated = _truncation(curve, wanted[0])
     seen = Configuration.from_model(model, False, None)
     errors = make_error_tangents(model, budget)
     # The first two are shifts of the frequency, of the jointed and of the free structure.
@@ -84,15 +89,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
         value, deviation = np.full((2, 2, len(curve.angular_frequency)), np.nan)
         names, harmonic = np.array([states.sensor]), np.array([states.harmonic])
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
-            if not np.isfinite(states.motion[side, at]).all():
-                continue
-            omega = float(curve.angular_frequency[at])
-            try:
-                state = steady_state(
-                    problem.balance.at_level(curve.level), omega, start=states.motion[side, at],
-                    slider=states.slider[side, at],
-                )  # fmt: skip
-            except NoSteadyState:
+            state = _state(curve, states, side, at)
+            if state is None:
                 continue
             reading = seen.read(state, names, harmonic)[0]
             condensed = curve.point(at).condensed
@@ -103,7 +101,10 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             else:
                 value[side, at], rates = reading.real, rates.real
             known = np.nan_to_num(size * rates)
-            deviation[side, at] = np.hypot(np.linalg.norm(known), SEARCH_ERROR * abs(value[side, at]))
+            relative = np.hypot(SEARCH_ERROR, truncated[at])
+            # What vibration leaves in a mean is as inexact as the vibration, however small the mean is.
+            size_of = abs(reading) + (0.0 if states.harmonic else abs(seen.read(state, names, np.array([1]))[0]))
+            deviation[side, at] = np.hypot(np.linalg.norm(known), relative * size_of)
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
         result.append(
@@ -112,3 +113,29 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             )
         )
     return result
+
+
+def _state(curve: LimitCurve, states: LimitStates, side: int, at: int) -> SteadyState | None:
+    """The steady state at a limit; none where there is none."""
+    if not np.isfinite(states.motion[side, at]).all():
+        return None
+    try:
+        return steady_state(
+            curve.problem.balance.at_level(curve.level), float(curve.angular_frequency[at]),
+            start=states.motion[side, at], slider=states.slider[side, at],
+        )  # fmt: skip
+    except NoSteadyState:
+        return None
+
+
+def _truncation(curve: LimitCurve, states: LimitStates) -> Float[NDArray[np.float64], " f"]:
+    """Relative error by the harmonics and samples left out, from some of the frequencies, shape (f,) [-]."""
+    n = len(curve.angular_frequency)
+    places, errors = [], []
+    for at in np.unique(np.linspace(0, n - 1, min(n, LOOKED_AT)).round().astype(int)):
+        both = [state for side in (0, 1) if (state := _state(curve, states, side, int(at))) is not None]
+        found = [truncation(curve.problem.balance, state) for state in both]
+        if found:
+            places.append(at)
+            errors.append(max(item.harmonics + item.samples for item in found))
+    return np.interp(np.arange(n), places, errors) if places else np.zeros(n)
