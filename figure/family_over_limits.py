@@ -127,6 +127,8 @@ def family_over_limits_figure(result: FamiliesOverLimits) -> Figure:
     for line, row in zip(grid, result.rows, strict=True):
         for axes, panel in zip(line, row.panels, strict=False):
             _draw(axes, panel, colours)
+            if not row.share and _lowest(panel) >= 0:
+                axes.set_ylim(bottom=0)
         line[0].set_ylabel(row.label)
         if row.share:
             ends = np.array([axes.get_ylim() for axes in line[: len(row.panels)]])
@@ -165,10 +167,12 @@ def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
         if curve.outside.any():
             axes.plot(curve.frequency[curve.outside], curve.value[curve.outside], **_ring())
     axes.set_title(panel.label, fontsize=10, loc="left")
-    lowest = min([float(np.nanmin(panel.limit, initial=np.inf)), *(float(c.value.min()) for c in panel.curves)])
-    if lowest >= 0:
-        axes.set_ylim(bottom=0)
     open_box(axes)
+
+
+def _lowest(panel: FamilyPanel) -> float:
+    """Lowest value that is drawn: an axis of amplitudes begins at zero."""
+    return min([float(np.nanmin(panel.limit, initial=np.inf)), *(float(c.value.min()) for c in panel.curves)])
 
 
 def _ring() -> dict[str, Any]:
