@@ -17,7 +17,8 @@ app = command_app(
     error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
     predicted responses. With --calibrate the calibration parameters are fitted to the training data first. With
     --limits every repeat and sweep is laid over the limits of all friction histories, of responses and contact forces
-    (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C.
+    (docs/families.md); each task of that search is stored, so that the same command goes on after Ctrl-C. With
+    --calibrate-families the parameters are also fitted so that the limits hold all of these curves tightly.
     Every key stands in docs/case.md, the campaign folder in docs/campaign.md.""",
     examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --limits"],
 )
@@ -34,6 +35,12 @@ def compare(
     limits: Annotated[
         bool, Parameter(negative="", help="Lay measured families over the limits of all friction histories.")
     ] = False,
+    calibrate_families: Annotated[
+        bool,
+        Parameter(
+            negative="", help="Also fit them so that the limits hold the families tightly; implies both of the above."
+        ),
+    ] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compare a model with measurements."""
@@ -42,7 +49,10 @@ def compare(
     from study.compare.report import document, in_words
     from study.compare.run import run_compare
 
-    compared = run_compare(case, campaign, options.open(out), calibrate=calibrate, limits=limits)
+    compared = run_compare(
+        case, campaign, options.open(out), calibrate=calibrate or calibrate_families, limits=limits,
+        onto_families=calibrate_families,
+    )  # fmt: skip
     if isinstance(compared, DataCompared):
         return Answer(document=compared.document(), text=compared.text())
     return Answer(document=document(compared), text=in_words(compared))

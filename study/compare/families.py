@@ -33,6 +33,29 @@ MOST, FEWEST = 40, 24
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyCalibration:
+    """Calibration parameters fitted to families, beside those fitted to the mean.
+
+    Parameters
+    ----------
+    names
+        Names of the parameters.
+    to_mean, to_families
+        Factors on the values of the case, shape (p,) [-].
+    verdicts_of_mean
+        Families over the limits of the model fitted to the mean.
+    n_evaluation
+        Models whose bands were sampled [-].
+    """
+
+    names: tuple[str, ...]
+    to_mean: Float[NDArray[np.float64], " p"]
+    to_families: Float[NDArray[np.float64], " p"]
+    verdicts_of_mean: tuple[FamilyVerdict, ...]
+    n_evaluation: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyComparison:
     """Families over limits.
 
@@ -52,6 +75,8 @@ class FamilyComparison:
         Unit of the levels.
     files
         Figures.
+    calibration
+        Calibration onto families, if it was asked for: the limits are then those of its model.
     """
 
     verdicts: tuple[FamilyVerdict, ...]
@@ -61,6 +86,7 @@ class FamilyComparison:
     sensors: tuple[MeasuredSensor, ...]
     level_unit: str
     files: tuple[Path, ...] = ()
+    calibration: FamilyCalibration | None = None
 
 
 def compare_families(
@@ -112,9 +138,7 @@ def compare_families(
     nominal = None if structure.histories is None else structure.histories(1, 0)[0]
     search = family_search(model, budget, campaign, chosen, table, nominal)
     try:
-        # From here on nothing depends on what this process finds.
-        box = search.problem().box
-        search = replace(search, nominal=box.nominal, reach=box.reach)
+        search = search.boxed()
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = _searched(search, stem, run, executor)

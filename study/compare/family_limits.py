@@ -50,7 +50,8 @@ class FamilySearch:
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
     reach
-        How far loading histories may have dragged a slider [m]; None for the mean of mu N / k_t at rest.
+        How far loading histories may have dragged a slider [m]; None for the largest mu N / k_t at rest, which every
+        static force within Coulomb's cone at rest needs.
     settings
         Effort of the search.
     """
@@ -80,6 +81,18 @@ class FamilySearch:
         name, harmonic = self.channels[0]
         objective = objective_of(model, sensors[name], harmonic)
         return limit_problem(balance, objective, nominal=self.nominal, reach=self.reach)
+
+    def boxed(self) -> "FamilySearch":
+        """The same with the box in numbers, so that nothing depends on what another process finds.
+
+        Raises
+        ------
+        BalanceError, NoSteadyState
+            As `problem`.
+        """
+        box = self.problem().box
+        reach = float(box.radius.max()) if self.reach is None else self.reach
+        return replace(self, nominal=box.nominal, reach=reach)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

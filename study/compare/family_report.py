@@ -7,12 +7,14 @@ import numpy as np
 from scipy.stats import norm
 
 from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
-from study.compare.families import FamilyComparison
+from study.compare.families import FamilyCalibration, FamilyComparison
 from study.compare.family_pictures import SYMBOL
 from study.compare.section.section import Section, Table
 
 #: Departures that are listed of each family.
 LISTED = 3
+#: A tightness below is that of a closed band.
+NO_WIDTH = 1e-3
 WAY = {1: "up", -1: "down", 0: "not swept"}
 
 
@@ -22,6 +24,8 @@ def family_lines(comparison: FamilyComparison) -> list[str]:
     if comparison.verdicts:
         lines += [*_table(comparison), "", *(f"  {item}" for item in _verdict(comparison))]
         lines += [f"  {item}" for item in _certainty(comparison)]
+    if comparison.calibration is not None:
+        lines += ["", *_calibration(comparison, comparison.calibration), ""]
     for sentence in comparison.not_compared:
         lines.append(f"  not compared: {sentence}")
     return [*lines, ""]
@@ -36,6 +40,7 @@ def family_document(comparison: FamilyComparison) -> dict[str, Any]:
         "not_compared": list(comparison.not_compared),
         "families": [_family(item) for item in comparison.verdicts],
         "files": [str(file) for file in comparison.files],
+        "calibration": None if comparison.calibration is None else _calibration_document(comparison),
     }
     if errors is not None and limits is not None:
         document |= {
@@ -219,9 +224,50 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
         yield f"{missing} readings lie where no limit was found, and were not compared."
 
 
+def _calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:
+    yield "  Calibration onto the families, beside least squares on the mean of the repeats (factors on the case):"
+    yield f"  {'':<10}  {'mean':>8}  {'families':>8}"
+    for name, mean, own in zip(fit.names, fit.to_mean.tolist(), fit.to_families.tolist(), strict=True):
+        yield f"  {name:<10}  {mean:8.4f}  {own:8.4f}"
+    both = (_totals(fit.verdicts_of_mean), _totals(comparison.verdicts))
+    for what, show in (("coverage", _percent), ("tightness", _number), ("score", _number)):
+        mean_, own_ = (show(item[what]) for item in both)
+        yield f"  {what:<10}  {mean_:>8}  {own_:>8}"
+    yield (
+        f"  The fit sampled the bands of {fit.n_evaluation} models; coverage, median tightness and sum of scores are "
+        "those of the limits of both models, searched for in full."
+    )
+
+
+def _calibration_document(comparison: FamilyComparison) -> dict[str, Any]:
+    fit = comparison.calibration
+    assert fit is not None
+    return {
+        "factors_of_mean": dict(zip(fit.names, fit.to_mean.tolist(), strict=True)),
+        "factors": dict(zip(fit.names, fit.to_families.tolist(), strict=True)),
+        "of_mean": _totals(fit.verdicts_of_mean),
+        "of_families": _totals(comparison.verdicts),
+        "n_evaluation": fit.n_evaluation,
+    }
+
+
+def _totals(verdicts: Sequence[FamilyVerdict]) -> dict[str, float]:
+    """Coverage of all readings, median tightness and sum of scores."""
+    compared = [item for item in verdicts if item.n_compared]
+    count = sum(item.n_compared for item in compared)
+    tight = [item.tightness for item in compared if np.isfinite(item.tightness)]
+    return {
+        "coverage": sum(item.coverage * item.n_compared for item in compared) / max(count, 1),
+        "tightness": float(np.median(tight)) if tight else float("nan"),
+        "score": float(sum(item.score for item in compared)),
+    }
+
+
 def _percent(value: float) -> str:
     return "-" if not np.isfinite(value) else f"{100 * value:.1f} %"
 
 
 def _number(value: float) -> str:
+    if abs(value) < NO_WIDTH:
+        return "0"
     return "-" if np.isnan(value) else "inf" if np.isinf(value) else f"{value:.3g}"

@@ -33,7 +33,7 @@ from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, data_figures, data_sections, format_data_csv, training_data
 from study.compare.data_run import DataCompared, run_data_comparison
-from study.compare.families import compare_families
+from study.compare.family_calibration import FamilyRequest, compare_with_families
 from study.compare.family_report import family_sections
 from study.compare.page import page
 from study.compare.pictures import pictures
@@ -51,7 +51,13 @@ COLUMNS = (
 
 
 def run_compare(
-    case: Path, folder: Path, run: RunContext, *, calibrate: bool = False, limits: bool = False
+    case: Path,
+    folder: Path,
+    run: RunContext,
+    *,
+    calibrate: bool = False,
+    limits: bool = False,
+    onto_families: bool = False,
 ) -> Compared | DataCompared:
     """Compare, and write tables and figures.
 
@@ -67,6 +73,8 @@ def run_compare(
         Whether the calibration parameters are fitted to the training data first.
     limits
         Whether measured families are laid over the limits of all friction histories.
+    onto_families
+        Whether the calibration parameters are fitted to the families as well, from those of the mean.
 
     Raises
     ------
@@ -92,11 +100,10 @@ def run_compare(
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"
-    if limits:
-        families = compare_families(
-            compared.model, setup.complete_budget, campaign, opened.case.limits, read.structure, run,
-            title=title, stem=stem,
-        )  # fmt: skip
+    if limits or onto_families:
+        asked = FamilyRequest(campaign=campaign, table=opened.case.limits, structure=read.structure, title=title)
+        factors = [item.factor for item in compared.calibrated] if onto_families else None
+        families = compare_with_families(compared.model, setup, asked, run, stem, factors)
         sections = (*compared.sections, *family_sections(families))
         compared = replace(compared, families=families, sections=sections, files=families.files)
     with run.progress.step("figures", expected=4):

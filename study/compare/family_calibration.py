@@ -1,0 +1,151 @@
+"""Families over the limits of a model, and calibration onto them, for ``stickslip compare``."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign
+from correlation.family.family import measured_families
+from correlation.family.frequencies import choose_frequencies
+from correlation.family.noise import estimate_repeat_errors
+from correlation.model import Model
+from diagnosis.fit.family_fit import FamilyFit, FamilyTarget, fit_families
+from pipeline.store import stage
+from study.case.added import apply_all
+from study.case.setup import Setup
+from study.case.structure import Structure
+from study.compare.families import FamilyCalibration, FamilyComparison, compare_families, select_families
+from study.limits.table import LimitsTable
+from study.run_context import RunContext
+
+#: Frequencies of the bands in the loop of the fit.
+LOOP_FREQUENCIES = 10
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyRequest:
+    """What is laid over limits.
+
+    Parameters
+    ----------
+    campaign
+        Campaign as it was read.
+    table
+        Table [limits] of the case.
+    structure
+        Structure of the case.
+    title
+        Of the case.
+    """
+
+    campaign: Campaign
+    table: LimitsTable
+    structure: Structure
+    title: str
+
+
+def compare_with_families(
+    model: Model,
+    setup: Setup,
+    asked: FamilyRequest,
+    run: RunContext,
+    stem: str,
+    factors: Sequence[float] | None = None,
+) -> FamilyComparison:
+    """Families over the limits of a model, or of one that is calibrated onto them.
+
+    Parameters
+    ----------
+    model
+        Model with the sensors of the campaign, calibrated to the mean or not.
+    setup
+        Set-up of the case, for its calibration parameters and numerical error.
+    asked
+        Campaign and case.
+    run
+        Output folder, store and progress.
+    stem
+        Of the names of the files.
+    factors
+        Factors of the fit to the mean; with them the parameters are fitted to the families.
+
+    Raises
+    ------
+    ComputationFailed
+        As `compare_families`.
+    """
+
+    def compared(of: Model, title: str, name: str) -> FamilyComparison:
+        return compare_families(
+            of, setup.complete_budget, asked.campaign, asked.table, asked.structure, run, title=title, stem=name
+        )
+
+    if factors is None:
+        return compared(model, asked.title, stem)
+    before = compared(model, asked.title, f"{stem}_mean")
+    if not before.verdicts:
+        return before
+    fit = _fit(setup, asked, np.array(factors), run)
+    fitted = compared(_composed(setup, fit.values), f"{asked.title} onto families", stem)
+    calibration = FamilyCalibration(
+        names=tuple(item.name for item in setup.accepted), to_mean=np.array(factors), to_families=fit.values,
+        verdicts_of_mean=before.verdicts, n_evaluation=fit.n_evaluation,
+    )  # fmt: skip
+    return replace(fitted, calibration=calibration, files=(*fitted.files, *before.files))
+
+
+def _fit(setup: Setup, asked: FamilyRequest, start: Float[NDArray[np.float64], " p"], run: RunContext) -> FamilyFit:
+    families = measured_families(asked.campaign)
+    chosen, _ = select_families(asked.campaign, families)
+    held = asked.campaign.held_out
+    trained = [
+        replace(item, curves=curves)
+        for item in chosen
+        if not np.isclose(item.level, held.levels, rtol=1e-9).any()
+        and (curves := tuple(curve for curve in item.curves if curve.repeat not in held.repeats))
+    ]
+    sensors = {item.name: item for item in asked.campaign.sensors}
+    moving = [item for item in trained if sensors[item.sensor].line is None]
+    errors = estimate_repeat_errors(asked.campaign, families)
+    histories = asked.structure.histories
+    target = FamilyTarget(
+        families=trained,
+        errors=errors,
+        frequency=choose_frequencies(moving or trained, LOOP_FREQUENCIES, LOOP_FREQUENCIES),
+        shift=float(np.hypot(errors.frequency, setup.budget.frequency)),
+        nominal=None if histories is None else histories(1, 0)[0],
+    )
+    step = run.step("calibration onto families", expected=120)
+    return step.run(family_calibration, setup, target, start, report=step.report)
+
+
+@stage("calibration onto families", ignore=("report",))
+def family_calibration(
+    setup: Setup,
+    target: FamilyTarget,
+    start: Float[NDArray[np.float64], " p"],
+    report: Callable[[float, float], None] | None = None,
+) -> FamilyFit:
+    """The fit as a stage.
+
+    Parameters
+    ----------
+    setup
+        Model and calibration parameters.
+    target
+        Families.
+    start
+        Factors to start from, shape (p,) [-].
+    report
+        Progress.
+    """
+    return fit_families(lambda values: _composed(setup, values), setup.accepted, start, target, report=report)
+
+
+def _composed(setup: Setup, values: Float[NDArray[np.float64], " p"]) -> Model:
+    """The model with factors on its calibration parameters, and what was added."""
+    factors = {item.name: float(value) for item, value in zip(setup.accepted, values, strict=True)}
+    return apply_all(setup.model, setup.accepted, factors, setup.added)
