@@ -50,8 +50,8 @@ class FamilySearch:
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
     reach
-        How far loading histories may have dragged a slider [m]; None for the largest mu N / k_t at rest, which every
-        static force within Coulomb's cone at rest needs.
+        How far loading histories may have dragged a slider [m]; None for twice the largest mu N / k_t at rest, so that
+        every static force within Coulomb's cone at rest is reached.
     settings
         Effort of the search.
     """
@@ -91,7 +91,8 @@ class FamilySearch:
             As `problem`.
         """
         box = self.problem().box
-        reach = float(box.radius.max()) if self.reach is None else self.reach
+        # Rest may lie at an end of Coulomb's cone: its other end is then two radii away.
+        reach = 2 * float(box.radius.max()) if self.reach is None else self.reach
         return replace(self, nominal=box.nominal, reach=reach)
 
 

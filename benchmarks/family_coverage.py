@@ -1,0 +1,239 @@
+"""Do limits hold the families that a model itself would measure, and do other models' families leave them?
+
+    OMP_NUM_THREADS=1 python -m benchmarks.family_coverage [--systems 0:100] [--change preload] [--jitter 0]
+        [--processes 2] [--output coverage.json]
+
+A campaign is measured on a random system by time integration (`transient.virtual_bench.sweep`), which knows neither
+harmonics nor limits: friction histories at random, up and down sweeps, noise of 0.5 %. Its families are then laid over
+the limits of the same system, as `stickslip compare --limits` does it. With --change the measured system differs:
+"preload" has 40 % less of it, "kt" tangential stiffnesses times 0.7. The ranges were fixed before the first run.
+
+systems        `benchmarks.random_systems`: at most 6 masses; 1 to 3 contacts that are closed at rest, each with one
+               tangent, in one line (a gap has branches that no friction history leads to: --gaps leaves them in)
+levels         the load of the system times 0.3, 1 and 3
+frequencies    6, from 3 % below to 3 % above the first driven resonance with the contacts stuck
+sensors        displacement of the loaded mass; tangential and normal force of the line, static and dynamic
+histories      friction force of each contact at rest between -0.9 and 0.9 of its limit
+repeats        2, each swept up and down
+noise          0.5 % and a floor of 1e-4 of the largest reading of the sensor
+search         population 8, 16 random histories, 10 frequencies, 7 harmonics
+"""
+
+import argparse
+import json
+import multiprocessing
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.random_systems import random_problem
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.family.family import measured_families
+from correlation.family.noise import estimate_repeat_errors
+from correlation.family.verdict import FamilyVerdict
+from correlation.model import LineSensor, Model, Sensor
+from correlation.noise.nuisance import Budget
+from fe.dense_modes import compute_dense_modes
+from reduction.jointed_system import Friction, FrictionContact, JointedSystem
+from reduction.stuck import stuck_stiffness
+from study.compare.families import family_search, judge_families, select_families
+from study.compare.family_limits import find_family_limits
+from study.limits.table import LimitsTable
+from transient.errors import TransientError
+from transient.virtual_bench.sweep import SweptBench
+
+MOST_MASSES, MOST_CONTACTS = 6, 3
+LEVELS = (0.3, 1.0, 3.0)
+SPAN, N_FREQUENCY = 0.03, 6
+N_REPEAT, HISTORY = 2, 0.9
+NOISE, FLOOR = 0.005, 1e-4
+HARMONICS = 8
+FREQUENCIES = 10
+TABLE = LimitsTable(population=8, samples=16)
+#: Numerical error of what integrates against what balances: no mesh differs.
+BUDGET = Budget(frequency=5e-5, compliance=0.0, shares=0.0)
+PRELOAD_JITTER, FREQUENCY_JITTER = 0.01, 3e-4
+
+
+def random_model(seed: int, *, gaps: bool = False) -> Model | None:
+    """A random system as a model with sensors and a line; None if it is too large or has no contact."""
+    problem = random_problem(seed)
+    contacts = [
+        item
+        for item, kind in zip(problem.system.joints, problem.kinds, strict=True)
+        if isinstance(item, FrictionContact) and (gaps or kind != "gap")
+    ]
+    if problem.system.n_dof > 3 * MOST_MASSES or not 1 <= len(contacts) <= MOST_CONTACTS:
+        return None
+    names = [f"a {number}" for number in range(len(contacts))]
+    joints = [
+        replace(item, name=name, tangents=item.tangents[:1], friction=Friction.UNCOUPLED)
+        for item, name in zip(contacts, names, strict=True)
+    ]
+    system = replace(problem.system, joints=joints)
+    loaded = int(np.abs(system.dynamic[1]).argmax())
+    sensor = Sensor(name="near", row=np.eye(system.n_dof)[loaded])
+    forces = [LineSensor(name=f"a_{what[0]}", line="a", component=what) for what in ("tangential", "normal")]
+    return Model(system=system, sensors=(sensor, *forces), lines={"a": tuple(names)}, n_harmonic=HARMONICS)
+
+
+def frequencies(model: Model) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """About the first resonance that the force drives, all contacts that are closed at rest stuck [Hz]."""
+    system = model.system
+    modes = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+    moved = np.abs(modes.mode_shapes.T @ system.dynamic[1]) ** 2 / modes.lambda_
+    first = int(np.argmax(moved > 0.1 * moved.max()))
+    resonance = float(np.sqrt(modes.lambda_[first]) / (2 * np.pi))
+    return np.asarray(resonance * np.linspace(1 - SPAN, 1 + SPAN, N_FREQUENCY))
+
+
+def changed(system: JointedSystem, change: str) -> JointedSystem:
+    """Another system than the model's."""
+    if change == "kt":
+        joints = [item.with_values({"tangential_stiffness": 0.7 * item.tangential_stiffness}) for item in system.joints]
+        return replace(system, joints=joints)
+    return pressed(system, 0.6) if change == "preload" else system
+
+
+def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
+    """Preloads and static load times a ratio."""
+    joints = [item.with_values({"preload": ratio * item.preload}) for item in system.joints]
+    return replace(system, joints=joints, static_load=ratio * system.static)
+
+
+def measure(model: Model, random: np.random.Generator, change: str, jitter: float) -> Campaign:
+    """A campaign on the system of a model by time integration."""
+    rows = {item.name: item.row for item in model.sensors if isinstance(item, Sensor)}
+    place = frequencies(model)
+    both = [*place, *reversed(place)]
+    records: list[tuple[float, ...]] = []
+    values: list[complex] = []
+    for repeat in range(N_REPEAT):
+        load, shift = 1 + jitter * random.standard_normal(2) * [PRELOAD_JITTER, FREQUENCY_JITTER]
+        bench = SweptBench(pressed(changed(model.system, change), float(load)), rows)
+        for level in LEVELS:
+            share = random.uniform(-HISTORY, HISTORY, len(model.system.joints))
+            seen = bench.sweep([float(item * shift) for item in both], level, share)
+            for number, frequency in enumerate(both):
+                if not seen.periodic[number]:
+                    continue
+                way = 1 if number < len(place) else -1
+                for sensor, value in enumerate([*seen.motion[number, :, 0], *seen.force[number, :, 1]]):
+                    records.append((repeat + 1, way, level, frequency, sensor, 1))
+                    values.append(complex(value))
+                for sensor, value in enumerate(seen.force[number, :, 0], start=len(rows)):
+                    records.append((repeat + 1, way, level, frequency, sensor, 0))
+                    values.append(complex(value.real))
+    return campaign(model, np.array(records), np.array(values), random)
+
+
+def campaign(model: Model, records: Any, values: Any, random: np.random.Generator) -> Campaign:
+    """Readings with noise."""
+    repeat, sweep, level, frequency, sensor, harmonic = records.T
+    n = len(values)
+    floor = np.array([FLOOR * np.abs(values[sensor == item]).max() for item in range(int(sensor.max()) + 1)])
+    zeta = (random.standard_normal((2, n)) + 1j * random.standard_normal((2, n))) / np.sqrt(2)
+    value = values * (1 + NOISE * np.where(harmonic > 0, zeta[0], 0)) + floor[sensor.astype(int)] * zeta[1]
+    value = np.where(harmonic > 0, value, value.real)
+    sensors = tuple(
+        MeasuredSensor(name=item.name, quantity="displacement", direction="x", place=item.name)
+        if isinstance(item, Sensor)
+        else MeasuredSensor(name=item.name, quantity="contact force", line=item.line, component=item.component)
+        for item in model.sensors
+    )
+    return Campaign(
+        title="random system", folder=Path(), sensors=sensors, tests=(Test(name="stepped"),),
+        measurement=Measurement(
+            test=np.zeros(n), order=np.arange(n), repeat=repeat, sweep=sweep, level=level, frequency=frequency,
+            sensor=sensor, harmonic=harmonic, value=value,
+        ),
+        held_out=HeldOut(),
+    )  # fmt: skip
+
+
+def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tuple[FamilyVerdict, ...]:
+    """What the command says of the campaign."""
+    families = measured_families(measured)
+    chosen, _ = select_families(measured, families)
+    search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
+    search = search.boxed()
+    limits = find_family_limits.compute(search)
+    return judge_families(chosen, limits, estimate_repeat_errors(measured, families), budget, search)
+
+
+def run(job: tuple[int, str, float, bool]) -> Mapping[str, Any]:
+    """One system."""
+    seed, change, jitter, gaps = job
+    begin = time.process_time()
+    model = random_model(seed, gaps=gaps)
+    if model is None:
+        return {"seed": seed}
+    try:
+        measured = measure(model, np.random.default_rng([20261124, seed]), change, jitter)
+        verdicts = verdicts_of(model, measured)
+    except (TransientError, ValueError) as error:
+        return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
+    rows = [
+        {
+            "sensor": item.family.sensor, "harmonic": item.family.harmonic, "level": item.family.level,
+            "coverage": item.coverage, "tightness": item.tightness, "leaves": item.leaves,
+            "n_outside": len(item.departures), "n": item.n_compared,
+            "deviations": max([one.deviations for one in item.departures], default=0.0),
+            "worst": max([one.distance / max(abs(one.limit), 1e-300) for one in item.departures], default=0.0),
+        }
+        for item in verdicts
+    ]  # fmt: skip
+    return {"seed": seed, "rows": rows, "seconds": time.process_time() - begin}
+
+
+def summarise(results: list[Mapping[str, Any]]) -> None:
+    """Coverage by level and claims of failure."""
+    done = [item for item in results if "rows" in item]
+    failed = [item for item in results if "error" in item]
+    print(f"{len(done)} campaigns, {len(failed)} could not be measured or compared")
+    for item in failed:
+        print(f"  seed {item['seed']}: {item['error'][:150]}")
+    for level in LEVELS:
+        rows = [row for item in done for row in item["rows"] if row["level"] == level and row["n"]]
+        count = max(sum(row["n"] for row in rows), 1)
+        inside = sum(row["coverage"] * row["n"] for row in rows) / count
+        print(f"level {level:g}: coverage {inside:.3%} of {count} readings")
+    claims = [item for item in done if any(row["leaves"] for row in item["rows"])]
+    print(f"{len(claims)} of {len(done)} campaigns are said to leave their limits")
+    for item in claims:
+        worst = max(item["rows"], key=lambda row: row["deviations"])
+        print(
+            f"  seed {item['seed']}: {worst['sensor']} {worst['harmonic']} level {worst['level']:g}: "
+            f"{worst['n_outside']} of {worst['n']}, {worst['deviations']:.1f} deviations, {worst['worst']:.2%}"
+        )
+    print(f"{sum(item['seconds'] for item in done) / max(len(done), 1):.1f} s of processor time per campaign")
+
+
+def main() -> None:
+    """Run and summarise."""
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("--systems", default="0:1200", help="seeds, first:last+1; those that are too large are left out")
+    words.add_argument("--most", type=int, default=100, help="campaigns at most")
+    words.add_argument("--change", choices=["none", "preload", "kt"], default="none")
+    words.add_argument("--gaps", action="store_true", help="with contacts that are open at rest")
+    words.add_argument("--jitter", type=float, default=0.0, help="of preload and frequency, in those of the bench")
+    words.add_argument("--processes", type=int, default=1)
+    words.add_argument("--output", type=Path)
+    asked = words.parse_args()
+    first, last = map(int, asked.systems.split(":"))
+    seeds = [seed for seed in range(first, last) if random_model(seed, gaps=asked.gaps) is not None][: asked.most]
+    results: list[Mapping[str, Any]] = []
+    with multiprocessing.get_context("spawn").Pool(asked.processes) as pool:
+        for result in pool.imap_unordered(run, [(seed, asked.change, asked.jitter, asked.gaps) for seed in seeds]):
+            results.append(result)
+            if asked.output:
+                asked.output.write_text(json.dumps(results))
+    summarise(results)
+
+
+if __name__ == "__main__":
+    main()
