@@ -1,0 +1,164 @@
+"""How well stiffness and friction of loops, modes of frequency responses and ring-downs are read from noisy signals.
+
+    python -m benchmarks.signal_analysis [loops] [modes] [decays] [--seeds N]
+
+Every system is random, and its truth known: loops are Jenkins elements in parallel, responses a sum of three close
+modes, decays an oscillator with a cubic spring or with one Jenkins element, whose backbones have closed forms. No
+constant was set on these seeds.
+"""
+
+import sys
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from correlation.errors import CampaignError
+from correlation.modal.assurance import modal_assurance
+from correlation.modal.fit_modes import fit_modes
+from correlation.signal.ring_down import analyse_ring_down
+from correlation.signal.stick_slip import estimate_stick_slip
+from reduction.jointed_system import JenkinsElement, JointedSystem
+from transient.integrate import integrate
+from transient.state import TransientState
+
+Array = NDArray[np.float64]
+FIRST = {"loops": 410_000, "modes": 420_000, "decays": 430_000}
+LINES = np.arange(90.0, 115.0, 0.05)
+
+
+def rub(place: Array, stiffness: Array, limit: Array) -> Array:
+    """Force of Jenkins elements, limits of shape (n, j)."""
+    slider, forces = np.zeros(len(stiffness)), np.zeros(len(place))
+    for i, x in enumerate(place):
+        force = np.clip(stiffness * (x - slider), -limit[i], limit[i])
+        slider = x - force / stiffness
+        forces[i] = force.sum()
+    return forces
+
+
+def loop_hits(seed: int, n_element: int) -> tuple[bool, bool]:
+    """Whether stiffness and friction coefficient of a random contact lie in their 95 % intervals."""
+    random = np.random.default_rng(seed)
+    total, normal = 10 ** random.uniform(5, 8), 10 ** random.uniform(0, 3)
+    slip = 10 ** random.uniform(-7, -5) * random.uniform(0.05, 1, n_element)
+    stiffness = total * random.dirichlet(np.full(n_element, 2.0)) if n_element > 1 else np.array([total])
+    amplitude = slip.max() * random.uniform(1.5, 6)
+    samples, n_period = int(random.integers(60, 1500)), int(random.integers(3, 30))
+    turn = np.arange((n_period + 1) * samples) / samples
+    x = amplitude * np.clip(turn, 0, 1) * np.cos(2 * np.pi * turn + random.uniform(0, 6))
+    load = np.full(len(turn), normal)
+    if random.uniform() < 0.5:
+        load *= 1 + random.uniform(0, 0.6) * np.cos(2 * np.pi * turn * random.integers(1, 3) + random.uniform(0, 6))
+    force = rub(x, stiffness, stiffness * slip * load[:, None] / normal)
+    noise = 10 ** random.uniform(-4, -1.7, 2)
+    offset = 0.3 * np.abs(force).max() * random.standard_normal() * (random.uniform() < 0.5)
+    result = estimate_stick_slip(
+        x + noise[0] * amplitude * random.standard_normal(len(x)),
+        force + noise[1] * np.abs(force).max() * random.standard_normal(len(x)) + offset,
+        load * (1 + noise[1] * random.standard_normal(len(x))),
+    )
+    friction = result.friction_coefficient
+    assert friction is not None
+    kt, mu = result.tangential_stiffness.interval, friction.interval
+    return kt[0] <= total <= kt[1], mu[0] <= float(stiffness @ slip) / normal <= mu[1]
+
+
+def modal_errors(seed: int) -> tuple[float, float, float] | None:
+    """Largest errors of frequency and damping, relative, and smallest MAC of three close modes; None if not three."""
+    random = np.random.default_rng(seed)
+    own = np.array([100.0, 102.0, 105.0]) * (1 + 1e-3 * random.standard_normal(3))
+    damping = random.uniform(0.005, 0.01, 3)
+    shapes = random.standard_normal((6, 3))
+    shapes[0] = random.choice([-1, 1], 3) * random.uniform(0.3, 1.0, 3)
+    omega = 2 * np.pi * LINES[:, None]
+    receptance = 1 / ((2 * np.pi * own) ** 2 - omega**2 + 2j * damping * 2 * np.pi * own * omega)
+    values = -(shapes * shapes[0]) @ receptance.T * omega[:, 0] ** 2
+    size = 0.01 * np.abs(values).max(axis=1, keepdims=True) / np.sqrt(2)
+    values = values + size * (random.standard_normal(values.shape) + 1j * random.standard_normal(values.shape))
+    try:
+        found = fit_modes(LINES, values)
+    except CampaignError:
+        return None
+    if len(found.frequency) != 3:
+        return None
+    return (
+        float(np.abs(found.frequency / own - 1).max()),
+        float(np.abs(found.damping_ratio / damping - 1).max()),
+        float(np.diag(modal_assurance(shapes, found.shapes)).min()),
+    )
+
+
+def decay_errors(seed: int, law: str) -> tuple[float, float]:
+    """Largest relative errors of frequency and damping between 7 and 75 % of the first amplitude, 1 % noise.
+
+    With friction from 1.5 times the onset of slip: below, damping changes by a factor within a few periods.
+    """
+    random = np.random.default_rng(seed)
+    damping, own = random.uniform(0.002, 0.008), 2 * np.pi * 100.0
+    places = np.geomspace(0.07, 0.75, 10)
+    if law == "cubic":
+        cubic = random.uniform(0.02, 0.2)
+        at = np.arange(8000) / 4000.0
+        x = solve_ivp(
+            lambda _, y: [y[1], -2 * damping * own * y[1] - own**2 * (y[0] + cubic * y[0] ** 3)],
+            (0, at[-1]), [1.0, 0.0], t_eval=at, rtol=1e-9, atol=1e-12,
+        ).y[0]  # fmt: skip
+        backbone = 100.0 * np.sqrt(1 + 0.75 * cubic * places**2)
+        ratio = damping * 100.0 / backbone
+    else:
+        stiffness, slip = random.uniform(0.01, 0.05), random.uniform(0.05, 0.15)
+        system = JointedSystem(
+            mass=np.eye(1), damping=np.array([[2 * damping * own]]), stiffness=np.array([[own**2]]),
+            joints=[
+                JenkinsElement(
+                    name="friction", direction=np.ones(1), tangential_stiffness=stiffness * own**2,
+                    limit_force=stiffness * own**2 * slip,
+                )
+            ],
+        )  # fmt: skip
+        start = TransientState(displacement=np.ones(1), velocity=np.zeros(1), slider=np.zeros(1))
+        motion = integrate(system, own, 200, 80, start, 0.0, outputs={"x": np.ones(1)})
+        at, x = motion.time, motion.output_displacement["x"]
+        places = places[places > 1.5 * slip]
+        angle = np.arccos(1 - 2 * slip / places)
+        secant = stiffness * (angle - np.sin(2 * angle) / 2) / np.pi
+        backbone = 100.0 * np.sqrt(1 + secant)
+        work = 4 * stiffness * slip * (places - slip)
+        ratio = damping * 100.0 / backbone + work / (2 * np.pi * (1 + secant) * places**2)
+    mode = analyse_ring_down(at, x + 0.01 * random.standard_normal(len(x)))[0]
+    order = np.argsort(mode.displacement)
+    frequency, found = (
+        np.interp(places, mode.displacement[order], part[order]) for part in (mode.frequency, mode.damping_ratio)
+    )
+    return float(np.abs(frequency / backbone - 1).max()), float(np.abs(found / ratio - 1).max())
+
+
+def main() -> None:
+    words = sys.argv[1:]
+    count = int(words[words.index("--seeds") + 1]) if "--seeds" in words else 100
+    chosen = [name for name in FIRST if name in words] or list(FIRST)
+    started = time.process_time()
+    if "loops" in chosen:
+        for n_element in (1, 12):
+            hits = np.array([loop_hits(FIRST["loops"] + seed, n_element) for seed in range(count)]).sum(axis=0)
+            print(f"loops, elements {n_element}: kt in its interval in {hits[0]}, mu in {hits[1]} of {count}")
+    if "modes" in chosen:
+        rows = [modal_errors(FIRST["modes"] + seed) for seed in range(count)]
+        good = np.array([row for row in rows if row is not None])
+        right = ((good[:, 0] < 2e-4) & (good[:, 1] < 0.05) & (good[:, 2] > 0.99)).sum()
+        print(f"modes: three found in {len(good)}, all targets in {right} of {count}; worst frequency, damping, MAC:")
+        print(f"    {good[:, 0].max():.1e}, {good[:, 1].max():.1e}, {good[:, 2].min():.4f}")
+    if "decays" in chosen:
+        for law in ("cubic", "friction"):
+            errors = np.array([decay_errors(FIRST["decays"] + seed, law) for seed in range(count)])
+            near = (errors < [1e-3, 0.05]).sum(axis=0)
+            middle = np.median(errors, axis=0)
+            print(f"decays, {law}: frequency within 0.1 % in {near[0]}, damping within 5 % in {near[1]} of {count}")
+            print(f"    medians of the largest errors {middle[0]:.1e}, {middle[1]:.1e}")
+    print(f"{time.process_time() - started:.0f} s of processor time")
+
+
+if __name__ == "__main__":
+    main()
