@@ -170,11 +170,14 @@ def test_a_highest_point_at_either_end_of_the_sweep_is_said_to_be_there(
 
 
 def test_a_stop_in_contact_is_closed_and_its_force_is_normal(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import to_hex
     from matplotlib.figure import Figure
 
     drawn: dict[str, Figure] = {}
-    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.update({figure.get_suptitle(): figure}))
+    monkeypatch.setattr(
+        FigureCanvasAgg, "print_png", lambda canvas, *_: drawn.update({canvas.figure.get_suptitle(): canvas.figure})
+    )
     text = """
 [[joint]]
 kind = "stop"
