@@ -1,4 +1,4 @@
-"""``stickslip estimate``: first values of contact and damping parameters from measurements."""
+"""``stickslip estimate``: first values of contact parameters and damping from a campaign."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,11 +10,11 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 
 app = command_app(
     "estimate",
-    """First estimates of contact and damping parameters, straight from a campaign: the tangential stiffness from the
-    stick branch of loops or from the stuck resonance, the friction coefficient from the largest |T/N|, the preload from
-    static forces, the damping from the lowest level. Each comes with its interval and its known bias. With --write they
-    become factors under [calibrated] of the case. See docs/estimate.md.""",
-    examples=["stickslip estimate beam.toml campaign", "stickslip estimate beam.toml campaign --write"],
+    """First values of contact stiffness, friction coefficient, preload and damping, from whatever a campaign holds:
+    loops, contact forces, resonances of the lowest level, ring-downs, modes (docs/estimate.md). Each comes with an
+    interval and its known biases. They are printed with the change of the case that they make; --write makes it.
+    Comments and layout of the file stay.""",
+    examples=["stickslip estimate my.toml campaign", "stickslip estimate my.toml campaign --write"],
 )
 
 
@@ -24,10 +24,10 @@ def estimate(
     campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
     /,
     *,
-    write: Annotated[bool, Parameter(negative="", help="Write the factors into the case.")] = False,
+    write: Annotated[bool, Parameter(negative="", help="Write the values into the case.")] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
-    """Estimate parameters."""
+    """Estimate first values of parameters."""
     one_thread_by_default()
     from study.estimate.run import run_estimate
 

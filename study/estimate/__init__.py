@@ -1,1 +1,1 @@
-"""``stickslip estimate``: first values of contact and damping parameters, straight from measurements."""
+"""``stickslip estimate``: first values of contact stiffness, friction, preload and damping from a campaign."""

@@ -1,98 +1,117 @@
-"""``stickslip estimate``: reads first estimates from a campaign, and writes them into the case as factors."""
+"""``stickslip estimate``: first values from a campaign, and the lines of the case that they make."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
-from correlation.sensor_placement import with_sensors
+from correlation.data_type.loop import ForceLoop
+from correlation.errors import CampaignError
+from correlation.model import Model
 from pipeline.output import replace_file
 from study.case.setup import read_case
-from study.diagnose.edit import Written, edited
+from study.diagnose.edit import Written, difference, edited
 from study.diagnose.history import read_text
-from study.estimate.estimate import Estimate, combine, estimate_all
+from study.estimate.contact_force import estimate_from_forces
+from study.estimate.first_estimate import FirstEstimate, choose, contradictions
+from study.estimate.loops import estimate_from_loop
+from study.estimate.resonance import estimate_damping, estimate_stiffness, find_resonances
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
-#: Units that estimates are written in, with their factors from SI.
-SHOWN = {"N/m": ("N/um", 1e-6), "N": ("N", 1.0), "-": ("", 1.0)}
+#: What to measure for each parameter.
+MEASURE = {
+    "kt": 'a force-displacement loop of a contact line ([[loop]] with line = "..."), or resonances of the lowest level '
+    "with the contacts, best beside one without them (a test of the free structure)",
+    "mu": "both forces of a contact line with load cells up to the highest level, or a loop in gross slip",
+    "zeta": "the resonance of the lowest level, a ring-down, or a mode with its damping ratio",
+    "preload": "the normal force of a line with its static part (harmonic 0)",
+}
+#: Parameters of the case that one factor stands for.
 WRITTEN = ("kt", "mu", "zeta")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True)
 class Estimated:
-    """What the command reports.
+    """First values of a case.
 
     Parameters
     ----------
-    title, case
-        Title of the case, and its file.
+    case
+        Case file.
     estimates
-        First estimates.
+        All that the data gave.
+    chosen
+        Those that are written into the case, as factors.
     missing
-        What to measure for the others.
-    factors
-        Factors on the calibration parameters, with half their 95 % intervals.
+        What could not be estimated, with what to measure for it.
+    warnings
+        Contradictions and data that could not be used, in words.
+    lines
+        Change of the case file, as lines of a diff.
     written
-        Whether they were written into the case.
+        Whether it was made.
     """
 
-    title: str
     case: Path
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[FirstEstimate, ...]
+    chosen: tuple[FirstEstimate, ...]
     missing: tuple[str, ...]
-    factors: Mapping[str, Written]
+    warnings: tuple[str, ...]
+    lines: tuple[str, ...]
     written: bool
 
-    def text(self) -> str:
-        """For people."""
-        lines = [f"{self.title}: first estimates", ""]
-        for item in self.estimates:
-            lines.append(f"  {item.parameter} of {item.where}: {format_value(item)}   ({item.source})")
-            lines += [f"      {bias}" for bias in item.bias]
-        lines += [f"  not estimated: {text}" for text in self.missing]
-        if self.factors:
-            lines += [
-                "",
-                "[calibrated]",
-                *(f"{name} = {item.value!r}  # +- {item.note}" for name, item in self.factors.items()),
-            ]
-            note = f"written into {self.case}" if self.written else f"--write puts these lines into {self.case}"
-            lines += ["", f"factors on what the case says; {note}"]
-        return "\n".join([*lines, ""])
-
     def document(self) -> dict[str, Any]:
-        """The same for ``--json``."""
+        """For ``--json``."""
         return {
             "case": str(self.case),
             "estimates": [
-                {
-                    "parameter": item.parameter, "where": item.where, "value": item.value, "low": item.low,
-                    "high": item.high, "unit": item.unit, "in_case": item.in_case, "source": item.source,
-                    "bias": list(item.bias),
-                }
+                {**vars(item), "interval": list(item.interval), "bias": list(item.bias), "factor": item.factor,
+                 "chosen": item in self.chosen}
                 for item in self.estimates
             ],
             "missing": list(self.missing),
-            "factors": {name: item.value for name, item in self.factors.items()},
+            "warnings": list(self.warnings),
+            "lines": list(self.lines),
             "written": self.written,
         }  # fmt: skip
 
+    def text(self) -> str:
+        """For people."""
+        lines = []
+        for item in self.estimates:
+            low, high = item.interval
+            ends = f"{low:.4g} to {high:.4g}" if np.isfinite(high) else f"at least {low:.4g}"
+            lines.append(
+                f"{item.parameter:8} {item.value:.4g} {item.unit} ({ends}), {item.factor:.3g} times the model's "
+                f"{item.model_value:.4g}; {item.source}"
+            )
+            lines += [f"         {sentence}" for sentence in item.bias]
+        lines += ["", *self.missing] if self.missing else []
+        lines += ["", *self.warnings] if self.warnings else []
+        if self.lines:
+            head = f"Written into {self.case}:" if self.written else f"--write makes this change of {self.case}:"
+            lines += ["", head, *self.lines]
+        return "\n".join(lines)
 
-def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool) -> Estimated:
-    """Estimate, and write factors into the case if that is wanted.
+
+def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = False) -> Estimated:
+    """Estimate, and write into the case if that is asked for.
 
     Parameters
     ----------
-    case, folder
-        Case file and campaign.
+    case
+        Case file.
+    folder
+        Campaign.
     run
-        Store and progress of the structure.
+        Store and progress of the run.
     write
-        Whether the case gets the factors under ``[calibrated]``; comments and layout stay.
+        Whether the case file is changed.
 
     Raises
     ------
@@ -103,32 +122,59 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool) -> E
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     setup = read_case(opened, campaign, run).setup
-    for suspicion in campaign.suspicions:
-        run.warn(str(suspicion))
-    model = with_sensors(setup.model, campaign)
+    model, accepted = setup.model, {item.name for item in setup.accepted}
+    warnings: list[str] = []
     with run.progress.step("estimates", expected=2):
-        estimates, missing = estimate_all(campaign, model)
-    accepted = {item.name for item in setup.accepted}
-    factors = {}
-    for name in WRITTEN:
-        best = combine(estimates, name)
-        if best is not None and name in accepted:
-            half = (best.high - best.low) / 2 / best.in_case if np.isfinite(best.high) else np.nan
-            note = f"{half:.2g}" if np.isfinite(half) else "a bound"
-            factors[name] = Written(float(f"{best.factor:.4g}"), note)
-    if write and factors:
-        replace_file(case, edited(read_text(case), {}, factors, case.name).encode())
+        estimates = tuple(estimate_all(model, campaign, warnings))
+    chosen = tuple(item for name in WRITTEN if name in accepted and (item := choose(estimates, name)))
+    have = {item.parameter for item in estimates}
+    missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
+    before = read_text(case)
+    after = edited(before, {}, {item.parameter: _written(item) for item in chosen}, str(case)) if chosen else before
+    if write and after != before:
+        replace_file(case, after.encode())
     return Estimated(
-        title=setup.title or case.stem, case=case, estimates=estimates, missing=missing, factors=factors,
-        written=write and bool(factors),
-    )  # fmt: skip
+        case=case,
+        estimates=estimates,
+        chosen=chosen,
+        missing=missing,
+        warnings=(*warnings, *contradictions(estimates)),
+        lines=tuple(difference(before, after, case.name)),
+        written=write and after != before,
+    )
 
 
-def format_value(item: Estimate) -> str:
-    """Value and interval in the unit that people write."""
-    unit, factor = SHOWN[item.unit]
-    if item.parameter == "zeta":
-        unit, factor = "%", 100.0
-    ends = [f"{factor * end:.4g}" if np.isfinite(end) else "?" for end in (item.low, item.high)]
-    case = f"; the case says {factor * item.in_case:.4g}" if np.isfinite(item.in_case) else ""
-    return f"{factor * item.value:.4g} {unit}".strip() + f" ({ends[0]} to {ends[1]}{case})"
+def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Iterator[FirstEstimate]:
+    """Estimates of everything that a campaign holds; data that cannot be used are added to the warnings.
+
+    Parameters
+    ----------
+    model
+        Model without calibrated factors.
+    campaign
+        Campaign; what is held out is not read.
+    warnings
+        List that sentences are added to.
+    """
+    for datum in campaign.data:
+        if isinstance(datum, ForceLoop) and not datum.held_out:
+            try:
+                yield from estimate_from_loop(model, datum)
+            except CampaignError as error:
+                warnings.append(str(error))
+    yield from estimate_from_forces(model, campaign)
+    resonances = list(find_resonances(campaign))
+    for item in resonances:
+        yield from estimate_damping(model, item)
+    free = [item for item in resonances if item.free]
+    stuck = [item for item in resonances if not item.free]
+    if stuck and model.lines:
+        yield from estimate_stiffness(model, stuck[0], free[0] if free else None)
+
+
+def _written(item: FirstEstimate) -> Written:
+    """A factor with half its interval and where it comes from."""
+    low, high = (end / item.model_value for end in item.interval)
+    width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else "a lower bound"
+    source = item.source.replace("\n", " ")
+    return Written(value=float(f"{item.factor:.6g}"), note=f"{width}; first estimate from {source}")

@@ -1,0 +1,94 @@
+"""Friction coefficient and preload from measured contact forces: the largest |T / N|, and the static part of N."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import CONTACT_FORCE, Campaign
+from correlation.model import Model
+from diagnosis.candidate.contact_line import find_contacts
+from study.estimate.first_estimate import FirstEstimate
+
+#: Instants of a period, and the least normal force beside the largest at which a ratio counts [-].
+INSTANTS, LEAST_NORMAL = 256, 0.1
+#: Relative error of a ratio of two load cells where repeats do not show it [-].
+CELLS = 0.03
+BIAS = (
+    "gross slip may not be reached: a lower bound",
+    "forces are those of the whole line: single contacts of it may bear more",
+)
+
+
+def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEstimate]:
+    """Estimates of every line with sensors of both forces."""
+    for line in sorted({sensor.line for sensor in campaign.sensors if sensor.line is not None}):
+        if line not in model.lines:
+            continue
+        contacts = find_contacts(model, line)
+        tangential, normal = (_harmonics(campaign, line, component) for component in ("tangential", "normal"))
+        states = sorted(set(tangential) & set(normal))
+        ratios = [(_largest_ratio(tangential[state], normal[state]), state) for state in states if 0 in normal[state]]
+        if ratios:
+            top, state = max(ratios)
+            # The same point of other repeats shows the scatter.
+            alike = [ratio for ratio, other in ratios if other[:3] == state[:3]]
+            deviation = max(float(np.std(alike)) if len(alike) > 1 else 0.0, CELLS * top)
+            yield FirstEstimate(
+                parameter="mu",
+                value=top,
+                interval=(top - 1.96 * deviation, np.inf),
+                unit="-",
+                model_value=float(np.mean([contact.friction_coefficient for contact in contacts])),
+                source=f"largest |T / N| of {line}, at {state[1]:.4g} N and {state[2]:.5g} Hz",
+                bias=BIAS,
+            )
+        static = [rows[0].real for rows in normal.values() if 0 in rows]
+        if static:
+            mean, spread = float(np.mean(static)), float(np.std(static))
+            yield FirstEstimate(
+                parameter="preload",
+                value=mean,
+                interval=(mean - 1.96 * spread, mean + 1.96 * spread),
+                unit="N",
+                model_value=float(sum(max(contact.preload, 0.0) for contact in contacts)),
+                source=f"static part of N of {line}",
+                bias=("vibration moves static forces: tests at the lowest level are nearest to the preload",),
+            )
+
+
+State = tuple[int, float, float, int, int]
+
+
+def _harmonics(campaign: Campaign, line: str, component: str) -> dict[State, dict[int, complex]]:
+    """Coefficients of a force by test, level, frequency, sweep and repeat, then by harmonic."""
+    wanted = [
+        number
+        for number, sensor in enumerate(campaign.sensors)
+        if sensor.quantity == CONTACT_FORCE and sensor.line == line and sensor.component == component
+        and sensor.calibrated and sensor.has_phase
+    ]  # fmt: skip
+    table = campaign.measurement
+    rows = np.flatnonzero(np.isin(table.sensor, wanted) & ~campaign.held_out.rows(table))
+    states: dict[State, dict[int, complex]] = {}
+    for row in rows:
+        state = (
+            int(table.test[row]), float(table.level[row]), float(table.frequency[row]), int(table.sweep[row]),
+            int(table.repeat[row]),
+        )  # fmt: skip
+        states.setdefault(state, {})[int(table.harmonic[row])] = complex(table.value[row])
+    return states
+
+
+def _largest_ratio(tangential: dict[int, complex], normal: dict[int, complex]) -> float:
+    """Largest |T / N| over a period, where the line is pressed."""
+    t, n = _signal(tangential), _signal(normal)
+    pressed = n > LEAST_NORMAL * np.abs(n).max()
+    return float(np.abs(t[pressed] / n[pressed]).max()) if pressed.any() else 0.0
+
+
+def _signal(coefficients: dict[int, complex]) -> NDArray[np.float64]:
+    phase = 2 * np.pi * np.arange(INSTANTS)[:, None] / INSTANTS * np.array(list(coefficients))
+    values: Complex[NDArray[np.complex128], " h"] = np.array(list(coefficients.values()))
+    return np.asarray((np.exp(1j * phase) @ values).real)

@@ -1,0 +1,199 @@
+"""Damping and contact stiffness from resonances: the lowest level of stepped sines, the end of ring-downs, modes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.campaign.measurement import Campaign, same_level
+from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.mode import MeasuredMode
+from correlation.data_type.ring_down import FreeDecay
+from correlation.errors import CampaignError
+from correlation.modal.backbone import fit_peak
+from correlation.model import Model
+from diagnosis.candidate.contact_line import find_contacts, scale_contacts
+from diagnosis.fit.calibration_parameter import BOUNDS, CONTACT, DEVIATION
+from fe.dense_modes import compute_dense_modes
+from reduction.stuck import stick_at_rest
+from study.estimate.first_estimate import FirstEstimate
+
+SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
+FREE = "the structure without contacts: bearings and air are part of it, friction is not"
+SOFTENED = "the lowest level may already slip a little: the stiffness is biased low then"
+OTHER = "the model's own error of the frequency beyond that of the free structure goes into the stiffness"
+ALONE = "the model's modulus is taken as right within 1 %: measure the structure without its contacts, too"
+#: Least relative standard deviations of a frequency and of a damping ratio that are read off a test [-].
+LEAST_FREQUENCY, LEAST_DAMPING = 3e-4, 0.03
+#: A model's mode further off than this factor is another one [-].
+FAR = 1.4
+#: Factors on the tangential stiffness at which the stuck frequency is computed [-].
+GRID = np.geomspace(*BOUNDS["kt"], 40)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonance:
+    """A measured resonance of small amplitude.
+
+    Parameters
+    ----------
+    free
+        Whether the structure had no contacts.
+    frequency, frequency_deviation
+        [Hz].
+    damping, damping_deviation
+        [-]; NaN where unknown.
+    source
+        What it was read from.
+    """
+
+    free: bool
+    frequency: float
+    frequency_deviation: float
+    damping: float
+    damping_deviation: float
+    source: str
+
+
+def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
+    """Resonances of the lowest level, of the last part of ring-downs, and measured modes."""
+    yield from _stepped_sines(campaign)
+    for datum in campaign.data:
+        if isinstance(datum, FreeDecay) and not datum.held_out:
+            for mode in datum.modes:
+                # Of the smallest amplitudes, the most certain ones.
+                last = len(mode.frequency) // 2 + int(np.argmin(mode.damping_deviation[len(mode.frequency) // 2 :]))
+                yield Resonance(
+                    free=datum.configuration == "free",
+                    frequency=float(mode.frequency[last]),
+                    frequency_deviation=float(mode.frequency_deviation[last]),
+                    damping=float(mode.damping_ratio[last]),
+                    damping_deviation=float(mode.damping_deviation[last]),
+                    source=f'ring-down "{datum.name}" at {mode.amplitude[last]:.3g} {datum.unit}',
+                )
+        elif isinstance(datum, MeasuredMode | MeasuredResponse) and not datum.held_out:
+            for measured in (datum,) if isinstance(datum, MeasuredMode) else datum.modes:
+                yield Resonance(
+                    free=measured.configuration == "free",
+                    frequency=measured.frequency,
+                    frequency_deviation=measured.frequency_deviation,
+                    damping=measured.damping,
+                    damping_deviation=measured.damping_deviation,
+                    source=f'mode "{measured.name}"',
+                )
+
+
+def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
+    table = campaign.measurement
+    trained = ~campaign.held_out.rows(table)
+    for number, test in enumerate(campaign.tests):
+        own = trained & (table.test == number) & (table.harmonic == 1)
+        if not own.any():
+            continue
+        level = float(table.level[own].min())
+        own &= same_level(table.level, level)
+        found: list[tuple[float, ...]] = []
+        for sensor in np.unique(table.sensor[own]):
+            measured = campaign.sensors[sensor]
+            if measured.line is not None:
+                continue
+            for repeat in np.unique(table.repeat[own]):
+                rows = np.flatnonzero(own & (table.sensor == sensor) & (table.repeat == repeat))
+                frequency, place = np.unique(table.frequency[rows], return_inverse=True)
+                amplitude = np.bincount(place, np.abs(table.value[rows]) / table.force[rows]) / np.bincount(place)
+                try:
+                    found.append(fit_peak(frequency, amplitude, None, measured.quantity))
+                except CampaignError:
+                    continue
+        if not found:
+            continue
+        peaks = np.array(found)
+        count = np.sqrt(len(peaks))
+        yield Resonance(
+            free=test.configuration == "free",
+            frequency=float(peaks[:, 2].mean()),
+            frequency_deviation=float(max(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
+            damping=float(np.median(peaks[:, 4])),
+            damping_deviation=float(max(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
+            source=f'test "{test.name}" at {level:.4g} {campaign.drive.unit}',
+        )
+
+
+def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstimate]:
+    """The damping of the structure by one resonance, if the model has its mode."""
+    if not np.isfinite(resonance.damping):
+        return
+    system = (model.free() if resonance.free else model).system
+    stiffness = stick_at_rest(system.stiffness, system.joints)
+    modes = compute_dense_modes(system.mass, stiffness)
+    own = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+    nearest = int(np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / resonance.frequency))))
+    if not 1 / FAR < own[nearest] / resonance.frequency < FAR:
+        return
+    shape = modes.mode_shapes[:, nearest]
+    modal_mass = float(shape @ system.mass @ shape)
+    ratio = float(shape @ system.damping @ shape) / (modal_mass * 2 * float(np.sqrt(modes.lambda_[nearest])))
+    if not ratio > 0:
+        return
+    deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
+    yield FirstEstimate(
+        parameter="zeta",
+        value=resonance.damping,
+        interval=(resonance.damping - 1.96 * deviation, resonance.damping + 1.96 * deviation),
+        unit="-",
+        model_value=ratio,
+        source=resonance.source,
+        bias=(FREE,) if resonance.free else (SLIPS,),
+    )
+
+
+def estimate_stiffness(model: Model, stuck: Resonance, free: Resonance | None) -> Iterator[FirstEstimate]:
+    """The tangential stiffness by the ratio of the stuck to the free frequency, if the model's ratio depends on it.
+
+    Without a free one the model's modulus is taken as right within the deviation of its prior.
+    """
+    wanted, relative = stuck.frequency, stuck.frequency_deviation / stuck.frequency
+    if free is None:
+        relative = float(np.hypot(relative, DEVIATION["E"] / 2))  # a frequency goes with the root of the modulus
+    else:
+        plain = model.free().system
+        own = np.sqrt(np.maximum(compute_dense_modes(plain.mass, plain.stiffness).lambda_, 0.0)) / (2 * np.pi)
+        elastic = own[own > 1e-3 * own.max()] if len(own) else own
+        nearest = float(elastic[np.argmin(np.abs(np.log(elastic / free.frequency)))]) if len(elastic) else np.nan
+        if not 1 / FAR < nearest / free.frequency < FAR:
+            return
+        wanted *= nearest / free.frequency
+        relative = float(np.hypot(relative, free.frequency_deviation / free.frequency))
+    deviation = wanted * float(np.hypot(relative, LEAST_FREQUENCY))
+    shape: np.ndarray | None = None
+    curve = []
+    for factor in GRID:
+        scaled = scale_contacts(model, dict.fromkeys(model.lines, float(factor)), CONTACT["kt"]).system
+        modes = compute_dense_modes(scaled.mass, stick_at_rest(scaled.stiffness, scaled.joints))
+        places = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+        if shape is None:
+            number = int(np.argmin(np.abs(places - wanted)))
+        else:  # the same mode at the next factor
+            number = int(np.argmax(np.abs(shape @ scaled.mass @ modes.mode_shapes)))
+        shape = modes.mode_shapes[:, number]
+        curve.append(places[number])
+    if not (np.diff(curve) >= 0).all() or curve[-1] / curve[0] < 1 + 10 * LEAST_FREQUENCY:
+        return
+    value, low, high = (
+        float(np.interp(item, curve, GRID, left=0.0, right=np.inf))
+        for item in (wanted, wanted - 1.96 * deviation, wanted + 1.96 * deviation)
+    )
+    if not 0 < value < np.inf:
+        return
+    own_stiffness = float(
+        sum(contact.tangential_stiffness for line in model.lines for contact in find_contacts(model, line))
+    )
+    yield FirstEstimate(
+        parameter="kt",
+        value=value * own_stiffness,
+        interval=(low * own_stiffness, high * own_stiffness),
+        unit="N/m",
+        model_value=own_stiffness,
+        source=stuck.source if free is None else f"{stuck.source} beside {free.source}",
+        bias=(SOFTENED, ALONE if free is None else OTHER),
+    )
