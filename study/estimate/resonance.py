@@ -92,9 +92,9 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
             continue
         level = float(table.level[own].min())
         own &= same_level(table.level, level)
-        found: list[tuple[float, ...]] = []
+        by_sensor = []
         for sensor in np.unique(table.sensor[own]):
-            measured = campaign.sensors[sensor]
+            measured, found = campaign.sensors[sensor], list[tuple[float, ...]]()
             if measured.line is not None:
                 continue
             for repeat in np.unique(table.repeat[own]):
@@ -105,9 +105,11 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
                     found.append(fit_peak(frequency, amplitude, None, measured.quantity))
                 except CampaignError:
                     continue
-        if not found:
+            by_sensor += [np.array(found)] if found else []
+        if not by_sensor:
             continue
-        peaks = np.array(found)
+        # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
+        peaks = min(by_sensor, key=lambda table: float(np.median(table[:, 3])))
         count = np.sqrt(len(peaks))
         yield Resonance(
             free=test.configuration == "free",
@@ -158,25 +160,21 @@ def estimate_stiffness(model: Model, stuck: Resonance, free: Resonance | None) -
     else:
         plain = model.free().system
         own = np.sqrt(np.maximum(compute_dense_modes(plain.mass, plain.stiffness).lambda_, 0.0)) / (2 * np.pi)
-        elastic = own[own > 1e-3 * own.max()] if len(own) else own
-        nearest = float(elastic[np.argmin(np.abs(np.log(elastic / free.frequency)))]) if len(elastic) else np.nan
+        nearest = float(own[np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / free.frequency)))])
         if not 1 / FAR < nearest / free.frequency < FAR:
             return
         wanted *= nearest / free.frequency
         relative = float(np.hypot(relative, free.frequency_deviation / free.frequency))
     deviation = wanted * float(np.hypot(relative, LEAST_FREQUENCY))
-    shape: np.ndarray | None = None
-    curve = []
+    places = []
     for factor in GRID:
         scaled = scale_contacts(model, dict.fromkeys(model.lines, float(factor)), CONTACT["kt"]).system
         modes = compute_dense_modes(scaled.mass, stick_at_rest(scaled.stiffness, scaled.joints))
-        places = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
-        if shape is None:
-            number = int(np.argmin(np.abs(places - wanted)))
-        else:  # the same mode at the next factor
-            number = int(np.argmax(np.abs(shape @ scaled.mass @ modes.mode_shapes)))
-        shape = modes.mode_shapes[:, number]
-        curve.append(places[number])
+        places.append(np.sort(np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)))
+    # Stiffer contacts raise every frequency, so that modes keep their order; the model's own says which one is meant.
+    drawn = places[int(np.argmin(np.abs(np.log(GRID))))]
+    number = int(np.argmin(np.abs(np.log(np.maximum(drawn, 1e-12) / wanted))))
+    curve = [frequencies[number] for frequencies in places]
     if not (np.diff(curve) >= 0).all() or curve[-1] / curve[0] < 1 + 10 * LEAST_FREQUENCY:
         return
     value, low, high = (
