@@ -17,7 +17,8 @@ from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.nuisance import left_by, make_error_tangents
-from correlation.prediction import Points, Prediction, Predictor
+from correlation.prediction import Prediction, Predictor
+from correlation.row_table import join_tables
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
 
@@ -70,7 +71,7 @@ class Simulation:
     def _predictor(self) -> Predictor:
         """Predictor of all points that are compared."""
         sides = [side.observed.points for side in self._sides]
-        return Predictor(points=_joined(sides), sweeps=self.arrangement.train.predictor.sweeps)
+        return Predictor(points=join_tables(sides), sweeps=self.arrangement.train.predictor.sweeps)
 
     @property
     def _sides(self) -> tuple[Comparison, ...]:
@@ -175,15 +176,6 @@ class Simulation:
             before = self._predictor.predict(common.compose(values), before)
         refined = [self._predictor.predict(each.compose(values), before) for each in arrangement.finer]
         return [self._features.of_values(each.value) - self._features.of_values(before.value) for each in refined]
-
-
-def _joined(sides: list[Points]) -> Points:
-    return Points(
-        **{
-            name: np.concatenate([getattr(side, name) for side in sides])
-            for name in ("free", "level", "frequency", "sensor", "harmonic")
-        }
-    )
 
 
 def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:

@@ -112,4 +112,5 @@ def test_without_noise_repeats_differ_by_their_friction_histories_alone(quiet: t
     # What sticks keeps a force, which the mean normal force answers as flanks are inclined; all slip forgets it.
     static = ~free & (drawn.points.harmonic == 0)
     spread = np.ptp(drawn.repeat[static].real, axis=1) / np.abs(predicted.value[static])
-    assert 1e-3 < spread.max() < 1
+    # A branch that a repeat is not on has no reading in it.
+    assert 1e-3 < np.nanmax(spread) < 1
