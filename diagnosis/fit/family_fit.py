@@ -1,15 +1,17 @@
 r"""Calibration onto families: parameters whose limits hold the measured families as tightly as possible.
 
 Least squares on the mean of the repeats takes friction history for noise. Here the prediction is a band, and what is
-minimised over the factors p is the sum of the interval scores of all families, each over the mean size of its readings,
-and the prior:
+minimised over the factors p is the sum of the logarithms of the interval scores of all families, each counted once per
+curve of the family, c_f times, and the prior:
 
-.. math:: \sum_f \frac{\bar S_{\alpha_f}}{\bar x_f} + \frac12 \sum_i \frac{(p_i - 1)^2}{\sigma_i^2},
+.. math:: \sum_f c_f \ln \frac{\bar S_{\alpha_f}}{\bar x_f} + \frac12 \sum_i \frac{(p_i - 1)^2}{\sigma_i^2},
           \qquad \alpha_f = \frac{1}{n_f + 1} .
 
-A band must then be wide enough for all n readings of a family, and no wider. A search for limits is too slow for a
-fit: the band in the loop is what a population of slider states and random histories reach, the same ones in every
-iteration, so that the score changes with the parameters alone. The limits themselves judge the result.
+The logarithm is that of the likelihood of readings spread evenly over a band as wide as the score. It does not depend
+on the size of a family, so that a static force near zero counts as much as a resonance. A band must be wide enough for
+all n readings of a family, and no wider. A search for limits is too slow for a fit: the band in the loop is what a
+population of slider states and random histories reach, the same ones in every iteration, so that the score changes with
+the parameters alone. The limits themselves judge the result.
 
 References
 ----------
@@ -43,8 +45,8 @@ Values = Float[NDArray[np.float64], " p"]
 
 #: Slider states and random histories of the band in the loop.
 POPULATION, SAMPLES, SEED = 8, 8, 5
-#: Score of a model without a steady state.
-HOPELESS = 1e6
+#: Score of a model without a steady state, and of a band that is one line with all readings on it [-].
+HOPELESS, LEAST_SCORE = 1e6, 1e-6
 #: First step of the simplex, in standard deviations of the prior, and when it ends: in them, and in the score.
 STEP, CLOSE, FLAT = 0.5, 0.02, 1e-3
 
@@ -93,8 +95,13 @@ class FamilyTarget:
     shift: float
     nominal: Float[NDArray[np.float64], " s"] | None = None
 
+    @property
+    def count(self) -> int:
+        """Curves of all families [-]."""
+        return sum(len(family.curves) for family in self.families)
+
     def score(self, model: Model) -> float:
-        """Sum of the interval scores of the families over the sampled bands of a model."""
+        """Logarithms of the interval scores over the sampled bands of a model, each counted once per curve."""
         bands = sampled_bands(model, self.families, self.frequency, self.nominal)
         n_reading = count_readings(self.families)
         total = 0.0
@@ -102,8 +109,9 @@ class FamilyTarget:
             band = bands[family.sensor, family.harmonic, family.level]
             noise = self.errors.noise[family.sensor, family.harmonic]
             verdict = judge_family(family, band, noise, shift=self.shift, n_reading=n_reading)
-            total += verdict.score if np.isfinite(verdict.score) else HOPELESS
-        return total
+            size = max(verdict.score, LEAST_SCORE) if np.isfinite(verdict.score) else HOPELESS
+            total += len(family.curves) * np.log(size)
+        return float(total)
 
 
 def fit_families(
@@ -146,7 +154,7 @@ def fit_families(
         try:
             score = target.score(compose(values))
         except (BalanceError, NoSteadyState):
-            score = HOPELESS
+            score = target.count * np.log(HOPELESS)
         return float(score + 0.5 * np.sum(scaled**2))
 
     first = (np.clip(start, lower, upper) - 1) / deviation
@@ -154,7 +162,7 @@ def fit_families(
     before = cost(first)
     result = scipy.optimize.minimize(
         cost, first, method="Nelder-Mead",
-        options={"initial_simplex": simplex, "maxfev": most - 1, "xatol": CLOSE, "fatol": FLAT * max(before, 1.0)},
+        options={"initial_simplex": simplex, "maxfev": most - 1, "xatol": CLOSE, "fatol": FLAT * target.count},
     )  # fmt: skip
     values = np.clip(1 + deviation * np.asarray(result.x), lower, upper)
     return FamilyFit(values=values, before=before, after=float(result.fun), n_evaluation=count)
