@@ -5,8 +5,7 @@ under a constant force level responds like a linear one whose frequency and damp
 The curve bends where they change within the peak, so that points far down its sides belong to smaller amplitudes; the
 misfit of the one mode is added to the deviations.
 
-With phases the mode is a circle in the Nyquist plane, with residual terms. Amplitudes alone are fitted by
-:math:`1 / |X|^2`, a parabola of the squared frequency.
+The fit is to :math:`1 / |X|^2`, a parabola of the squared frequency: amplitudes are enough, phases are not used.
 """
 
 from collections.abc import Sequence
