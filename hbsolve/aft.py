@@ -58,7 +58,7 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
     n_joint = len(table.kind)
     n_parameter, n_slider = len(table.value), len(start.value)
     u = np.dot(x, sampling.evaluate)
-    velocity = omega * np.dot(x, sampling.differentiate)
+    velocity = omega * np.dot(x, sampling.differentiate) if table.uses_velocity else np.empty((d, 0))
     force, status = np.zeros((d, n)), np.zeros((2 * n_joint, n), np.int64)
     jacobian = np.zeros((d if want >= JACOBIAN else 0, nh, MAX_DIRECTION * nh))
     active = np.zeros(d, np.int64)
@@ -89,9 +89,29 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
         )  # fmt: skip
         if derive:
             for p in range(p1 - p0):
-                by_parameter[p0 + p] = np.dot(law_parameter[p], sampling.project)
+                by_parameter[p0 + p] = _project(law_parameter[p], sampling)
             for s in range(s1 - s0):
-                by_start[s0 + s] = np.dot(law_start[s], sampling.project)
-    coefficients = np.dot(force, sampling.project)
-    frequency = np.dot(by_frequency, sampling.project) if derive else np.zeros((d, nh))
+                by_start[s0 + s] = _project(law_start[s], sampling)
+    coefficients = _project(force, sampling)
+    frequency = _project(by_frequency, sampling) if derive else np.zeros((d, nh))
     return JointForces(coefficients, jacobian, active, by_parameter, by_start, frequency, slider, status, force)
+
+
+@compiled
+def _project(force: Any, sampling: Any) -> Any:
+    """Coefficients of forces; most contacts of most structures stick, and theirs are constant."""
+    d, n = force.shape
+    varied, n_varied = np.empty(d, np.int64), 0
+    coefficients = np.zeros((d, sampling.project.shape[1]))
+    for i in range(d):
+        coefficients[i, 0] = force[i, 0]
+        for k in range(1, n):
+            if force[i, k] != force[i, 0]:
+                varied[n_varied] = i
+                n_varied += 1
+                break
+    if n_varied:
+        projected = np.dot(force[varied[:n_varied]], sampling.project)
+        for i in range(n_varied):
+            coefficients[varied[i]] = projected[i]
+    return coefficients

@@ -32,6 +32,8 @@ class JointTable(NamedTuple):
     """Parameters, shape (p,)."""
     reference: Real
     """Stiffness of each direction in the linear structure, D of eq. 12, shape (d,) [N/m]."""
+    uses_velocity: bool
+    """Whether the force of any joint depends on a velocity."""
 
 
 def joint_table(joints: Sequence[Joint]) -> JointTable:
@@ -45,6 +47,7 @@ def joint_table(joints: Sequence[Joint]) -> JointTable:
         parameter=starts([len(item) for item in names]),
         value=np.array([float(getattr(j, name)) for j, item in zip(joints, names, strict=True) for name in item]),
         reference=np.array([stiffness for joint in joints for stiffness in joint.reference_stiffness]),
+        uses_velocity=any(item.function is not None or FORCES[item.force_law].uses_velocity for item in joints),
     )
 
 

@@ -19,7 +19,9 @@ The slider may need many periods to settle (shakedown), so periods are marched u
 the derivative is carried through all of them, so that it is exact for what was computed. A spring of direction
 :math:`n` on the limit turns by :math:`d\theta`, and
 
-.. math:: dw = du - n\, dr - r\, n_\perp\, d\theta .
+.. math:: dw = du - n\, dr - r\, n_\perp\, d\theta ,
+
+so that one angle tells all of it. A contact that stays within its limit needs no march.
 
 References
 ----------
@@ -27,13 +29,14 @@ Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 7 and 8, in two tang
 Simo and Hughes, Computational Inelasticity, Springer (1998), chapter 3: radial return.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, CompiledLaw
 from hbsolve.joint_law.unilateral import normal_force, unilateral
+from reduction.array_type import Real, Whole
 
 #: Periods at most; sliders that creep on after these are left where they are.
 MAX_PERIOD = 200
@@ -43,6 +46,26 @@ SETTLED = 1e-11
 SERIES = 0.03
 #: exp(-kappa) is no smaller than with this: its square must not vanish.
 MAX_TURN = 300.0
+
+
+class Moves(NamedTuple):
+    """What put the slider where it is, before a period in row 0 and then at each slip of it: w = u_j - r n.
+
+    Its derivative is dw = du_j - n dr_j - r n_perp dtheta, and for a start that is given, dw = dstart.
+    """
+
+    instant: Whole
+    """j, shape (m,)."""
+    turn: Real
+    """Of theta, the angle of n, by the coefficients of both tangents and the normal, by the five parameters and by the
+    two starts, shape (m, 3 nh + 7)."""
+    place: Real
+    """n in columns 0 and 1, r, whether w follows each tangent of u_j, and its derivative by each start, shape (m, 7).
+    """
+
+
+#: First columns of `Moves.place`.
+RADIUS, FOLLOWS, BY_START = 2, 3, 5
 
 
 @compiled
@@ -55,45 +78,92 @@ def force(
     n, nh = u.shape[1], sampling.evaluate.shape[0]
     N, closed = np.empty(n), np.empty(n, np.int64)
     n_open = normal_force(u[2], kn, preload, gap, N, closed)
-    unilateral(2, u[2], N, closed, n_open, reference[2], kn, gap, 3, 1, 4, sampling, want, out)
+    unilateral(2, u[2], closed, n_open, reference[2], kn, preload, gap, 3, 1, 4, sampling, want, out)
 
-    # Columns of S: coefficients of both tangents and the normal, the five parameters, the two starts.
+    radius = mu / kt * N
+    w = start.copy()
+    for d in range(2):
+        if by_multiplier[d]:
+            w[d] = u[d, 0] - start[d] * radius[0]
+    n_beyond = 0
+    for k in range(n):
+        e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
+        n_beyond += e0 * e0 + e1 * e1 > radius[k] * radius[k]
+    moves = n_beyond > 0
+
     derive = want >= JACOBIAN
-    width = 3 * nh + 7
-    S = np.zeros((2, width))
-    # S changes where the contact slips alone: a trace for each slip of a period, and which of them each instant has.
-    traces = np.empty((n + 1, 2, width)) if derive else np.empty((1, 2, width))
-    which = np.zeros(n, np.int64)
-    # Of the radius mu N / k_t: by the normal displacement, and by the last seven columns.
-    n_trace = n if derive else 1
-    r_by_v, r_by = np.zeros(n_trace), np.zeros((n_trace, 7))
-    for k in range(n_trace):
-        r_by[k, 0], r_by[k, 2] = -mu * N[k] / (kt * kt), N[k] / kt
+    # Of the radius: by the normal displacement, and by the parameters.
+    n_radius = (n if moves else 1) if derive else 0
+    r_by_v, r_by = np.zeros(n_radius), np.zeros((n_radius, 5))
+    for k in range(n_radius):
+        r_by[k, 0], r_by[k, 2] = -radius[k] / kt, N[k] / kt
         if closed[k]:
             r_by_v[k] = mu * kn / kt
-            r_by[k, 1], r_by[k, 3], r_by[k, 4] = mu * (u[2, k] - gap) / kt, mu / kt, -mu * kn / kt
-    w, begin = start.copy(), np.empty(2)
+            r_by[k, 1], r_by[k, 3], r_by[k, 4] = mu * (u[2, k] - gap) / kt, mu / kt, -r_by_v[k]
+    n_row = (n + 1 if moves else 1) if derive else 0
+    rows = Moves(np.zeros(n_row, np.int64), np.empty((n_row, 3 * nh + 7)), np.zeros((n_row, 7)))
+    if derive:
+        rows.turn[0] = 0.0
+        for d in range(2):
+            rows.place[0, d] = start[d] if by_multiplier[d] else 0.0
+            rows.place[0, FOLLOWS + d] = by_multiplier[d]
+            rows.place[0, BY_START + d] = -radius[0] if by_multiplier[d] else 1.0
+
+    n_slip = 0
+    which = np.zeros(n, np.int64)
+    if moves:
+        n_slip = _march(u, radius, w, rows, which, r_by, r_by_v, sampling, derive, out)
+    else:
+        for d in range(2):
+            out.slider[d] = w[d]
+    for k in range(n):
+        status = SLIP if which[k] > (which[k - 1] if k else 0) else STICK
+        out.status[0, k] = out.status[1, k] = status if closed[k] else SEPARATED
     for d in range(2):
-        S[d, 3 * nh + 5 + d] = 1.0
-        if by_multiplier[d]:
-            w[d] = u[d, 0] - start[d] * mu * N[0] / kt
-            S[d, 3 * nh :] = -start[d] * r_by[0]
-            S[d, 3 * nh + 5 + d] = -mu * N[0] / kt
-            S[d, 2 * nh : 3 * nh] = -start[d] * r_by_v[0] * sampling.instants[0]
-            S[d, d * nh : (d + 1) * nh] = sampling.instants[0]
-    scale = max(np.abs(u[:2]).max(), mu * N.max() / kt)
+        for k in range(n):
+            out.force[d, k] = (kt - reference[d]) * u[d, k] - kt * out.slider[d, k]
+        if want >= PARAMETERS:
+            for k in range(n):
+                i = which[k]
+                j, place = rows.instant[i], rows.place[i]
+                across = _across(place, d)
+                for p in range(5):
+                    by = across * rows.turn[i, 3 * nh + p] - place[d] * r_by[j, p]
+                    out.by_parameter[p, d, k] = -kt * by
+                out.by_parameter[0, d, k] += u[d, k] - out.slider[d, k]
+                for s in range(2):
+                    by = across * rows.turn[i, 3 * nh + 5 + s]
+                    out.by_start[s, d, k] = -kt * (by + (place[BY_START + d] if s == d else 0.0))
+        if derive and (n_slip or rows.place[0, FOLLOWS + d]):
+            active = nh if n_slip else 1
+            out.active[d] = active
+            weights = _weights(which, n_slip + 1, active, sampling.projected_sum)
+            out.jacobian[d, :active, :] = -kt * np.dot(weights, _by_motion(d, rows, n_slip + 1, r_by_v, sampling))
+        if derive and kt != reference[d]:
+            out.active[d] = nh
+            for a in range(nh):
+                out.jacobian[d, a, d * nh + a] += kt - reference[d]
+
+
+@compiled
+def _march(
+    u: Any, radius: Any, w: Any, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, derive: bool, out: Any
+) -> int:
+    """Move the slider w through periods until it settles; of the last one record w, the slips and their number."""
+    n = u.shape[1]
+    scale = max(np.abs(u[:2]).max(), radius.max())
+    begin = np.empty(2)
     # Nothing comes before the first instant: a start beyond the limit is put on it.
     before, r_before, n_slip = 0, 0.0, 0
     for _ in range(MAX_PERIOD):
         begin[:] = w
+        if derive:
+            rows.instant[0], rows.turn[0], rows.place[0] = rows.instant[n_slip], rows.turn[n_slip], rows.place[n_slip]
         n_slip = 0
-        traces[0] = S
         for k in range(n):
-            r = mu * N[k] / kt
+            r = radius[k]
             e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
-            length = np.sqrt(e0 * e0 + e1 * e1)
-            slipped = length > r
-            if slipped:
+            if e0 * e0 + e1 * e1 > r * r:
                 n_slip += 1
                 if r_before > 0.0 and r > 0.0:
                     n0, n1, a0, a1, b0, b1, c_before, c = _slip(
@@ -101,44 +171,44 @@ def force(
                         u[0, k] - u[0, before], u[1, k] - u[1, before], r_before, r,
                     )  # fmt: skip
                 else:
+                    length = np.sqrt(e0 * e0 + e1 * e1)
                     n0, n1 = e0 / length, e1 / length
                     a0, a1, c_before, c = -n1 / length, n0 / length, 0.0, 0.0
                     b0, b1 = a0, a1
                 w[0], w[1] = u[0, k] - r * n0, u[1, k] - r * n1
                 if derive:
-                    _follow(
-                        S, n0, n1, r, a0, a1, b0, b1, c_before, c, r_by[before], r_by[k], r_by_v[before], r_by_v[k],
-                        sampling.instants[before], sampling.instants[k],
-                    )  # fmt: skip
-                    traces[n_slip] = S
+                    _turn(rows, n_slip, before, k, a0, a1, b0, b1, c_before, c, r_by, r_by_v, sampling.instants)
+                    rows.instant[n_slip], place = k, rows.place[n_slip]
+                    place[0], place[1], place[RADIUS] = n0, n1, r
+                    place[FOLLOWS], place[FOLLOWS + 1], place[BY_START], place[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
             before, r_before = k, r
             out.slider[0, k], out.slider[1, k] = w[0], w[1]
-            status = SEPARATED if not closed[k] else (SLIP if slipped else STICK)
-            out.status[0, k] = out.status[1, k] = status
             which[k] = n_slip
         if np.hypot(w[0] - begin[0], w[1] - begin[1]) <= SETTLED * scale:
             break
-    for d in range(2):
-        for k in range(n):
-            out.force[d, k] = kt * (u[d, k] - out.slider[d, k]) - reference[d] * u[d, k]
-        if want >= PARAMETERS:
-            for k in range(n):
-                trace = traces[which[k], d]
-                for p in range(5):
-                    out.by_parameter[p, d, k] = -kt * trace[3 * nh + p]
-                out.by_parameter[0, d, k] += u[d, k] - out.slider[d, k]
-                for s in range(2):
-                    out.by_start[s, d, k] = -kt * trace[3 * nh + 5 + s]
-        if derive and (n_slip or np.abs(traces[which[0], d, : 3 * nh]).max() > 0.0):
-            rows = nh if n_slip else 1
-            out.active[d] = rows
-            weights = _weights(which, n_slip + 1, rows, sampling.projected_sum)
-            own = np.ascontiguousarray(traces[: n_slip + 1, d, : 3 * nh])
-            out.jacobian[d, :rows, :] = -kt * np.dot(weights, own)
-        if derive and kt != reference[d]:
-            out.active[d] = nh
-            for a in range(nh):
-                out.jacobian[d, a, d * nh + a] += kt - reference[d]
+    return n_slip
+
+
+@compiled
+def _across(place: Any, d: int) -> float:
+    """What w moves in direction d while the spring turns by dtheta: -r n_perp."""
+    return float(place[RADIUS] * place[1] if d == 0 else -place[RADIUS] * place[0])
+
+
+@compiled
+def _by_motion(d: int, rows: Any, count: int, r_by_v: Any, sampling: Any) -> Any:
+    """Derivative of w in direction d, by the coefficients of the motion, in each of the first rows, shape (m, 3 nh)."""
+    nh = sampling.evaluate.shape[0]
+    by = np.empty((count, 3 * nh))
+    for i in range(count):
+        place, turn, now = rows.place[i], rows.turn[i], sampling.instants[rows.instant[i]]
+        across, follows, shrinks = _across(place, d), place[FOLLOWS + d], place[d] * r_by_v[rows.instant[i]]
+        for c in range(3 * nh):
+            by[i, c] = across * turn[c]
+        for c in range(nh):
+            by[i, d * nh + c] += follows * now[c]
+            by[i, 2 * nh + c] -= shrinks * now[c]
+    return by
 
 
 @compiled
@@ -225,32 +295,32 @@ def _slip(
 
 
 @compiled
-def _follow(
-    S: Any, n0: float, n1: float, r: float, a0: float, a1: float, b0: float, b1: float, c_before: float, c: float,
-    r_by_before: Any, r_by: Any, r_by_v_before: float, r_by_v: float, past: Any, now: Any,
+def _turn(
+    rows: Any, row: int, before: int, k: int, a0: float, a1: float, b0: float, b1: float, c_before: float, c: float,
+    r_by: Any, r_by_v: Any, instants: Any,
 ) -> None:  # fmt: skip
-    """Let S, the derivative of w, follow: dw = du - n dr - r n_perp d theta.
+    """Write how the spring turns in a slip to instant k, from the row before.
 
-    The spring turns by d theta = a . de + b . d(u - u_before) + c_before dr_before + c dr.
+    d theta = a . d(u_before - w) + b . d(u - u_before) + c_before dr_before + c dr.
     """
-    nh = len(now)
-    x, y = r * n1, -r * n0
-    v_before, v = c_before * r_by_v_before, c * r_by_v
+    nh = instants.shape[1]
+    old, new, place, j = rows.turn[row - 1], rows.turn[row], rows.place[row - 1], rows.instant[row - 1]
+    past, now, last = instants[before], instants[k], instants[j]
+    kept = -a0 * _across(place, 0) - a1 * _across(place, 1)
+    along = a0 * place[0] + a1 * place[1]
+    p0, p1, l0, l1 = a0 - b0, a1 - b1, -a0 * place[FOLLOWS], -a1 * place[FOLLOWS + 1]
+    v_before, v, v_last = c_before * r_by_v[before], c * r_by_v[k], along * r_by_v[j]
     for i in range(nh):
-        turn = (a0 - b0) * past[i] + b0 * now[i] - a0 * S[0, i] - a1 * S[1, i]
-        S[0, i], S[1, i] = now[i] + x * turn, y * turn
+        new[i] = p0 * past[i] + b0 * now[i] + l0 * last[i] + kept * old[i]
     for i in range(nh):
-        j = nh + i
-        turn = (a1 - b1) * past[i] + b1 * now[i] - a0 * S[0, j] - a1 * S[1, j]
-        S[0, j], S[1, j] = x * turn, now[i] + y * turn
+        new[nh + i] = p1 * past[i] + b1 * now[i] + l1 * last[i] + kept * old[nh + i]
     for i in range(nh):
-        j = 2 * nh + i
-        turn = v_before * past[i] + v * now[i] - a0 * S[0, j] - a1 * S[1, j]
-        S[0, j], S[1, j] = x * turn - n0 * r_by_v * now[i], y * turn - n1 * r_by_v * now[i]
-    for i in range(7):
-        j = 3 * nh + i
-        turn = c_before * r_by_before[i] + c * r_by[i] - a0 * S[0, j] - a1 * S[1, j]
-        S[0, j], S[1, j] = x * turn - n0 * r_by[i], y * turn - n1 * r_by[i]
+        new[2 * nh + i] = v_before * past[i] + v * now[i] + v_last * last[i] + kept * old[2 * nh + i]
+    for i in range(5):
+        moved = c_before * r_by[before, i] + c * r_by[k, i] + along * r_by[j, i]
+        new[3 * nh + i] = moved + kept * old[3 * nh + i]
+    new[3 * nh + 5] = kept * old[3 * nh + 5] - a0 * place[BY_START]
+    new[3 * nh + 6] = kept * old[3 * nh + 6] - a1 * place[BY_START + 1]
 
 
 FORCES.register(CompiledLaw(name="coulomb", force=force, instant=None))

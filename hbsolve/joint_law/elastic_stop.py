@@ -29,7 +29,8 @@ def force(
     n_open = normal_force(u[0], parameters[0], 0.0, parameters[1], N, closed)
     for k in range(n):
         out.status[0, k] = STICK if closed[k] else SEPARATED
-    unilateral(0, u[0], N, closed, n_open, reference[0], parameters[0], parameters[1], -1, 0, 1, sampling, want, out)
+    kn, gap = parameters[0], parameters[1]
+    unilateral(0, u[0], closed, n_open, reference[0], kn, 0.0, gap, -1, 0, 1, sampling, want, out)
     if n_open == n and reference[0] == 0.0:
         out.active[0] = 0  # never touched: nothing there
 

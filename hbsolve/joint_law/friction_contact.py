@@ -25,13 +25,14 @@ def force(
     n_tangent, n = u.shape[0] - 1, u.shape[1]
     N, closed = np.empty(n), np.empty(n, np.int64)
     n_open = normal_force(u[n_tangent], kn, preload, gap, N, closed)
-    unilateral(n_tangent, u[n_tangent], N, closed, n_open, reference[n_tangent], kn, gap, 3, 1, 4, sampling, want, out)
+    v, D = u[n_tangent], reference[n_tangent]
+    unilateral(n_tangent, v, closed, n_open, D, kn, preload, gap, 3, 1, 4, sampling, want, out)
     event, sign = np.empty(n, np.int64), np.empty(n)
     for d in range(n_tangent):
         w = out.slider[d]
         slide(u[d], mu * N, kt, start[d], by_multiplier[d], w, event, sign)
         for k in range(n):
-            out.force[d, k] = kt * (u[d, k] - w[k]) - reference[d] * u[d, k]
+            out.force[d, k] = (kt - reference[d]) * u[d, k] - kt * w[k]
             out.status[d, k] = state(k, event[k], closed[k])
         if want >= JACOBIAN:
             tangent_jacobian(

@@ -33,4 +33,4 @@ def force(
         velocity_jacobian(by_velocity, sampling, out)
 
 
-FORCES.register(CompiledLaw(name="quadratic_damper", force=force, instant=instant))
+FORCES.register(CompiledLaw(name="quadratic_damper", force=force, instant=instant, uses_velocity=True))

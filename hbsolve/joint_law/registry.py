@@ -5,7 +5,8 @@ A law is one file that registers one compiled function `force` of this signature
     force(u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out)
 
 u, velocity
-    Displacement [m] and velocity [m/s] of the joint's directions at the n instants of a period, shape (d, n).
+    Displacement [m] and velocity [m/s] of the joint's directions at the n instants of a period, shape (d, n); no
+    velocity, shape (d, 0), where no joint of the system has a law that uses it.
 omega
     Omega [rad/s].
 reference
@@ -82,6 +83,8 @@ class CompiledLaw:
     instant: Callable[..., Any] | None
     """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
     fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
+    uses_velocity: bool = False
+    """Whether `force` reads the velocity."""
 
 
 @compiled

@@ -29,13 +29,15 @@ def normal_force(v: Any, stiffness: float, preload: float, gap: float, N: Any, c
 
 @compiled
 def unilateral(
-    direction: int, v: Any, N: Any, closed: Any, n_open: int, reference: float, stiffness: float, gap: float,
+    direction: int, v: Any, closed: Any, n_open: int, reference: float, stiffness: float, preload: float, gap: float,
     preload_at: int, stiffness_at: int, gap_at: int, sampling: Any, want: int, out: Any,
 ) -> None:  # fmt: skip
     """Write N - D v of one direction; the `_at` are the numbers of the parameters, negative for none."""
     n, nh = len(v), sampling.evaluate.shape[0]
+    # Where the stiffness is D, a closed contact has the same force at all instants, to the last digit.
+    beyond, at_zero = stiffness - reference, preload - stiffness * gap
     for k in range(n):
-        out.force[direction, k] = N[k] - reference * v[k]
+        out.force[direction, k] = at_zero + beyond * v[k] if closed[k] else -reference * v[k]
     if want >= JACOBIAN:
         own = direction * nh
         # Open instants differ from the closed spring by -k_n, and the closed spring from D by k_n - D.
