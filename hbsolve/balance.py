@@ -77,9 +77,7 @@ class HarmonicBalance:
         for name in ("n_harmonic", "n_sample"):
             object.__setattr__(self, name, whole_number(getattr(self, name), name, BalanceError))
         object.__setattr__(self, "level", real_number(self.level, "level", BalanceError))
-        if not self.n_sample:
-            wanted = max(SAMPLE_PER_HARMONIC * (self.n_harmonic - 1), LEAST_SAMPLE)
-            object.__setattr__(self, "n_sample", 2 ** ceil(log2(wanted)))
+        object.__setattr__(self, "n_sample", self.n_sample or default_samples(self.n_harmonic))
         self._check()
         table = joint_table(self.system.joints)
         object.__setattr__(self, "table", table)
@@ -226,12 +224,11 @@ class HarmonicBalance:
         BalanceError
             A frequency that is not positive, or too high to compute with.
         """
-        omega = real_number(angular_frequency, "angular_frequency", BalanceError)
-        if not (np.isfinite(omega) and omega > 0):
-            raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
-        if omega > HIGHEST:
-            raise BalanceError(f"angular_frequency = {omega:g} rad/s must be below {HIGHEST:g} rad/s: squares overflow")
-        return self.structure.at(omega)
+        return self.structure.at(_checked_frequency(angular_frequency))
+
+    def at_with_slopes(self, angular_frequency: float) -> Condensed:
+        """As `at`, with derivatives in Omega."""
+        return self.structure.at_with_slopes(_checked_frequency(angular_frequency))
 
     def linear(self, condensed: Condensed, level: float | None = None) -> Real:
         """Motion of the directions with all contacts stuck, x_lin, shape (d, nh) [m]."""
@@ -259,6 +256,20 @@ class HarmonicBalance:
             q = recovery.static + self.level * recovery.dynamic - pushed
         q[0] = q[0].real
         return q
+
+
+def default_samples(n_harmonic: int) -> int:
+    """Instants per period for H + 1 = n_harmonic, unless others are asked for [-]."""
+    return 2 ** ceil(log2(max(SAMPLE_PER_HARMONIC * (n_harmonic - 1), LEAST_SAMPLE)))
+
+
+def _checked_frequency(angular_frequency: float) -> float:
+    omega = real_number(angular_frequency, "angular_frequency", BalanceError)
+    if not (np.isfinite(omega) and omega > 0):
+        raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
+    if omega > HIGHEST:
+        raise BalanceError(f"angular_frequency = {omega:g} rad/s must be below {HIGHEST:g} rad/s: squares overflow")
+    return omega
 
 
 def _warn_of_negative_damping(damping: Float[Real, "r r"]) -> None:

@@ -38,14 +38,21 @@ class Condensed(NamedTuple):
     angular_frequency: float
     receptance: Array
     """A_k, shape (H + 1, d, d) [m/N]."""
-    receptance_slope: Array
-    """dA_k/dOmega, shape (H + 1, d, d)."""
     static: Array
     """Displacement of the directions under the static load, in harmonic 0, shape (H + 1, d) [m]."""
     dynamic: Array
     """... under the harmonic force at level 1, shape (H + 1, d) [m]."""
-    dynamic_slope: Array
-    """Its derivative in Omega."""
+    slopes: "CondensedSlopes | None" = None
+    """Derivatives in Omega, where they were asked for."""
+
+
+class CondensedSlopes(NamedTuple):
+    """Derivatives of a condensed structure in Omega."""
+
+    receptance: Array
+    """dA_k/dOmega, shape (H + 1, d, d)."""
+    dynamic: Array
+    """Of the displacement under the harmonic force, shape (H + 1, d)."""
 
 
 class Recovery(NamedTuple):
@@ -137,21 +144,35 @@ class CondensedStructure:
 
     def at(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s]."""
-        omega = harmonics(angular_frequency, len(self.dynamic))
-        k, B = np.arange(len(omega)), self.directions
-        r_mean, x_static = self._at_rest
-        free = self._free
-        source = self.stuck if free is None else free
-        A, dA, x, dx = source.condensed(omega[1:], B, self.dynamic[1:])
+        omega, free = harmonics(angular_frequency, len(self.dynamic)), self._free
+        A, x = (free or self.stuck).condensed(omega[1:], self.directions, self.dynamic[1:])
         if free is not None:
-            A, dA, x, dx = _with_stiffness(A, dA, x, dx, self.reference)
-        receptance = np.concatenate([r_mean[None], A])
-        slope = np.concatenate([np.zeros_like(r_mean)[None], k[1:, None, None] * dA])
-        dynamic, dynamic_slope = np.zeros((2, len(omega), len(B)), dtype=np.complex128)
-        dynamic[1:], dynamic_slope[1:] = x, k[1:, None] * dx
+            moved = _with_stiffness(A, np.concatenate([A, x[..., None]], axis=2), self.reference)
+            A, x = np.ascontiguousarray(moved[..., :-1]), moved[..., -1]
+        return self._joined(angular_frequency, A, x)
+
+    def at_with_slopes(self, angular_frequency: float) -> Condensed:
+        """Condense at one Omega [rad/s], with derivatives in it."""
+        omega, free, D = harmonics(angular_frequency, len(self.dynamic)), self._free, self.reference
+        A, dA, x, dx = (free or self.stuck).condensed_with_slopes(omega[1:], self.directions, self.dynamic[1:])
+        if free is not None:
+            d = len(D)
+            moved = _with_stiffness(A, np.concatenate([A, x[..., None], dA, dx[..., None]], axis=2), D)
+            A, x, dA, dx = np.ascontiguousarray(moved[..., :d]), moved[..., d], moved[..., d + 1 : -1], moved[..., -1]
+            dx = dx - ((dA * D) @ x[..., None])[..., 0]
+            dA = dA - (dA * D) @ A
+        k = np.arange(len(omega))
+        slope, dynamic = np.zeros((len(omega), *A.shape[1:]), dtype=A.dtype), np.zeros((len(omega), len(D)), A.dtype)
+        slope[1:], dynamic[1:] = k[1:, None, None] * dA, k[1:, None] * dx
+        return self._joined(angular_frequency, A, x)._replace(slopes=CondensedSlopes(slope, dynamic))
+
+    def _joined(self, angular_frequency: float, A: Array, x: Array) -> Condensed:
+        """The harmonics and the mean in one."""
+        mean, x_static = self._at_rest
+        dynamic = np.concatenate([np.zeros_like(x[:1]), x]) if len(x) else np.zeros((1, len(mean)), dtype=np.complex128)
         static = np.zeros_like(dynamic)
         static[0] = x_static
-        return Condensed(angular_frequency, receptance, slope, static, dynamic, dynamic_slope)
+        return Condensed(angular_frequency, np.concatenate([mean[None], A]), static, dynamic)
 
     def recovery(self, condensed: Condensed) -> Recovery:
         """What many states at one Omega are recovered by; a single one is cheaper by `displacement`."""
@@ -161,6 +182,28 @@ class CondensedStructure:
         contact = np.moveaxis(np.array(moved, dtype=np.complex128).reshape(along.shape), 0, 2).copy()
         contact[0] = self._rest[0]
         return Recovery(self.static_motion, dynamic, contact)
+
+    def seen(
+        self, condensed: Condensed, rows: Float[Real, "s r"]
+    ) -> tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]:
+        """What some rows of the displacement see at one Omega, as `recovery` gives it for all degrees of freedom.
+
+        Returns
+        -------
+        Under the harmonic force at level 1 [m], and under a unit force along each joint direction [m/N].
+        """
+        if self.is_dense:
+            recovery = self.recovery(condensed)
+            return recovery.dynamic @ rows.T, rows @ recovery.contact
+        omega, free = harmonics(condensed.angular_frequency, len(self.dynamic)), self._free
+        contact, dynamic = (free or self.stuck).seen(omega[1:], rows, self.directions, self.dynamic[1:])
+        if free is not None:
+            # alpha_stuck f = alpha_free (f - B^T D B alpha_stuck f)
+            pulled = contact * self.reference
+            contact = contact - pulled @ condensed.receptance[1:]
+            dynamic = dynamic - (pulled @ condensed.dynamic[1:, :, None])[..., 0]
+        mean = (rows @ self._rest[0])[None]
+        return np.concatenate([np.zeros((1, len(rows))), dynamic]), np.concatenate([mean, contact])
 
     def displacement(self, condensed: Condensed, force: Coefficients) -> Coefficients:
         """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
@@ -190,15 +233,6 @@ class CondensedStructure:
         return np.asarray(np.concatenate([mean[:, None], q], axis=1))
 
 
-def _with_stiffness(A: Array, dA: Array, x: Array, dx: Array, D: Vector) -> tuple[Array, Array, Array, Array]:
-    """Receptance and response after a stiffness D is added in each direction, with their derivatives."""
-    d = len(D)
-    right = np.concatenate([A, x[..., None], dA, dx[..., None]], axis=2)
-    moved = np.linalg.solve(np.eye(d) + A * D, right)
-    stuck, motion, slope, slope_of_motion = moved[:, :, :d], moved[:, :, d], moved[:, :, d + 1 : -1], moved[:, :, -1]
-    return (
-        np.ascontiguousarray(stuck),
-        np.ascontiguousarray(slope - (slope * D) @ stuck),
-        np.asarray(motion),
-        np.asarray(slope_of_motion - ((slope * D) @ motion[..., None])[..., 0]),
-    )
+def _with_stiffness(A: Array, moved: Array, D: Vector) -> Array:
+    """What moves the directions after a stiffness D is added in each, (I + A D)^-1 times what moved them before."""
+    return np.asarray(np.linalg.solve(np.eye(len(D)) + A * D, moved))

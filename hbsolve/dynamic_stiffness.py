@@ -252,6 +252,36 @@ class DynamicStiffness:
         alone = self._modal_response(omega, _times(force, V))
         return _times(alone - self._modal_response(omega, _times(reaction(_times(alone, seen.T)), seen)), V.T)
 
+    def seen(
+        self,
+        angular_frequency: Frequencies,
+        rows: Float[Real, "s r"],
+        directions: Float[Real, "d r"],
+        force: Amplitudes,
+    ) -> tuple[Complex[Array, "p s d"], Complex[Array, "p s"]]:
+        """What rows of the displacement see, of modes that damping leaves alone: reciprocity takes a response per row.
+
+        Parameters
+        ----------
+        angular_frequency, directions, force
+            As for `condensed`.
+        rows
+            Of the displacement, shape (s, r) [-].
+
+        Returns
+        -------
+        Under a unit force along each direction [m/N], and under the force [m].
+
+        Raises
+        ------
+        ForceError
+            As `receptance`.
+        """
+        omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
+        unit = np.broadcast_to((rows @ V)[:, None, :], (len(rows), len(omega), self.n_dof))
+        moved = np.moveaxis(self._modal_response(omega, unit), 0, 1)
+        return _times(moved, self._seen(directions).T), (moved @ _times(force, V)[..., None])[..., 0]
+
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
         """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""
         omega = np.asarray(angular_frequency, dtype=np.float64)[:, None]
@@ -260,10 +290,10 @@ class DynamicStiffness:
 
     def condensed(
         self, angular_frequency: Frequencies, directions: Float[Real, "d r"], force: Amplitudes
-    ) -> tuple[Condensed, Condensed, Amplitudes, Amplitudes]:
-        r"""Receptance between directions and response to a force in them, with derivatives in omega.
+    ) -> tuple[Condensed, Amplitudes]:
+        r"""Receptance between directions and response to a force in them.
 
-        .. math:: A = B \alpha B^T, \quad dA/d\omega = -B \alpha (i C - 2 \omega M) \alpha B^T, \quad x = B \alpha f
+        .. math:: A = B \alpha B^T, \quad x = B \alpha f
 
         Parameters
         ----------
@@ -273,6 +303,38 @@ class DynamicStiffness:
             B, shape (d, r) [-].
         force
             f, shape (p, r) [N].
+
+        Returns
+        -------
+        A, shape (p, d, d) [m/N], and x, shape (p, d) [m].
+
+        Raises
+        ------
+        ForceError
+            As `receptance`.
+        """
+        omega, B = np.asarray(angular_frequency, dtype=np.float64), np.asarray(directions)
+        if self.damping_couples_modes:
+            value = B @ np.linalg.solve(self._matrices(omega), _beside(B, force))
+            return value[..., :-1], value[..., -1]
+        seen, modal_force = self._seen(B), _times(force, self._modes.shapes)
+        if not len(self._coupling[1]):
+            moves = 1 / self._diagonal(omega)
+            return _between(seen, moves), _times(moves * modal_force, seen.T)
+        value = np.swapaxes(_times(self._moved(omega, seen, modal_force), seen.T), 1, 2)
+        return value[..., :-1], value[..., -1]
+
+    def condensed_with_slopes(
+        self, angular_frequency: Frequencies, directions: Float[Real, "d r"], force: Amplitudes
+    ) -> tuple[Condensed, Condensed, Amplitudes, Amplitudes]:
+        r"""`condensed` with derivatives in omega.
+
+        .. math:: dA/d\omega = -B \alpha (i C - 2 \omega M) \alpha B^T
+
+        Parameters
+        ----------
+        angular_frequency, directions, force
+            As for `condensed`.
 
         Returns
         -------
@@ -288,8 +350,7 @@ class DynamicStiffness:
         if self.damping_couples_modes:
             matrices = self._matrices(omega)
             slopes = 1j * self.damping - 2 * omega[:, None, None] * self.mass
-            right = np.concatenate([np.broadcast_to(B.T, (len(omega), *B.T.shape)), force[..., None]], axis=2)
-            moved = np.linalg.solve(matrices, right)
+            moved = np.linalg.solve(matrices, _beside(B, force))
             value = B @ moved
             slope = -B @ np.linalg.solve(matrices, slopes @ moved)
             return value[..., :d], slope[..., :d], value[..., d], slope[..., d]
@@ -303,11 +364,15 @@ class DynamicStiffness:
             pairs = ((_between(seen, item), _times(item * modal_force, seen.T)) for item in (moves, turns))
             (value, x), (rate, dx) = pairs
             return value, rate, x, dx
-        unit = np.broadcast_to(seen[:, None, :], (d, len(omega), self.n_dof))
-        moved = np.moveaxis(self._modal_response(omega, np.concatenate([unit, modal_force[None]])), 0, 1)
+        moved = self._moved(omega, seen, modal_force)
         mixed, back = moved * slope + 1j * _times(_times(moved, U) * s, U.T), np.swapaxes(moved[:, :d], 1, 2)
         value, rate = np.swapaxes(_times(moved, seen.T), 1, 2), -np.swapaxes(mixed @ back, 1, 2)
         return value[..., :d], rate[..., :d], value[..., d], rate[..., d]
+
+    def _moved(self, omega: Frequencies, seen: Matrix, modal_force: Amplitudes) -> Complex[Array, "p d r"]:
+        """Modal response to a unit force along each direction, and last to the force, shape (p, d + 1, r)."""
+        unit = np.broadcast_to(seen[:, None, :], (len(seen), len(omega), self.n_dof))
+        return np.moveaxis(self._modal_response(omega, np.concatenate([unit, modal_force[None]])), 0, 1)
 
     def _seen(self, directions: Matrix) -> Matrix:
         """The modes as some directions see them, B V."""
@@ -369,6 +434,11 @@ def _times(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> Array:
     result = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
     result.real, result.imag = np.ascontiguousarray(rows.real) @ matrix, np.ascontiguousarray(rows.imag) @ matrix
     return result.reshape(*vectors.shape[:-1], matrix.shape[1])
+
+
+def _beside(B: Matrix, force: Amplitudes) -> Complex[Array, "p r d"]:
+    """A unit force along each direction, and last the force, as columns at each frequency, shape (p, r, d + 1)."""
+    return np.concatenate([np.broadcast_to(B.T, (len(force), *B.T.shape)), force[..., None]], axis=2)
 
 
 def _between(seen: Matrix, moves: Amplitudes) -> Condensed:

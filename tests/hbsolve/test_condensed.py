@@ -1,0 +1,44 @@
+"""What sensors and joint directions see of a structure, against the response of all its degrees of freedom."""
+
+import numpy as np
+import pytest
+
+from hbsolve.condensed import CondensedStructure
+
+N, HARMONICS, OMEGA = 9, 4, 1.3
+
+
+def structure(damping: str) -> CondensedStructure:
+    """Masses on springs with joints in three directions, damped so that modes with joints, modes without, or none fit."""
+    random = np.random.default_rng(5)
+    mass, spring = np.diag(random.uniform(0.5, 2.0, N)), random.standard_normal((N, N))
+    stiffness = spring @ spring.T + np.eye(N)
+    directions, reference = random.standard_normal((3, N)), np.array([2.0, 0.5, 3.0])
+    match damping:
+        case "stuck":
+            C = 0.01 * (stiffness + directions.T @ (reference[:, None] * directions))
+        case "free":
+            C = 0.01 * stiffness
+        case _:
+            C = 0.01 * stiffness + np.diag(random.uniform(0.1, 1.0, N))
+    force = random.standard_normal((2, HARMONICS, N)) * (np.arange(HARMONICS) > 0)[:, None]
+    static = np.zeros((HARMONICS, N), dtype=np.complex128)
+    static[0] = random.standard_normal(N)
+    return CondensedStructure(
+        mass=mass, damping=C, stiffness=stiffness, directions=directions, reference=reference, static=static,
+        dynamic=force[0] + 1j * force[1],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("damping", ["stuck", "free", "none"])
+def test_sensors_see_the_response_of_their_rows(damping: str) -> None:
+    own = structure(damping)
+    assert own.is_dense == (damping == "none")
+    condensed, rows = own.at(OMEGA), np.random.default_rng(6).standard_normal((2, N))
+    stuck = own.stiffness + own.directions.T @ (own.reference[:, None] * own.directions)
+    dynamic, contact = own.seen(condensed, rows)
+    for k in range(HARMONICS):
+        alpha = np.linalg.inv(stuck - (k * OMEGA) ** 2 * own.mass + 1j * k * OMEGA * own.damping)
+        # Round-off: the condition of these matrices is below 1e3.
+        np.testing.assert_allclose(contact[k], rows @ alpha @ own.directions.T, atol=1e-11)
+        np.testing.assert_allclose(dynamic[k], rows @ alpha @ own.dynamic[k], atol=1e-11)
