@@ -155,6 +155,7 @@ class Configuration:
         level: float,
         frequencies: Sequence[float],
         guesses: Sequence[SteadyState | None],
+        tolerance: float = TOLERANCE,
         *,
         carried: bool,
         near: bool,
@@ -169,6 +170,8 @@ class Configuration:
             Of the states, in their order; a frequency may come twice [Hz].
         guesses
             States that may be near.
+        tolerance
+            Residual relative to the linear motion, up to which Newton's method solves [-].
         carried
             Whether each begins with the sliders that the one before left.
         near
@@ -192,7 +195,7 @@ class Configuration:
         begin, count = balance.joint_of_direction
         while number < n:
             number = int(follow(
-                number, carried, near, way, balance.table, begin, count, slider, balance.sampling, TOLERANCE,
+                number, carried, near, way, balance.table, begin, count, slider, balance.sampling, tolerance,
                 MAX_ITERATION, track,
             ))  # fmt: skip
             if number < n:

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from hbsolve.balance import HarmonicBalance
+from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.condensed import Condensed, Recovery
 from reduction.jointed_system import JointedSystem
 
@@ -71,11 +71,11 @@ class LinearStructure:
     def balance_of(self, system: JointedSystem, n_harmonic: int, n_sample: int) -> HarmonicBalance | None:
         """Balance of another system on the same linear structure; none if its structure is another."""
         balance = self.balance
-        if n_harmonic != balance.n_harmonic or n_sample not in {0, balance.n_sample}:
+        if n_harmonic != balance.n_harmonic:
             return None
-        if system is balance.system:
-            return balance
-        return balance.on_same_structure(system)
+        same = balance if system is balance.system else balance.on_same_structure(system)
+        instants = n_sample or default_samples(n_harmonic)
+        return same if same is None or instants == same.n_sample else same.with_samples(instants)
 
     def at(self, frequency: float) -> Condensed:
         """The structure at a labelled frequency [Hz]."""
@@ -120,8 +120,7 @@ class LinearStructure:
         source = self.base or self
         known = source._read.setdefault(rows.tobytes(), {})
         for frequency in set(frequencies) - set(known):
-            recovery = source._recovery.get(frequency) or source.balance.structure.recovery(source.at(frequency))
-            known[frequency] = (recovery.dynamic @ rows.T, rows @ recovery.contact)
+            known[frequency] = source.balance.structure.seen(source.at(frequency), rows)
         static = self.balance.structure.static_motion @ rows.T
         if not frequencies:
             empty = np.zeros((0, *static.shape), dtype=np.complex128)

@@ -28,6 +28,7 @@ from correlation.sweep_path import SweepPath, has_wide_steps
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.follow import Track
+from hbsolve.solution import TOLERANCE
 from hbsolve.state import SteadyState
 
 
@@ -132,12 +133,15 @@ class Predictor:
     shared
         Configurations of a model by whether they are free, whose linear structures serve other models too, as far as
         they are the same.
+    tolerance
+        Residual relative to the linear motion, up to which `vary` solves [-].
     """
 
     points: Points
     slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None = None
     sweeps: tuple[int, ...] = ()
     shared: Mapping[bool, Configuration] = field(default_factory=dict)
+    tolerance: float = TOLERANCE
 
     @on_one_blas_thread
     def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
@@ -152,7 +156,7 @@ class Predictor:
         """
         states: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         by_sweep, jumps = self._empty(), list[Jump]()
-        for compiled in self._tracks(model, before, near=False):
+        for compiled in self._tracks(model, before, TOLERANCE, near=False):
             one, steps = self._on_branches(compiled)
             jumps += steps
             for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
@@ -178,7 +182,7 @@ class Predictor:
             Model with the change, and a prediction without it.
         """
         by_sweep = self._empty()
-        for one in self._tracks(model, before, near=True):
+        for one in self._tracks(model, before, self.tolerance, near=True):
             self._read(one, by_sweep)
         return self._value(by_sweep)
 
@@ -199,7 +203,7 @@ class Predictor:
     def _empty(self) -> Complex[NDArray[np.complex128], "S k"]:
         return np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
 
-    def _tracks(self, model: Model, before: Prediction | None, *, near: bool) -> Iterator["_Track"]:
+    def _tracks(self, model: Model, before: Prediction | None, tolerance: float, *, near: bool) -> Iterator["_Track"]:
         """All states, of one configuration and level after another."""
         known = ({}, {}) if before is None else (before.states, before.others)
         for free, levels in self._configurations:
@@ -218,7 +222,9 @@ class Predictor:
                 ]
                 # A sweep comes from the state beside it. Where there are two states, the one that another model was in
                 # would make a fit depend on its path.
-                track = solver.follow(level, frequencies, guesses, carried=bool(self.sweeps), near=near or not swept)
+                track = solver.follow(
+                    level, frequencies, guesses, tolerance, carried=bool(self.sweeps), near=near or not swept
+                )
                 yield _Track(
                     solver, free, level, frequencies, [number for number, _ in order],
                     [groups[place][1] for _, place in order], track,

@@ -13,13 +13,15 @@ from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
-from hbsolve.balance import HarmonicBalance
+from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 from reduction.joint_law.friction_contact import friction_contacts
 
 Modes = Float[NDArray[np.float64], "m q"]
 
 NOTHING = ModelParameter()
+#: Instants per harmonic, and at least, and the relative residual that tell what a small change of a model changes [-].
+ROUGH_PER_HARMONIC, ROUGH_LEAST, ROUGH_TOLERANCE = 16, 64, 1e-6
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9
 
@@ -54,6 +56,21 @@ class ModelFeatures(NamedTuple):
     features: FeatureVector
     model: Model
     prediction: Prediction
+
+    def roughened(self) -> "ModelFeatures":
+        """The same on few instants, for changes: their error is in both models and goes with the difference.
+
+        Changes by friction histories are 1 to 2 % off, root mean square, on random systems; 16 draws tell a standard
+        deviation to 18 %.
+        """
+        model = self.model
+        instants = max(ROUGH_PER_HARMONIC * (model.n_harmonic - 1), ROUGH_LEAST)
+        if instants >= (model.n_sample or default_samples(model.n_harmonic)):
+            return self
+        rough = replace(model, n_sample=instants)
+        predictor = replace(self.predictor, tolerance=ROUGH_TOLERANCE)
+        value = predictor.vary(rough, self.prediction)
+        return self._replace(predictor=predictor, model=rough, prediction=replace(self.prediction, value=value))
 
     def changes(self, model: Model) -> Float[NDArray[np.float64], " m"]:
         """Features of another model less those of this one, shape (m,); not a number where a state is missing."""

@@ -118,13 +118,14 @@ def weigh_together(
             for side, at in zip(sides, rows, strict=True)
         ]
 
-    seen = scatters(make_history_modes(nominal, min(n_draw, FEW), SEED))
+    rough = nominal.roughened()
+    seen = scatters(make_history_modes(rough, min(n_draw, FEW), SEED))
     if n_draw > FEW:
         pressed, by_press = (seen[0].jitter[2], repeats[2]) if len(repeats) > 2 else (None, None)
-        seen = scatters(make_history_modes(nominal, n_draw, SEED, pressed, by_press))
+        seen = scatters(make_history_modes(rough, n_draw, SEED, pressed, by_press))
     jitter = dict(zip(("jointed", "free"), (float(np.sqrt(each[0, 0])) for each in seen[0].jitter), strict=False))
-    bent = make_curvature_modes(nominal, jitter)
-    departures = [find_departures(nominal, shift) for shift in _shifts(model, repeats, seen[0])]
+    bent = make_curvature_modes(rough, jitter)
+    departures = [find_departures(rough, shift) for shift in _shifts(rough.model, repeats, seen[0])]
     return [
         _finished(side, at, scatter, bent, departures, take_prediction(prediction, sides, number), fitted=fitted)
         for number, (side, at, scatter) in enumerate(zip(sides, rows, seen, strict=True))
