@@ -260,7 +260,7 @@ class HarmonicBalance:
 
 def default_samples(n_harmonic: int) -> int:
     """Instants per period for H + 1 = n_harmonic, unless others are asked for [-]."""
-    return 2 ** ceil(log2(max(SAMPLE_PER_HARMONIC * (n_harmonic - 1), LEAST_SAMPLE)))
+    return int(2 ** ceil(log2(max(SAMPLE_PER_HARMONIC * (n_harmonic - 1), LEAST_SAMPLE))))
 
 
 def _checked_frequency(angular_frequency: float) -> float:

@@ -1,7 +1,7 @@
 """Limits as sensors read them, with the numerical error of the model at the states of the limits."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -10,18 +10,21 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration
 from correlation.model import LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_error_tangents
+from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
-from hbsolve.truncation import truncation
 from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
 SEARCH_ERROR = 5e-4
-#: Frequencies of each level at which the error of truncation is estimated [-].
-LOOKED_AT = 8
+#: Harmonics and samples of the balance that reads a limit, over those of the search that found it [-].
+FINER = 2
+#: Share of the change by it that it still lacks: the forces of contacts have kinks, and errors fall with the square of
+#: the harmonics at least [-].
+LACKING = 1 / (FINER**2 - 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,8 +68,10 @@ def objective_of(model: Model, sensor: Sensor | LineSensor, harmonic: int) -> Ob
 def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates]) -> list[LimitReadings]:
     """Readings at the limits of one level.
 
-    The numerical error is that of contact lines to first order, with the sliders of the limit, and what harmonics and
-    samples leave out.
+    A search with few harmonics finds which sliders lead to a limit, but not how large it is: a static force of a
+    contact that slips throughout may be a third off. Each limit is therefore read with twice the harmonics. The
+    numerical error is that of contact lines to first order, with the sliders of the limit, and what more harmonics
+    would still change, by Richardson's rule.
 
     Parameters
     ----------
@@ -79,8 +84,10 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     wanted
         States of each sensor.
     """
-    truncated = _truncation(curve, wanted[0])
     seen = Configuration.from_model(model, False, None)
+    balance = curve.problem.balance
+    finer = replace(model, n_harmonic=FINER * balance.n_harmonic - 1, n_sample=FINER * balance.n_sample)
+    finely = Configuration.from_model(finer, False, None)
     errors = make_error_tangents(model, budget)
     # The first two are shifts of the frequency, of the jointed and of the free structure.
     tangents, size = errors.tangents[2:], errors.size[2:]
@@ -89,22 +96,24 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
         value, deviation = np.full((2, 2, len(curve.angular_frequency)), np.nan)
         names, harmonic = np.array([states.sensor]), np.array([states.harmonic])
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
-            state = _state(curve, states, side, at)
+            state = _state(balance, curve, at, states.motion[side, at], states.slider[side, at])
             if state is None:
                 continue
-            reading = seen.read(state, names, harmonic)[0]
+            refined = _state(finely.balance, curve, at, state.motion, states.slider[side, at])
+            if refined is None:
+                continue
+            found, reading = seen.read(state, names, harmonic)[0], finely.read(refined, names, harmonic)[0]
             condensed = curve.point(at).condensed
             rates = seen.slopes(state, condensed, names, harmonic, tangents)[0] if tangents else np.zeros(0)
             if states.harmonic:
                 value[side, at] = abs(reading)
-                rates = (np.conj(reading) * rates).real / max(abs(reading), np.finfo(float).tiny)
+                rates = (np.conj(found) * rates).real / max(abs(found), np.finfo(float).tiny)
             else:
                 value[side, at], rates = reading.real, rates.real
             known = np.nan_to_num(size * rates)
-            relative = np.hypot(SEARCH_ERROR, truncated[at])
-            # What vibration leaves in a mean is as inexact as the vibration, however small the mean is.
+            # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
             size_of = abs(reading) + (0.0 if states.harmonic else abs(seen.read(state, names, np.array([1]))[0]))
-            deviation[side, at] = np.hypot(np.linalg.norm(known), relative * size_of)
+            deviation[side, at] = np.linalg.norm([*known, SEARCH_ERROR * size_of, LACKING * abs(reading - found)])
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
         result.append(
@@ -115,27 +124,15 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     return result
 
 
-def _state(curve: LimitCurve, states: LimitStates, side: int, at: int) -> SteadyState | None:
-    """The steady state at a limit; none where there is none."""
-    if not np.isfinite(states.motion[side, at]).all():
+def _state(balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real) -> SteadyState | None:
+    """The steady state at a limit, in as many harmonics as the balance has; none where there is none."""
+    if not np.isfinite(motion).all():
         return None
+    start = np.zeros((len(motion), 2 * balance.n_harmonic - 1))
+    start[:, : motion.shape[1]] = motion
     try:
         return steady_state(
-            curve.problem.balance.at_level(curve.level), float(curve.angular_frequency[at]),
-            start=states.motion[side, at], slider=states.slider[side, at],
-        )  # fmt: skip
+            balance.at_level(curve.level), float(curve.angular_frequency[at]), start=start, slider=slider
+        )
     except NoSteadyState:
         return None
-
-
-def _truncation(curve: LimitCurve, states: LimitStates) -> Float[NDArray[np.float64], " f"]:
-    """Relative error by the harmonics and samples left out, from some of the frequencies, shape (f,) [-]."""
-    n = len(curve.angular_frequency)
-    places, errors = [], []
-    for at in np.unique(np.linspace(0, n - 1, min(n, LOOKED_AT)).round().astype(int)):
-        both = [state for side in (0, 1) if (state := _state(curve, states, side, int(at))) is not None]
-        found = [truncation(curve.problem.balance, state) for state in both]
-        if found:
-            places.append(at)
-            errors.append(max(item.harmonics + item.samples for item in found))
-    return np.interp(np.arange(n), places, errors) if places else np.zeros(n)

@@ -9,7 +9,7 @@ N, HARMONICS, OMEGA = 9, 4, 1.3
 
 
 def structure(damping: str) -> CondensedStructure:
-    """Masses on springs with joints in three directions, damped so that modes with joints, modes without, or none fit."""
+    """Masses on springs with joints in three directions, damped so that modes with joints, without, or none fit."""
     random = np.random.default_rng(5)
     mass, spring = np.diag(random.uniform(0.5, 2.0, N)), random.standard_normal((N, N))
     stiffness = spring @ spring.T + np.eye(N)
