@@ -22,9 +22,8 @@ from reduction.array_type import Real
 SEARCH_ERROR = 5e-4
 #: Harmonics and samples of the balance that reads a limit, over those of the search that found it [-].
 FINER = 2
-#: Share of the change by it that it still lacks: the forces of contacts have kinks, and errors fall with the square of
-#: the harmonics at least [-].
-LACKING = 1 / (FINER**2 - 1)
+#: Frequencies to either side that this change is taken from.
+NEIGHBOURS = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,8 +69,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
 
     A search with few harmonics finds which sliders lead to a limit, but not how large it is: a static force of a
     contact that slips throughout may be a third off. Each limit is therefore read with twice the harmonics. The
-    numerical error is that of contact lines to first order, with the sliders of the limit, and what more harmonics
-    would still change, by Richardson's rule.
+    numerical error is that of contact lines to first order, with the sliders of the limit, and the change by these
+    harmonics: the sliders that are extreme with few need not be with many.
 
     Parameters
     ----------
@@ -93,7 +92,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     tangents, size = errors.tangents[2:], errors.size[2:]
     result = []
     for states in wanted:
-        value, deviation = np.full((2, 2, len(curve.angular_frequency)), np.nan)
+        value, deviation, change = np.full((3, 2, len(curve.angular_frequency)), np.nan)
         names, harmonic = np.array([states.sensor]), np.array([states.harmonic])
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             state = _state(balance, curve, at, states.motion[side, at], states.slider[side, at])
@@ -113,7 +112,9 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             known = np.nan_to_num(size * rates)
             # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
             size_of = abs(reading) + (0.0 if states.harmonic else abs(seen.read(state, names, np.array([1]))[0]))
-            deviation[side, at] = np.linalg.norm([*known, SEARCH_ERROR * size_of, LACKING * abs(reading - found)])
+            deviation[side, at] = np.linalg.norm([*known, SEARCH_ERROR * size_of])
+            change[side, at] = abs(reading - found)
+        deviation = np.hypot(deviation, _pool(change))
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
         result.append(
@@ -121,6 +122,16 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
                 value=np.take_along_axis(value, order, axis=0), deviation=np.take_along_axis(deviation, order, axis=0)
             )
         )
+    return result
+
+
+def _pool(change: Float[NDArray[np.float64], "2 f"]) -> Float[NDArray[np.float64], " f"]:
+    """Root mean square over neighbouring frequencies and both limits, shape (f,): at one it may be 0 by chance."""
+    n, result = change.shape[1], np.zeros(change.shape[1])
+    for at in range(n):
+        near = change[:, max(at - NEIGHBOURS, 0) : at + NEIGHBOURS + 1]
+        near = near[np.isfinite(near)]
+        result[at] = np.sqrt((near**2).mean()) if len(near) else 0.0
     return result
 
 
