@@ -21,7 +21,7 @@ from correlation.data_type.mode import MeasuredMode, motion_sensors, predict_mod
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
-from correlation.modal.fit_modes import fit_modes
+from correlation.modal.fit_modes import Modes, fit_modes
 from correlation.model import DERIVATIVE, Model
 from correlation.signal.frequency_response import Excitation, estimate_frequency_response
 from fe.dense_modes import compute_dense_modes
@@ -69,6 +69,8 @@ class MeasuredResponse:
         Whether no calibration may see it.
     modes
         Modes that the responses show.
+    fit
+        The fit that they are of; None if there is none.
     suspicions
         What looks wrong in the record, in words.
     """
@@ -85,6 +87,7 @@ class MeasuredResponse:
     repeat: int
     held_out: bool = False
     modes: tuple[MeasuredMode, ...] = ()
+    fit: Modes | None = None
     suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -344,7 +347,7 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
                 shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
             )
         )
-    return replace(response, modes=tuple(modes), suspicions=(*response.suspicions, *found.suspicions))
+    return replace(response, modes=tuple(modes), fit=found, suspicions=(*response.suspicions, *found.suspicions))
 
 
 DATA_TYPES.register(

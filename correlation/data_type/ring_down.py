@@ -17,9 +17,10 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.backbone import predict_backbone
-from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
+from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
 from correlation.model import Model
 from correlation.signal.ring_down import RingDown, analyse_ring_down
+from geometry.read_only_array import freeze_fields
 
 #: Amplitudes at which a mode is compared: a backbone is smooth, and neighbouring readings are not independent.
 N_AMPLITUDE = 6
@@ -48,6 +49,8 @@ class FreeDecay:
         Backbones of the modes that were found in it.
     unit
         SI unit of the sensor.
+    time, signal
+        The record, shape (n,) [s, unit].
     held_out
         Whether no calibration may see it.
     """
@@ -58,7 +61,12 @@ class FreeDecay:
     sensor: str
     modes: tuple[RingDown, ...]
     unit: str
+    time: Float[NDArray[np.float64], " n"]
+    signal: Float[NDArray[np.float64], " n"]
     held_out: bool = False
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "time", "signal")
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -107,6 +115,8 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
         sensor=name,
         modes=modes,
         unit=sensor.unit,
+        time=instants,
+        signal=signal,
         held_out=table.take("held_out", bool, False),
     )
     table.finish()
@@ -154,31 +164,6 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
     return np.concatenate(predicted) if predicted else np.zeros(0)
 
 
-def ring_down_panels(model: Model, decay: FreeDecay) -> list[Panel]:
-    """Frequency and damping ratio of each mode against its amplitude."""
-    predicted = predict_ring_down(model, decay).reshape(-1, 2)
-    panels, first = [], 0
-    for mode in decay.modes:
-        rows = chosen_rows(mode)
-        values, first = predicted[first : first + len(rows)], first + len(rows)
-        near = float(np.median(mode.frequency))
-        for column, (words, measured, scale) in enumerate(
-            (("frequency [Hz]", mode.frequency, 1.0), ("damping ratio [%]", mode.damping_ratio, 100.0))
-        ):
-            panels.append(
-                Panel(
-                    title=f"{decay.name}: mode near {near:.4g} Hz",
-                    x_label=f"amplitude of {decay.sensor} [{decay.unit}]",
-                    y_label=words,
-                    measured=((mode.amplitude, scale * measured),),
-                    predicted=((mode.amplitude[rows], scale * values[:, column]),),
-                    is_curve=True,
-                    log_x=True,
-                )
-            )
-    return panels
-
-
 def chosen_rows(mode: RingDown) -> NDArray[np.int64]:
     """Rows of a backbone that are compared, by falling amplitude, evenly in its logarithm, shape (up to 6,)."""
     first, last = np.log(mode.amplitude[0]), np.log(mode.amplitude[-1])
@@ -196,6 +181,6 @@ DATA_TYPES.register(
         features=ring_down_features,
         predict=predict_ring_down,
         states=None,
-        panels=ring_down_panels,
+        panels=None,
     )
 )

@@ -15,7 +15,6 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.feature_comparison import FeatureComparison
 from diagnosis.fit.fit_parameter import Unknowns
-from figure.registry import pictures
 from pipeline.output import replace_file
 from study.case.setup import Setup
 from study.compare.data import (
@@ -23,11 +22,10 @@ from study.compare.data import (
     DataComparison,
     compare_data,
     data_document,
-    data_figures,
-    data_sections,
     describe_data,
     format_data_csv,
 )
+from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
 from study.compare.result import Calibrated
@@ -125,7 +123,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         data = compare_data(model, campaign.data)
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
-        drawn = pictures(data_figures(model, campaign.data, title))
+        drawn, sections = show_data(model, campaign.data, data, title)
     result = DataCompared(
         title=setup.title, campaign=campaign.title, data=data, calibrated=calibrated, suspicions=campaign.suspicions
     )
@@ -138,7 +136,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         summary=result.summary,
         calibrated=calibrated,
         suspicions=campaign.suspicions,
-        sections=data_sections(data, drawn),
+        sections=sections,
     )
     files = {
         run.output / f"{stem}.html": html.encode(),

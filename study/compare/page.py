@@ -8,6 +8,7 @@ from correlation.campaign.measurement import Suspicion
 from study.compare.curve import Drawing
 from study.compare.result import Calibrated, Compared
 from study.compare.section.contact_force import contact_force_sections
+from study.compare.section.linearity import linearity_sections
 from study.compare.section.misfit import misfit_sections
 from study.compare.section.overview import overview_sections
 from study.compare.section.resonance import resonance_sections
@@ -23,6 +24,7 @@ SECTIONS: Sequence[Callable[[Compared, Drawing], Iterator[Section]]] = (
     response_sections,
     misfit_sections,
     resonance_sections,
+    linearity_sections,
     contact_force_sections,
 )
 

@@ -25,14 +25,14 @@ from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.feature_comparison import fit_together
 from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.weighting import Measured, join_measured, take_prediction, weigh_together
-from figure.registry import pictures as draw_pictures
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
-from study.compare.data import compare_data, data_figures, data_sections, format_data_csv, training_data
+from study.compare.data import compare_data, format_data_csv, training_data
 from study.compare.data_run import DataCompared, run_data_comparison
+from study.compare.data_view import show_data
 from study.compare.family_calibration import FamilyRequest, compare_with_families
 from study.compare.family_report import family_sections
 from study.compare.page import page
@@ -109,9 +109,9 @@ def run_compare(
     with run.progress.step("figures", expected=4):
         drawing = Drawing.of(compared)
         drawn = pictures(title, drawing)
-        others = draw_pictures(data_figures(compared.model, campaign.data, title))
-    compared = replace(compared, data=compare_data(compared.model, campaign.data))
-    compared = replace(compared, sections=(*compared.sections, *data_sections(compared.data, others)))
+        data = compare_data(compared.model, campaign.data)
+        others, shown = show_data(compared.model, campaign.data, data, title)
+    compared = replace(compared, data=data, sections=(*compared.sections, *shown))
     files = {run.output / f"{stem}.html": page(compared, drawing).encode()}
     files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}

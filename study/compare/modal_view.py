@@ -1,0 +1,231 @@
+"""Modal view of a campaign: modes that frequency responses show, which of the model's they are, and free decays.
+
+`stickslip compare` shows it below the numbers of each type of data.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.data_type.frequency_response import MeasuredResponse, predict_linear_response
+from correlation.data_type.mode import FAR, MeasuredMode, linear_modes, motion_sensors, shape_at_sensors
+from correlation.data_type.registry import Datum
+from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, FreeDecay, chosen_rows
+from correlation.errors import CampaignError
+from correlation.modal.assurance import coordinate_assurance
+from correlation.modal.pairing import Pairing, pair_modes
+from correlation.model import DERIVATIVE, Model
+from figure.backbone import BackboneCurve, Backbones
+from figure.mac_matrix import MacMatrix
+from figure.ring_down import DecayDrawing
+from figure.stabilisation import StabilisationDrawing
+from study.compare.data import DataComparison
+
+#: Curves of one set of backbones, and pictures of one kind.
+MOST_CURVES, MOST_PICTURES = 6, 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModalSet:
+    """Measured modes with shapes at the same sensors, beside the model's.
+
+    Parameters
+    ----------
+    configuration, sensors
+        Of all of them.
+    measured
+        Modes by rising frequency.
+    frequency, damping
+        Of the model's modes near the measured ones, shape (m,) [Hz, -].
+    pairing
+        Which belong together.
+    coordinate
+        CoMAC of each sensor over the pairs, shape (c,); empty for fewer than two pairs.
+    """
+
+    configuration: str
+    sensors: tuple[str, ...]
+    measured: tuple[MeasuredMode, ...]
+    frequency: NDArray[np.float64]
+    damping: NDArray[np.float64]
+    pairing: Pairing
+    coordinate: NDArray[np.float64]
+
+    @property
+    def name(self) -> str:
+        """Where the modes are from: a frequency response, or the manifest, which names their structure."""
+        return self.measured[0].name.rpartition(", mode")[0] or self.configuration
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModalView:
+    """What is drawn and written of the modes of a campaign.
+
+    Parameters
+    ----------
+    sets
+        Modes with shapes.
+    responses
+        Frequency responses with their modes, and the model's responses beside them, shape (c, f).
+    decays
+        Ring-downs, and the numbers that the model predicts for them, shape (m,).
+    """
+
+    sets: tuple[ModalSet, ...] = ()
+    responses: tuple[tuple[MeasuredResponse, Complex[NDArray[np.complex128], "c f"]], ...] = ()
+    decays: tuple[tuple[FreeDecay, NDArray[np.float64]], ...] = ()
+    figures: dict[str, object] = field(default_factory=dict)
+
+
+def view_modes(model: Model, data: Sequence[Datum], compared: Sequence[DataComparison], title: str) -> ModalView:
+    """Pair, compare and draw; what a model cannot be compared with is left out, as `compare_data` says.
+
+    Parameters
+    ----------
+    model
+        With the sensors of the campaign.
+    data, compared
+        Data of the campaign, and what `compare_data` finds of them.
+    title
+        Of the case.
+    """
+    # A test sees a mode once; the next one sees it again.
+    tests: list[Sequence[MeasuredMode]] = [[item for item in data if isinstance(item, MeasuredMode)]]
+    responses, decays = [], []
+    for item, found in zip(data, compared, strict=True):
+        if isinstance(item, MeasuredResponse) and item.fit is not None:
+            tests.append(item.modes)
+            if not found.reason:
+                responses.append((item, predict_linear_response(model, item)))
+        elif isinstance(item, FreeDecay):
+            decays.append((item, found.predicted))
+    sets = tuple(own for modes in tests for own in _find_sets(model, modes))
+    view = ModalView(sets=sets, responses=tuple(responses), decays=tuple(decays))
+    view.figures.update(_draw(model, view, title))
+    return view
+
+
+def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet]:
+    """Modes of one test with shapes, by configuration and sensors."""
+    groups: dict[tuple[str, tuple[str, ...]], list[MeasuredMode]] = {}
+    for mode in modes:
+        if mode.sensors:
+            groups.setdefault((mode.configuration, mode.sensors), []).append(mode)
+    for (configuration, sensors), own in groups.items():
+        measured = sorted(own, key=lambda mode: mode.frequency)
+        frequency, damping, shapes = linear_modes(model, configuration)
+        near = (frequency > measured[0].frequency / FAR) & (frequency < measured[-1].frequency * FAR)
+        try:
+            seen = shape_at_sensors(model, sensors, frequency[near], shapes[:, near])
+        except CampaignError:
+            continue
+        visible = np.abs(seen).max(axis=0, initial=0.0) > 0
+        frequency, damping, seen = frequency[near][visible], damping[near][visible], seen[:, visible]
+        if not len(frequency):
+            continue
+        shape = np.array([mode.shape for mode in measured]).T
+        pairing = pair_modes(np.array([mode.frequency for mode in measured]), shape, frequency, seen)
+        rows, columns = [pair.measured for pair in pairing.pairs], [pair.model for pair in pairing.pairs]
+        # A single mode says nothing of a sensor beside what its MAC says.
+        coordinate = coordinate_assurance(shape[:, rows], seen[:, columns]) if len(rows) > 1 else np.zeros(0)
+        yield ModalSet(
+            configuration=configuration, sensors=sensors, measured=tuple(measured), frequency=frequency,
+            damping=damping, pairing=pairing, coordinate=np.asarray(coordinate),
+        )  # fmt: skip
+
+
+def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
+    """Results to draw, by the names of their files."""
+    drawn: dict[str, object] = {}
+    for number, own in enumerate(view.sets[:MOST_PICTURES], start=1):
+        drawn[f"mac{_suffix(number, len(view.sets))}"] = MacMatrix(
+            assurance=own.pairing.assurance,
+            measured=np.array([mode.frequency for mode in own.measured]),
+            model=own.frequency,
+            pairs=[(pair.measured, pair.model) for pair in own.pairing.pairs],
+            title=f"{title}: modes of {own.name}",
+            subtitle=f"modal assurance criterion at {len(own.sensors)} sensors; pairs are framed",
+        )
+    for number, (response, _) in enumerate(view.responses[:MOST_PICTURES], start=1):
+        fit = response.fit
+        assert fit is not None
+        diagram, order = fit.stabilisation, _derivative(model, response)
+        # The fit leaves out lines without a value.
+        there = np.isfinite(response.value).all(axis=0)
+        line = response.frequency[there]
+        receptance = np.abs(response.value[:, there]) / (2 * np.pi * line) ** order
+        drawn[f"stabilisation{_suffix(number, len(view.responses))}"] = StabilisationDrawing(
+            order=diagram.order,
+            frequency=diagram.frequency,
+            stable=diagram.stable,
+            line=line,
+            response=np.sqrt((receptance**2).mean(axis=0)),
+            fitted=np.sqrt((np.abs(fit.fitted) ** 2).mean(axis=0)),
+            chosen=fit.frequency,
+            response_label="receptance, r.m.s. [m/N]",
+            title=f"{title}: {response.name}",
+            subtitle="poles over the order of the fit",
+        )
+    for number, (decay, _) in enumerate(view.decays[:MOST_PICTURES], start=1):
+        drawn[f"decay{_suffix(number, len(view.decays))}"] = DecayDrawing(
+            time=decay.time,
+            signal=decay.signal,
+            modes=[
+                (f"{np.median(mode.frequency):.4g} Hz", mode.time, mode.amplitude) for mode in decay.modes
+            ],
+            floor=max((mode.noise_floor for mode in decay.modes), default=0.0),
+            signal_label=f"{decay.sensor} [{decay.unit}]",
+            title=f"{title}: {decay.name}",
+            subtitle="free decay and the amplitudes of its modes",
+        )  # fmt: skip
+    units = list(dict.fromkeys(decay.unit for decay, _ in view.decays))
+    for unit in units:
+        curves = [
+            curve for decay, predicted in view.decays if decay.unit == unit for curve in _curves(decay, predicted)
+        ]
+        if curves:
+            drawn[f"decay_backbone{_suffix(units.index(unit) + 1, len(units))}"] = Backbones(
+                curves=curves[:MOST_CURVES],
+                amplitude_label=f"amplitude [{unit}]",
+                title=f"{title}: backbones of free decays",
+                subtitle="bands are 95 % intervals, dashed lines the model",
+            )
+    return drawn
+
+
+def _derivative(model: Model, response: MeasuredResponse) -> NDArray[np.int64]:
+    """Time derivatives of the displacement that each row of a response is, shape (c, 1)."""
+    return np.array([[DERIVATIVE[sensor.quantity]] for sensor in motion_sensors(model, response.sensors)])
+
+
+def _suffix(number: int, count: int) -> str:
+    return "" if count == 1 else f"_{number}"
+
+
+def _curves(decay: FreeDecay, predicted: NDArray[np.float64]) -> list[BackboneCurve]:
+    """Measured backbone of each mode, and that of the model where it has one."""
+    curves, first, table = [], 0, predicted.reshape(-1, 2)
+    for mode in decay.modes:
+        rows = chosen_rows(mode)
+        own, first = table[first : first + len(rows)], first + len(rows)
+        name = f"{decay.name}, {np.median(mode.frequency):.4g} Hz"
+        curves.append(
+            BackboneCurve(
+                label=name, amplitude=mode.amplitude, frequency=mode.frequency,
+                frequency_deviation=np.hypot(mode.frequency_deviation, LEAST_FREQUENCY * mode.frequency),
+                damping=mode.damping_ratio,
+                damping_deviation=np.hypot(mode.damping_deviation, LEAST_DAMPING * np.abs(mode.damping_ratio)),
+            )
+        )  # fmt: skip
+        if np.isfinite(own).all(axis=1).sum() > 1:
+            none = np.zeros(len(rows))
+            curves.append(
+                BackboneCurve(
+                    label=f"{name}: model", amplitude=mode.amplitude[rows], frequency=own[:, 0],
+                    frequency_deviation=none, damping=own[:, 1], damping_deviation=none, kind="model",
+                )
+            )  # fmt: skip
+    return curves

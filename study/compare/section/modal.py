@@ -1,0 +1,115 @@
+"""Modes of a campaign beside the model's: pairs of modes, agreement of frequency responses, and free decays."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.modal.assurance import response_assurance
+from study.compare.modal_view import ModalSet, ModalView
+from study.compare.section.section import Section, Table
+
+#: With fewer sensors unlike shapes score high.
+FEW_SENSORS = 4
+#: Agreement below which a sensor or a response deserves a word [-].
+LOW = 0.8
+PAIRING = (
+    "Measured modes and the linear modes of the model, paired by shape and nearness in frequency; the closed contacts "
+    "of a jointed structure stick. MAC is 1 for equal shapes; the picture shows it for all modes, pairs are framed."
+)
+RESPONSES = (
+    "FRAC is 1 where the model's linear response has the shape of the measured one over frequency; a resonance that is "
+    "off lowers it, however alike the modes are. Poles that come back at every order of the fit (stable) are modes; "
+    "dotted lines mark those that were taken."
+)
+DECAYS = (
+    "Frequency and damping ratio of each mode against its falling amplitude. The force that began the decay does not "
+    "matter. With friction, damping peaks where contacts begin to slip; a linear structure shows horizontal lines."
+)
+
+
+def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Section]:
+    """Sections of a page: modes with shapes, agreement of responses, and free decays, as far as there are any.
+
+    Parameters
+    ----------
+    view
+        What `view_modes` found.
+    drawn
+        Its pictures by name.
+    """
+
+    def pictures(*names: str) -> dict[str, bytes]:
+        return {name: picture for name, picture in drawn.items() if name.rstrip("_0123456789") in names}
+
+    if view.sets:
+        head = ("modes", "measured [Hz]", "model [Hz]", "error", "measured \u03b6", "model \u03b6", "MAC")
+        rows = [row for own in view.sets for row in _pair_rows(own)]
+        text = " ".join(sentence for own in view.sets for sentence in _judge_shapes(own))
+        yield Section(
+            title="Mode pairing",
+            text=f"{PAIRING} {text}",
+            table=Table(head=head, rows=rows),
+            pictures=pictures("mac"),
+        )
+    if view.responses:
+        rows = [
+            [response.name, sensor, f"{value:.3f}"]
+            for response, predicted in view.responses
+            for sensor, value in zip(response.sensors, _agreement(response, predicted), strict=True)
+        ]
+        yield Section(
+            title="Frequency responses: poles and agreement",
+            text=RESPONSES,
+            table=Table(head=("response", "sensor", "FRAC"), rows=rows, words=2),
+            pictures=pictures("stabilisation"),
+        )
+    if view.decays:
+        yield Section(title="Free decays", text=DECAYS, pictures=pictures("decay_backbone", "decay"))
+
+
+def _pair_rows(own: ModalSet) -> list[list[str]]:
+    """Pairs, measured modes without a partner, and modes of the model that no one measured."""
+    rows = []
+    for pair in own.pairing.pairs:
+        mode, damping = own.measured[pair.measured], own.damping[pair.model]
+        rows.append(
+            [
+                own.name, f"{mode.frequency:.3f} \u00b1 {2 * mode.frequency_deviation:.2g}",
+                f"{pair.model_frequency:.3f}", f"{pair.frequency_error:+.2%}", _percent(mode.damping),
+                _percent(damping), f"{pair.assurance:.3f}",
+            ]
+        )  # fmt: skip
+    alone = [own.measured[number] for number in own.pairing.measured_only]
+    rows += [[own.name, f"{mode.frequency:.3f}", "none", "", _percent(mode.damping), "", ""] for mode in alone]
+    rows += [
+        [own.name, "not measured", f"{own.frequency[number]:.3f}", "", "", _percent(own.damping[number]), ""]
+        for number in own.pairing.model_only
+    ]
+    return rows
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.3f} %" if np.isfinite(value) else ""
+
+
+def _judge_shapes(own: ModalSet) -> Iterator[str]:
+    """What sensors say of the model, and how much the criterion can say with so few of them."""
+    if len(own.sensors) < FEW_SENSORS:
+        yield (
+            f"With {len(own.sensors)} sensors unlike shapes of the {own.configuration} structure may score high: "
+            "trust the frequencies more."
+        )
+    for sensor, value in zip(own.sensors, own.coordinate, strict=False):
+        if value < LOW:
+            yield (
+                f"Sensor {sensor} agrees least over the pairs (CoMAC {value:.2f}): its place, direction or sign may be "
+                "wrong, or the model is wrong there."
+            )
+
+
+def _agreement(response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"]) -> NDArray[np.float64]:
+    there = np.isfinite(response.value).all(axis=0)
+    return np.asarray(response_assurance(response.value[:, there], predicted[:, there]))
