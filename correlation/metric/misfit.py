@@ -178,9 +178,9 @@ def compute_misfit(
     )
 
 
-def split_misfit(of: Misfit, axis: str) -> tuple[Share, ...]:
+def split_misfit(of: Misfit, axis: str, level_unit: str = "N") -> tuple[Share, ...]:
     """Split along an axis of `AXES`, in its order."""
-    code, labels = _codes(of, axis)
+    code, labels = _codes(of, axis, level_unit)
     return tuple(_share(of.where(code == number), label) for number, label in enumerate(labels))
 
 
@@ -194,9 +194,9 @@ def worst(split: Sequence[Share]) -> Share:
     return max(split, key=lambda share: share.deviations)
 
 
-def worst_cell(of: Misfit) -> tuple[Share, Points]:
+def worst_cell(of: Misfit, level_unit: str = "N") -> tuple[Share, Points]:
     """The worst of all cells level x band x sensor x harmonic, and its points."""
-    coded = [_codes(of, axis) for axis in ("level", "band", "sensor", "harmonic")]
+    coded = [_codes(of, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
     cells, number = np.unique(np.column_stack([code for code, _ in coded]), axis=0, return_inverse=True)
     number = np.asarray(number).ravel()
     squares = np.nansum(of.standardised**2, axis=1)
@@ -226,7 +226,7 @@ def bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
     return code, labels
 
 
-def _codes(of: Misfit, axis: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
+def _codes(of: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
     points = of.points
     if axis == "band":
         return bands(points)
@@ -235,13 +235,13 @@ def _codes(of: Misfit, axis: str) -> tuple[Int[NDArray[np.int64], " k"], list[st
         return np.array([names.index(str(name)) for name in points.sensor]), names
     column = {"configuration": points.free, "level": points.level, "harmonic": points.harmonic}[axis]
     values, code = np.unique(column, return_inverse=True)
-    return np.asarray(code).ravel(), [_words(axis, value) for value in values.tolist()]
+    return np.asarray(code).ravel(), [_words(axis, value, level_unit) for value in values.tolist()]
 
 
-def _words(axis: str, value: float) -> str:
+def _words(axis: str, value: float, level_unit: str) -> str:
     if axis == "configuration":
         return configuration(bool(value))
-    return f"{value:g} N" if axis == "level" else f"harmonic {value}"
+    return f"{value:g} {level_unit}" if axis == "level" else f"harmonic {value}"
 
 
 def _share(of: Misfit, label: str) -> Share:

@@ -142,7 +142,11 @@ def compute_peak_errors(
 
 
 def find_unread_peaks(
-    observed: Observation, predicted: Coefficients, features: FeatureVector, sweeps: tuple[int, ...] = ()
+    observed: Observation,
+    predicted: Coefficients,
+    features: FeatureVector,
+    sweeps: tuple[int, ...] = (),
+    level_unit: str = "N",
 ) -> tuple[str, ...]:
     """Why a resonance was not read, of each configuration and level whose peak ends in a jump, in words."""
     points, reasons = observed.points, []
@@ -158,8 +162,8 @@ def find_unread_peaks(
         whose = [name for name, of in both.items() if has_jump_at_peak(points, of, rows, sweeps)]
         if whose:
             reasons.append(
-                f"the {' and the '.join(whose)} peak of {'free' if free else 'jointed'} at {level:g} N ends in a jump, "
-                "or the sweeps differ there: neither of two branches shows a damping ratio by its width"
+                f"the {' and the '.join(whose)} peak of {'free' if free else 'jointed'} at {level:g} {level_unit} ends "
+                "in a jump, or the sweeps differ there: neither of two branches shows a damping ratio by its width"
             )
     return tuple(reasons)
 

@@ -56,7 +56,7 @@ class Linearity:
         freeze_fields(self, "significant", kind=np.bool_)
 
 
-def check_linearity(level: Any, responses: Any, deviation: Any) -> Linearity:
+def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N") -> Linearity:
     """Homogeneity of frequency responses measured at several levels at the same frequencies.
 
     Parameters
@@ -67,6 +67,8 @@ def check_linearity(level: Any, responses: Any, deviation: Any) -> Linearity:
         Response per force of each level, complex or amplitudes alone, shape (l, f) or (l, c, f).
     deviation
         Standard deviation of real and imaginary part, or of the amplitude, of the same shape.
+    unit
+        Unit of the levels.
 
     Raises
     ------
@@ -104,24 +106,25 @@ def check_linearity(level: Any, responses: Any, deviation: Any) -> Linearity:
         index[place] = np.sqrt(max(square.sum() - parts * variance.sum(), 0.0) / size)
     return Linearity(
         level=levels, index=index, noise=noise, significant=significant,
-        sentence=_sentence(levels, index, noise, significant),
+        sentence=_sentence(levels, index, noise, significant, unit),
     )  # fmt: skip
 
 
-def _sentence(level: Levels, index: Levels, noise: Levels, significant: NDArray[np.bool_]) -> str:
+def _sentence(level: Levels, index: Levels, noise: Levels, significant: NDArray[np.bool_], unit: str) -> str:
     """Which levels differ from the lowest, and by how much."""
     matter = np.flatnonzero(significant & (index > NEGLIGIBLE))
     if not len(matter):
         most = max(float(index[significant].max()) if significant.any() else 0.0, float(noise.max()))
         return (
-            f"no level from {level[0]:.4g} to {level[-1]:.4g} N differs from the lowest beyond its noise by more than "
-            f"{NEGLIGIBLE:.0%}: linear as far as these data can tell ({most:.2g} of the response would not have "
+            f"no level from {level[0]:.4g} to {level[-1]:.4g} {unit} differs from the lowest beyond its noise by more "
+            f"than {NEGLIGIBLE:.0%}: linear as far as these data can tell ({most:.2g} of the response would not have "
             "been seen)"
             if noise.max() > NEGLIGIBLE
-            else f"linear within {max(most, NEGLIGIBLE):.2g} of the response from {level[0]:.4g} to {level[-1]:.4g} N"
+            else f"linear within {max(most, NEGLIGIBLE):.2g} of the response from {level[0]:.4g} to {level[-1]:.4g} "
+            f"{unit}"
         )
-    listed = ", ".join(f"{level[place]:.4g} N by {index[place]:.2g}" for place in matter)
+    listed = ", ".join(f"{level[place]:.4g} {unit} by {index[place]:.2g}" for place in matter)
     return (
-        f"not linear: responses per newton differ from those at {level[0]:.4g} N beyond noise ({noise.max():.2g}) at "
-        f"{listed} of their size"
+        f"not linear: responses per unit of force differ from those at {level[0]:.4g} {unit} beyond noise "
+        f"({noise.max():.2g}) at {listed} of their size"
     )

@@ -22,22 +22,26 @@ WORDS = {axis: f"worst {axis}" for axis in AXES}
 
 def in_words(compared: Compared) -> str:
     """For people: what was compared, where the model fails, by how much, and its resonances."""
-    table = compared.campaign.measurement
+    table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
     lines = [
         f"{side_by_side(compared.title, compared.campaign.title)}: {len(compared.campaign.sensors)} sensors, "
-        f"{levels} N, {len(np.unique(table.repeat))} repeats",
+        f"{levels} {unit}, {len(np.unique(table.repeat))} repeats",
         "",
     ]
     lines += _calibrated(compared)
     summary = summarise(compared)
     lines += [f"{summary.tag}.", *summary.sentences, ""]
     for name, misfit in _sides(compared).items():
-        lines += [*_side(name, misfit), ""]
+        lines += [*_side(name, misfit, compared.campaign.drive.unit), ""]
     if compared.peaks:
         lines += [*_peaks(compared), ""]
     if compared.unread or compared.jumps:
-        lines += [*(f"Not read: {reason}." for reason in compared.unread), *map(describe_jump, compared.jumps), ""]
+        lines += [
+            *(f"Not read: {reason}." for reason in compared.unread),
+            *(describe_jump(jump, unit) for jump in compared.jumps),
+            "",
+        ]
     if compared.data:
         lines += [*describe_data(compared.data), ""]
     if compared.families is not None:
@@ -56,7 +60,7 @@ def document(compared: Compared) -> dict[str, Any]:
         "summary": [summary.tag, *summary.sentences],
         "suspicions": [str(item) for item in compared.suspicions],
         "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in compared.calibrated},
-        "sets": {name: _document(misfit) for name, misfit in _sides(compared).items()},
+        "sets": {name: _document(misfit, compared.campaign.drive.unit) for name, misfit in _sides(compared).items()},
         "resonances": [
             {
                 "configuration": configuration(peak.free),
@@ -102,8 +106,8 @@ def _sides(compared: Compared) -> Mapping[str, Misfit]:
     return sides if compared.held_out is None else sides | {"held out": compared.held_out}
 
 
-def _document(misfit: Misfit) -> dict[str, Any]:
-    cell, points = worst_cell(misfit)
+def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
+    cell, points = worst_cell(misfit, unit)
     return {
         **_share_document(whole(misfit)),
         "n_not_found": _not_found(misfit),
@@ -115,7 +119,7 @@ def _document(misfit: Misfit) -> dict[str, Any]:
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
         },
-        "by": {axis: [_share_document(share) for share in split_misfit(misfit, axis)] for axis in AXES},
+        "by": {axis: [_share_document(share) for share in split_misfit(misfit, axis, unit)] for axis in AXES},
     }
 
 
@@ -147,20 +151,20 @@ def _calibrated(compared: Compared) -> list[str]:
     ]
 
 
-def _side(name: str, misfit: Misfit) -> Iterator[str]:
+def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = whole(misfit)
     mean = f"whitened {all_of.whitened:.3g} standard deviations in the mean (noise alone makes 1)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:
         yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
-    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis)) > 1]
+    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
     width = max([len(share.label) for _, share in rows] + [len("all points")])
     yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
     for what, share in [("all", all_of), *rows]:
         label = "all points" if share is all_of else share.label
         yield f"  {what:<19}  {label:<{width}}  {share.deviations:19.3g}  {_errors(share)}"
-    cell, _ = worst_cell(misfit)
+    cell, _ = worst_cell(misfit, unit)
     yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
 
 
@@ -184,13 +188,14 @@ def _signed(cell: Share) -> str:
 
 
 def _peaks(compared: Compared) -> Iterator[str]:
+    unit = compared.campaign.drive.unit
     yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
     yield "  structure     level   frequency [Hz]     error             damping     error"
     for peak in compared.peaks:
         frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
         damping = _error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
         yield (
-            f"  {configuration(peak.free):<9}  {peak.level:6g} N  {peak.frequency:15.3f}  {frequency:<17}  "
+            f"  {configuration(peak.free):<9}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  {frequency:<17}  "
             f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
         )
 
@@ -210,14 +215,15 @@ def _peaks(compared: Compared) -> Iterator[str]:
     if deviations > CLEAR_PEAK:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
-            f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} N is "
+            f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} "
+            f"{unit} is "
             f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
         )
 
 
-def describe_jump(jump: JumpError) -> str:
+def describe_jump(jump: JumpError, level_unit: str) -> str:
     """``jointed, 3 N, up-sweep: jumps down at 25.1 Hz, the model at 24.6 Hz (-0.5 Hz)``."""
-    where = f"{configuration(jump.free)}, {jump.level:g} N, {'up' if jump.sweep > 0 else 'down'}-sweep"
+    where = f"{configuration(jump.free)}, {jump.level:g} {level_unit}, {'up' if jump.sweep > 0 else 'down'}-sweep"
     way = "down" if jump.falls else "up"
     if not np.isfinite(jump.frequency):
         return f"{where}: the model jumps {way} at {jump.predicted_frequency:.5g} Hz, the measured response does not"

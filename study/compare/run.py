@@ -163,7 +163,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         jumps=compute_jump_errors(
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
-        unread=sides[0].unread_peaks,
+        unread=sides[0].find_unread_peaks(campaign.drive.unit),
         suspicions=(*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks),
         calibrated=calibrated,
     )
@@ -182,11 +182,10 @@ class Side:
         of = self.comparison
         return compute_peak_errors(of.observed, self.prediction.value, of.features, of.whitening, of.predictor.sweeps)
 
-    @property
-    def unread_peaks(self) -> tuple[str, ...]:
+    def find_unread_peaks(self, level_unit: str) -> tuple[str, ...]:
         """Why a resonance was not read, in words."""
         of = self.comparison
-        return find_unread_peaks(of.observed, self.prediction.value, of.features, of.predictor.sweeps)
+        return find_unread_peaks(of.observed, self.prediction.value, of.features, of.predictor.sweeps, level_unit)
 
     @property
     def misfit(self) -> Misfit:

@@ -148,8 +148,17 @@ def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[st
         f"{100 * last.predicted_damping:.2g} % in the model"
     )
     if abs(predicted - measured) > CLEAR_PEAK * chance:
-        sentence += f": the model softens {'more' if predicted < measured else 'less'} with the level than the specimen"
+        sentence += f": {_compare_trends(measured, predicted)}"
     yield f"{sentence}."
+
+
+def _compare_trends(measured: float, predicted: float) -> str:
+    """Whether the model softens or hardens with the level more or less than the specimen, from changes of frequency."""
+    if measured * predicted < 0:
+        ways = ("softens" if change < 0 else "hardens" for change in (predicted, measured))
+        return "the model {} with the level, the specimen {}".format(*ways)
+    verb = "softens" if measured + predicted < 0 else "hardens"
+    return f"the model {verb} {'more' if abs(predicted) > abs(measured) else 'less'} with the level than the specimen"
 
 
 def format_square(size: float) -> str:

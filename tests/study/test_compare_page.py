@@ -93,8 +93,8 @@ def test_the_page_holds_everything_and_loads_nothing() -> None:
     assert "The &lt;model&gt; itself" in text
     titles = re.findall(r"<h2>(.*?)</h2>", text)
     assert titles == [
-        "Measured and predicted responses", "Where the model fails", "Resonances and backbone", "Contact forces",
-        "What was compared",
+        "Measured and predicted responses", "Where the model fails", "Resonances and backbone",
+        "Linearity over levels", "Contact forces", "What was compared",
     ]  # fmt: skip
     # plotly.js is 4.7 MB; a few hundred readings are nothing beside it.
     assert len(text) < 5.5e6
@@ -143,11 +143,14 @@ def test_sections_of_a_command_are_shown_and_parts_without_data_are_not() -> Non
     }
     text = page(bare, replace(drawing(), panels=motions))
     titles = re.findall(r"<h2>(.*?)</h2>", text)
-    assert titles == ["Measured and predicted responses", "Where the model fails", "Loops", "What was compared"]
+    assert titles == [
+        "Measured and predicted responses", "Where the model fails", "Linearity over levels", "Loops",
+        "What was compared",
+    ]  # fmt: skip
     assert "data:image/png;base64,iVBORw==" in text
     assert "<b>more</b>" in text
     assert "Work per cycle." in text
-    assert 'id="plot2-0"' in text
+    assert 'id="plot3-0"' in text
 
 
 def peak(level: float, frequency: float, predicted: float, damping: float = 0.01) -> PeakError:
@@ -167,7 +170,8 @@ def peak(level: float, frequency: float, predicted: float, damping: float = 0.01
             ["1 to 1.5 % too high", "falls by 1 Hz", "by 0.5 Hz", "softens less"],
         ),
         ([(1.0, 100.0, 99.0), (5.0, 99.0, 99.0)], ["1 % too low at 1 kN", "softens less"]),
-        ([(1.0, 100.0, 99.0), (5.0, 100.0, 101.0)], ["-1 to +1 %", "softens less"]),
+        ([(1.0, 100.0, 99.0), (5.0, 100.0, 101.0)], ["-1 to +1 %", "the model hardens more"]),
+        ([(1.0, 100.0, 101.0), (5.0, 99.0, 102.0)], ["the model hardens with the level, the specimen softens"]),
     ],
 )
 def test_resonances_are_described_by_what_is_more_than_chance(

@@ -25,7 +25,7 @@ def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section
         found = _responses(misfit)
         if found is None:
             continue
-        result = check_linearity(*found)
+        result = check_linearity(*found, drawing.unit)
         name = configuration(free)
         sentences.append(f"{name[0].upper()}{name[1:]}: {result.sentence}.")
         rows += [

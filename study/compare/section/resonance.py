@@ -37,8 +37,9 @@ HEAD = (
 def resonance_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
     """One section, if the bands hold a resonance."""
     remarks = [f"Not read: {reason}." for reason in compared.unread]
-    if compared.jumps:
-        remarks.append(f"Jumps between two steady states: {'; '.join(map(describe_jump, compared.jumps))}.")
+    jumps = [describe_jump(jump, drawing.unit) for jump in compared.jumps]
+    if jumps:
+        remarks.append(f"Jumps between two steady states: {'; '.join(jumps)}.")
     if not compared.peaks:
         if remarks:
             yield Section(title="Resonances and backbone", text=" ".join(remarks))

@@ -1,0 +1,66 @@
+"""Modes and free decays of a campaign beside those of the model."""
+
+import numpy as np
+import pytest
+
+from correlation.data_type.mode import MeasuredMode
+from correlation.model import Model, Sensor
+from reduction.jointed_system import JointedSystem
+from study.compare.data import compare_data
+from study.compare.modal_view import view_modes
+from study.compare.section.modal import modal_sections
+
+#: Two equal masses on three equal springs: sqrt(1) and sqrt(3) times this [Hz].
+HERTZ = 200 / (2 * np.pi)
+
+
+def model() -> Model:
+    stiffness = 4e4 * np.array([[2.0, -1.0], [-1.0, 2.0]])
+    force = np.zeros((2, 2), dtype=np.complex128)
+    force[1, 0] = 1.0
+    system = JointedSystem(
+        mass=np.eye(2), damping=1e-4 * stiffness, stiffness=stiffness, joints=[], harmonic_force=force
+    )
+    return Model(
+        system=system, sensors=tuple(Sensor(name=name, row=row) for name, row in zip("ab", np.eye(2), strict=True))
+    )
+
+
+def mode(name: str, frequency: float, *shape: float) -> MeasuredMode:
+    return MeasuredMode(
+        name=name, configuration="jointed", frequency=frequency, frequency_deviation=0.01, sensors=("a", "b"),
+        shape=np.array(shape, dtype=np.complex128),
+    )  # fmt: skip
+
+
+def test_shapes_decide_which_mode_is_which() -> None:
+    # Both are 30 % off, each towards the other.
+    modes = [mode("together", 1.3 * HERTZ, 1, 1.02), mode("apart", 0.75 * np.sqrt(3) * HERTZ, 1, -0.98)]
+    view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
+    (own,) = view.sets
+    found = {own.measured[pair.measured].name: pair.model_frequency for pair in own.pairing.pairs}
+    assert found == pytest.approx({"together": HERTZ, "apart": np.sqrt(3) * HERTZ})
+    # cos^2 of the angle between (1, 1.02) and (1, 1), and between (1, -0.98) and (1, -1).
+    assurance = {own.measured[pair.measured].name: pair.assurance for pair in own.pairing.pairs}
+    expected = {"together": 2.02**2 / (2 * (1 + 1.02**2)), "apart": 1.98**2 / (2 * (1 + 0.98**2))}
+    assert assurance == pytest.approx(expected)
+    assert own.coordinate == pytest.approx(1, abs=1e-3)
+    (section,) = modal_sections(view, {"mac": b""})
+    assert section.table is not None
+    assert len(section.table.rows) == 2
+    assert "2 sensors" in section.text
+
+
+def test_modes_without_a_partner_are_named_on_either_side() -> None:
+    modes = [mode("together", HERTZ, 1, 1), mode("stranger", 1.01 * HERTZ, 1, 0.98)]
+    view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
+    (section,) = modal_sections(view, {})
+    assert section.table is not None
+    assert [row[2] for row in section.table.rows if row[1].startswith("32.149")] == ["none"]
+
+
+def test_modes_without_shapes_have_no_pairs() -> None:
+    modes = [MeasuredMode(name="one", configuration="jointed", frequency=HERTZ, frequency_deviation=0.01)]
+    view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
+    assert not view.sets
+    assert not view.figures
