@@ -14,6 +14,7 @@ import threading
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for_all
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
@@ -263,16 +264,27 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
     CONTEXT.set_forkserver_preload(list(modules))
     # Nothing is ever sent: the processes see the end of file when this one closes its end, or is killed.
     alive, stays_open = CONTEXT.Pipe(duplex=False)
+    # It would unblock Ctrl-C if it were started below.
+    resource_tracker.ensure_running()
+    n_worker = workers or os.cpu_count() or 1
     with single_threaded():
-        pool = ProcessPoolExecutor(
-            workers or os.cpu_count() or 1, mp_context=CONTEXT, initializer=_begin, initargs=(alive,)
-        )
+        pool = ProcessPoolExecutor(n_worker, mp_context=CONTEXT, initializer=_begin, initargs=(alive,))
         try:
+            # Ctrl-C waits until all have begun, seconds of imports: before, they would print where they were.
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+            try:
+                wait_for_all([pool.submit(_nothing) for _ in range(n_worker)])
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
             yield pool
         finally:
             stays_open.close()
             pool.shutdown(cancel_futures=True)
             alive.close()
+
+
+def _nothing() -> None:
+    """What a process does to have begun."""
 
 
 def _begin(alive: Connection) -> None:

@@ -94,6 +94,41 @@ def test_processes_end_with_the_one_that_was_killed_or_left_early(tmp_path: Path
         _until(lambda pid=pid: not _runs(int(pid)))
 
 
+INTERRUPTED = """\
+from time import sleep
+from pipeline.parallel import process_pool
+
+if __name__ == "__main__":
+    try:
+        with process_pool(["slow_import"], 2) as pool:
+            pool.submit(sleep, 600).result()
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+SLOW_IMPORT = """\
+from pathlib import Path
+from time import sleep
+Path("importing").touch()
+sleep(3)
+Path("imported").touch()
+"""
+
+
+@pytest.mark.parametrize("moment", ["importing", "imported"])
+def test_a_terminals_interruption_of_a_pool_is_silent_even_while_it_imports(tmp_path: Path, moment: str) -> None:
+    (tmp_path / "pool.py").write_text(INTERRUPTED)
+    (tmp_path / "slow_import.py").write_text(SLOW_IMPORT)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    with subprocess.Popen(
+        [sys.executable, "pool.py"], cwd=tmp_path, env=environment, start_new_session=True, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        _until((tmp_path / moment).exists)
+        os.killpg(process.pid, signal.SIGINT)  # a terminal sends it to all processes
+        out, errors = process.communicate(timeout=60)
+    assert (out, errors) == ("interrupted\n", "")
+
+
 def _runs(pid: int) -> bool:
     try:
         os.kill(pid, 0)
