@@ -22,6 +22,8 @@ class FirstEstimate:
         What it was read from.
     bias
         Known biases, in words.
+    may_be_less
+        Whether a bias can only have raised the value.
     """
 
     parameter: str
@@ -31,6 +33,7 @@ class FirstEstimate:
     model_value: float
     source: str
     bias: tuple[str, ...] = ()
+    may_be_less: bool = False
 
     @property
     def factor(self) -> float:
@@ -67,9 +70,9 @@ def contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
                 continue
             low, high = (end / item.model_value for end in item.interval)
             own_low, own_high = (end / best.model_value for end in best.interval)
-            if low > own_high or high < own_low:
+            if (low > own_high and not item.may_be_less) or (high < own_low and not best.may_be_less):
                 found.append(
                     f"{parameter}: {item.source} says {item.factor:.3g} times the model, {best.source} "
-                    f"{best.factor:.3g} times: one factor for all contacts cannot be right for both"
+                    f"{best.factor:.3g} times: one factor cannot be right for both"
                 )
     return found

@@ -20,13 +20,19 @@ from study.estimate.first_estimate import FirstEstimate
 
 SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
 FREE = "the structure without contacts: bearings and air are part of it, friction is not"
-SOFTENED = "the lowest level may already slip a little: the stiffness is biased low then"
+SOFTENED = (
+    "the lowest level may already slip a little: the frequency is corrected by half of what micro-slip with the "
+    "measured friction damping may take from it, and the interval holds from none to all of it"
+)
 OTHER = "the model's own error of the frequency beyond that of the free structure goes into the stiffness"
 ALONE = "the model's modulus is taken as right within 1 %: measure the structure without its contacts, too"
 #: Least relative standard deviations of a frequency and of a damping ratio that are read off a test [-].
 LEAST_FREQUENCY, LEAST_DAMPING = 3e-4, 0.03
 #: A model's mode further off than this factor is another one [-].
 FAR = 1.4
+#: Most that friction lowers a frequency, over the damping ratio that it adds [-]: micro-slip on a curve
+#: F = k u - c u^2, whose Masing loops lose c A of their stiffness at amplitude A, and dissipate 4 / 3 c A^3 per cycle.
+MOST_SOFTENING = 3 * np.pi / 4
 #: Factors on the tangential stiffness at which the stuck frequency is computed [-].
 GRID = np.geomspace(*BOUNDS["kt"], 40)
 
@@ -123,19 +129,8 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
 
 def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstimate]:
     """The damping of the structure by one resonance, if the model has its mode."""
-    if not np.isfinite(resonance.damping):
-        return
-    system = (model.free() if resonance.free else model).system
-    stiffness = stick_at_rest(system.stiffness, system.joints)
-    modes = compute_dense_modes(system.mass, stiffness)
-    own = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
-    nearest = int(np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / resonance.frequency))))
-    if not 1 / FAR < own[nearest] / resonance.frequency < FAR:
-        return
-    shape = modes.mode_shapes[:, nearest]
-    modal_mass = float(shape @ system.mass @ shape)
-    ratio = float(shape @ system.damping @ shape) / (modal_mass * 2 * float(np.sqrt(modes.lambda_[nearest])))
-    if not ratio > 0:
+    ratio = damping_ratio(model, resonance)
+    if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
         return
     deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
     yield FirstEstimate(
@@ -146,13 +141,38 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
         model_value=ratio,
         source=resonance.source,
         bias=(FREE,) if resonance.free else (SLIPS,),
+        may_be_less=not resonance.free,
     )
 
 
-def estimate_stiffness(model: Model, stuck: Resonance, free: Resonance | None) -> Iterator[FirstEstimate]:
+def damping_ratio(model: Model, resonance: Resonance) -> float | None:
+    """Damping ratio of the model's mode at a resonance, contacts stuck, or None if it has no such mode [-]."""
+    system = (model.free() if resonance.free else model).system
+    modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
+    own = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+    nearest = int(np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / resonance.frequency))))
+    if not 1 / FAR < own[nearest] / resonance.frequency < FAR:
+        return None
+    shape = modes.mode_shapes[:, nearest]
+    modal_mass = float(shape @ system.mass @ shape)
+    return float(shape @ system.damping @ shape) / (modal_mass * 2 * float(np.sqrt(modes.lambda_[nearest])))
+
+
+def estimate_stiffness(
+    model: Model, stuck: Resonance, free: Resonance | None, damping_factor: float
+) -> Iterator[FirstEstimate]:
     """The tangential stiffness by the ratio of the stuck to the free frequency, if the model's ratio depends on it.
 
-    Without a free one the model's modulus is taken as right within the deviation of its prior.
+    Parameters
+    ----------
+    model
+        Model with contacts.
+    stuck
+        Resonance with the contacts.
+    free
+        One without them; if None, the model's modulus is taken as right within the deviation of its prior.
+    damping_factor
+        On the model's damping, by what was measured without contacts: damping beyond it is friction.
     """
     wanted, relative = stuck.frequency, stuck.frequency_deviation / stuck.frequency
     if free is None:
@@ -166,6 +186,9 @@ def estimate_stiffness(model: Model, stuck: Resonance, free: Resonance | None) -
         wanted *= nearest / free.frequency
         relative = float(np.hypot(relative, free.frequency_deviation / free.frequency))
     deviation = wanted * float(np.hypot(relative, LEAST_FREQUENCY))
+    structural = damping_ratio(model, stuck)
+    friction = stuck.damping - damping_factor * structural if structural is not None else 0.0
+    softening = MOST_SOFTENING * friction if friction > 0 else 0.0
     places = []
     for factor in GRID:
         scaled = scale_contacts(model, dict.fromkeys(model.lines, float(factor)), CONTACT["kt"]).system
@@ -179,7 +202,11 @@ def estimate_stiffness(model: Model, stuck: Resonance, free: Resonance | None) -
         return
     value, low, high = (
         float(np.interp(item, curve, GRID, left=0.0, right=np.inf))
-        for item in (wanted, wanted - 1.96 * deviation, wanted + 1.96 * deviation)
+        for item in (
+            wanted * (1 + softening / 2),
+            wanted - 1.96 * deviation,
+            wanted * (1 + softening) + 1.96 * deviation,
+        )
     )
     if not 0 < value < np.inf:
         return

@@ -164,12 +164,16 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
                 warnings.append(str(error))
     yield from estimate_from_forces(model, campaign)
     resonances = list(find_resonances(campaign))
-    for item in resonances:
-        yield from estimate_damping(model, item)
     free = [item for item in resonances if item.free]
     stuck = [item for item in resonances if not item.free]
+    without = [estimate for item in free for estimate in estimate_damping(model, item)]
+    yield from without
+    for item in stuck:
+        yield from estimate_damping(model, item)
     if stuck and model.lines:
-        yield from estimate_stiffness(model, stuck[0], free[0] if free else None)
+        best = choose(without, "zeta")
+        factor = best.factor if best else 1.0
+        yield from estimate_stiffness(model, stuck[0], free[0] if free else None, factor)
 
 
 def _written(item: FirstEstimate) -> Written:

@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.read_campaign import read_campaign
+from study.case.setup import read_case
 from study.cli import main
+from study.estimate.resonance import Resonance, estimate_stiffness
 
 STIFFNESS, DAMPING = 4e5, 0.004
 KT, MU, PRELOAD = 2e5, 0.4, 20.0
@@ -72,10 +75,10 @@ damping_deviation = "0.001 %"
 """
 
 
-def chain(kt: float) -> tuple[np.ndarray, np.ndarray]:
+def chain(kt: complex) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness of the specimen with a spring of the wall along x."""
     stiffness = STIFFNESS * np.array([[2.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 100.0]])
-    stiffness[1, 1] += kt
+    stiffness = stiffness + kt * np.diag([0.0, 1.0, 0.0])
     return np.eye(3), stiffness
 
 
@@ -146,3 +149,41 @@ def test_write_changes_the_case_and_keeps_its_comments(folder: Path, capfdbinary
     # The case as drawn is what factors refer to: a second run finds the same.
     assert [item["factor"] for item in again["estimates"]] == [item["factor"] for item in result["estimates"]]  # type: ignore[index, union-attr]
     assert again["lines"] == []
+
+
+def jenkins(slip: float) -> complex:
+    """Complex stiffness over kt of one Jenkins element, at an amplitude over that at which it begins to slip."""
+    angle = np.arccos(1 - 2 / slip)
+    return complex((angle - np.sin(2 * angle) / 2 + 1j * np.sin(angle) ** 2) / np.pi)
+
+
+def micro_slip(share: float) -> complex:
+    """The same of a contact F = k u - c u^2 whose loops are Masing's, with share = c A / k."""
+    phase = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
+    gone = 1 - np.cos(phase)  # from the reversal at u = A, and again from that at -A
+    there = 1 - gone + share * (gone**2 / 2 - 1)
+    back = -1 + (1 + np.cos(phase)) - share * ((1 + np.cos(phase)) ** 2 / 2 - 1)
+    return complex(2 * np.mean(np.where(phase < np.pi, there, back) * np.exp(-1j * phase)))
+
+
+@pytest.mark.parametrize(
+    "contact", [jenkins(1.02), jenkins(1.3), jenkins(2.0), micro_slip(0.02), micro_slip(0.1), micro_slip(0.3)]
+)
+def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(folder: Path, contact: complex) -> None:
+    assert contact.imag > 0
+    assert contact.real < 1
+    mass, stiffness = chain(MORE_KT * KT * contact)
+    squared = np.linalg.eigvals(np.linalg.solve(mass, stiffness))
+    first = squared[np.argmin(squared.real)]
+    stuck = Resonance(
+        free=False, frequency=float(np.sqrt(first.real)) / (2 * np.pi), frequency_deviation=1e-3,
+        damping=DAMPING + float(first.imag / (2 * first.real)), damping_deviation=1e-5, source="level 1",
+    )  # fmt: skip
+    free = Resonance(
+        free=True, frequency=first_frequency(0.0), frequency_deviation=1e-3, damping=DAMPING, damping_deviation=1e-5,
+        source="free",
+    )  # fmt: skip
+    setup = read_case(folder / "chain.toml", read_campaign(folder / "tests")).setup
+    (found,) = estimate_stiffness(setup.model, stuck, free, 1.0)
+    low, high = found.interval
+    assert low <= MORE_KT * KT <= high
