@@ -20,6 +20,8 @@ ROOTS = np.array([1.875104068711961, 4.694091132974175, 7.854757438237613])
 EXACT = (ROOTS / LENGTH) ** 2 * np.sqrt(EI / RHO_A) / (2 * np.pi)
 #: Cubic elements of length h are too stiff by (b h / L)^4 / 1440: 3e-6 on the third frequency.
 TOO_STIFF = (ROOTS / N_ELEMENT) ** 4 / 1440
+#: Round-off of an eigenvalue is that of the largest, for a cubic element 8400 EI / (rho A h^4); of a frequency, half.
+ROUND_OFF = np.finfo(float).eps / 2 * 8400 * (N_ELEMENT / ROOTS) ** 4
 CASE = """\
 schema = 2
 title = "Cantilever"
@@ -113,11 +115,11 @@ def test_a_beam_in_millimetres_is_reduced_to_the_frequencies_of_the_closed_form(
     assert check["n_below"] == check["n_found"] == 11
     assert check["largest_residual"] < 1e-8
     assert (document["n_dof"], document["n_reduced"]) == (60, 3 + 12)
-    # Round-off of the eigenvalues is 1e-9.
-    np.testing.assert_allclose(np.array(document["frequency_hz"][:3]) / EXACT - 1, TOO_STIFF, rtol=0.05, atol=3e-9)
+    too_stiff = np.array(document["frequency_hz"][:3]) / EXACT - 1
+    np.testing.assert_array_less(np.abs(too_stiff - TOO_STIFF), 0.05 * TOO_STIFF + ROUND_OFF)
     truncation = np.array(document["rom_frequency_hz"]) / document["frequency_hz"] - 1
-    # The estimate errs to the low side by a few per cent; round-off of the eigenvalues is 1e-9.
-    np.testing.assert_allclose(truncation[:6], document["rom_error"][:6], rtol=0.2, atol=3e-9)
+    # The estimate errs to the low side by a few per cent; all six are as round as the first mode at worst.
+    np.testing.assert_allclose(truncation[:6], document["rom_error"][:6], rtol=0.2, atol=ROUND_OFF[0])
     assert truncation[:3].max() < 1e-5
     rom = load_rom(home / "out" / "beam_rom.h5")
     assert rom.rows("tip", 2).tolist() == [0]
