@@ -127,6 +127,8 @@ def fit_peak(
 ) -> tuple[float, ...]:
     """Amplitude, frequency [Hz] and damping ratio [-] of the largest peak, each followed by its standard deviation.
 
+    The deviations are not a number where nothing tells them: three points in all, and no deviation of their own.
+
     Raises
     ------
     CampaignError
@@ -140,11 +142,13 @@ def fit_peak(
     chosen = find_peak(lines, values.astype(complex))
     best = np.array(fit_resonance(lines, values.astype(complex), chosen))
     relative = np.full(len(order), np.nan) if deviation is None else deviation[order] / np.abs(response[order])
-    bend = measure_bend(lines, values.astype(complex), chosen)
-    # What one mode leaves is noise, or the bend of a nonlinear peak: either way it is unexplained.
-    left = float((bend**2).sum() / max(len(bend) - PARABOLA, 1))
-    variance = np.maximum(np.nan_to_num(relative[chosen] ** 2), left)
-    slopes = np.zeros((3, len(bend)))
+    # What one mode leaves is noise, or the bend of a nonlinear peak: either way it is unexplained. Three points leave
+    # nothing, so that it is seen with one more on either side.
+    seen = chosen if chosen.sum() > PARABOLA else find_peak(lines, values.astype(complex), beside=1)
+    bend = measure_bend(lines, values.astype(complex), seen)
+    left = float((bend**2).sum() / (len(bend) - PARABOLA)) if len(bend) > PARABOLA else 0.0
+    variance = np.fmax(relative[chosen] ** 2, left or np.nan)
+    slopes = np.zeros((3, int(chosen.sum())))
     for column, point in enumerate(np.flatnonzero(chosen)):
         ends = []
         for step in (STEP, -STEP):

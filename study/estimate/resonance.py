@@ -115,14 +115,14 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
         if not by_sensor:
             continue
         # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
-        peaks = min(by_sensor, key=lambda table: float(np.median(table[:, 3])))
+        peaks = min(by_sensor, key=lambda table: float(np.nan_to_num(np.median(table[:, 3]), nan=np.inf)))
         count = np.sqrt(len(peaks))
         yield Resonance(
             free=test.configuration == "free",
             frequency=float(peaks[:, 2].mean()),
-            frequency_deviation=float(max(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
+            frequency_deviation=float(np.fmax(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
             damping=float(np.median(peaks[:, 4])),
-            damping_deviation=float(max(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
+            damping_deviation=float(np.fmax(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
             source=f'test "{test.name}" at {level:.4g} {campaign.drive.unit}',
         )
 

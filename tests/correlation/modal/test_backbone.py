@@ -64,3 +64,25 @@ def test_a_level_without_a_peak_is_left_out_and_named() -> None:
 def test_no_peak_at_all_is_refused() -> None:
     with pytest.raises(CampaignError, match="no level"):
         fit_backbone([1.0], [FREQUENCY], [np.linspace(1, 2, 81)])
+
+
+def test_three_points_of_a_peak_of_two_modes_are_as_uncertain_as_they_are_wrong() -> None:
+    lines = np.linspace(80, 120, 11)  # 4 Hz apart, three of them within the peak
+    omega = 2 * np.pi * lines
+    errors = []
+    for share in (0.0, 0.005, 0.02, 0.05):  # the second mode adds a share of the first one's height
+        one, other = (
+            size / ((2 * np.pi * own) ** 2 - omega**2 + 2j * 0.01 * 2 * np.pi * own * omega)
+            for own, size in ((100.7, 1.0), (140.0, 60.0 * share))
+        )
+        found = fit_backbone([1.0], [lines], [one + other])
+        errors.append((abs(found.frequency[0] - 100.7), found.frequency_deviation[0]))
+    assert errors[0][1] < 1e-9  # one mode leaves nothing
+    assert all(error < 3 * deviation for error, deviation in errors[1:])
+
+
+def test_three_points_in_all_have_no_deviation() -> None:
+    chosen = np.array([30, 36, 44])
+    found = fit_backbone([1.0], [FREQUENCY[chosen]], [curves(0)[0][chosen]])
+    assert found.frequency[0] == pytest.approx(OWN[0], rel=1e-9)  # a parabola through three points is exact
+    assert np.isnan(found.frequency_deviation[0])
