@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement, Suspicion
+from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
 
 #: Change of the phase over a peak below which it is constant [rad]: half of what the half-power width makes.
@@ -22,7 +23,13 @@ RUN = 4
 
 def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes, each with its evidence."""
-    checks = (_constant_phase, _swapped_in_a_repeat, _unnamed_sweeps, _settling)
+    checks = (
+        _constant_phase,
+        _swapped_in_a_repeat,
+        find_forces_swapped_in_a_repeat,
+        _unnamed_sweeps,
+        _settling,
+    )
     return tuple(item for check in checks for item in check(campaign))
 
 

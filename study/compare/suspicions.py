@@ -11,6 +11,7 @@ from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.jump import find_jump_suspicions
 from correlation.data_quality.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
+from correlation.data_quality.swapped_force import find_swapped_forces
 from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
@@ -49,13 +50,14 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     )
     predictor = Predictor(points=points)
     predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
+    swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
     return (
         *campaign.suspicions,
         *find_model_suspicions(campaign, compute_model_frequencies(model)),
         *_single_repeat(campaign),
         *find_jump_suspicions(campaign),
         *find_conjugate_tests(campaign, table, predicted),
-        *find_swapped_sensors(campaign, table, predicted),
+        *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
         *find_wrong_units(campaign, points, predicted),
     )
 

@@ -1,0 +1,167 @@
+r"""Contact forces whose cables are swapped: T of one line with T of another, or T and N of one line.
+
+The fundamentals of two lines may be alike where their means are not, so that every harmonic counts, 0 too. A mean
+depends on the friction history: only points count at which the two forces are further apart than the repeats scatter.
+At these, right forces are near their own values and swapped ones near those of the other, in units of the distance
+between both.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
+from correlation.feature.table import FeatureTable
+
+#: Two forces can be told apart at a point where they differ by this many times the scatter of the repeats [-],
+APART = 4.0
+#: and in a harmonic with so many of these points.
+FEWEST = 3
+#: Near is up to this share of the distance between both forces, and far at least that (medians) [-].
+NEAR, FAR = 1 / 3, 2 / 3
+#: Repeats that say what is usual for another one.
+OTHERS = 2
+
+#: Values of two forces, shape (2, n).
+Pair = Complex[NDArray[np.complex128], "2 n"]
+#: The same by repeat, shape (2, n, r).
+Repeats = Complex[NDArray[np.complex128], "2 n r"]
+
+
+def find_swapped_forces(
+    campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
+) -> Iterator[Suspicion]:
+    """Pairs of contact forces that agree with the model only if they are swapped.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with its sensors.
+    table
+        Features as measured.
+    predicted
+        The model's, row by row, shape (k,).
+    """
+    state = np.column_stack([table.test, table.level, table.frequency]).tolist()
+    value = {
+        (*state[row], table.harmonic[row], table.sensor[row]): (table.value[row], predicted[row])
+        for row in np.flatnonzero(np.isfinite(predicted)).tolist()
+    }
+    scatter = _scatter(campaign.measurement)
+    for i, j in _pairs(campaign):
+        evidence = []
+        for harmonic in np.unique(table.harmonic).tolist():
+            states = [key[:3] for key in value if key[3:] == (harmonic, i) and (*key[:3], harmonic, j) in value]
+            keys = [[(*each, harmonic, sensor) for each in states] for sensor in (i, j)]
+            if states:
+                both = np.array([[value[key] for key in sensor] for sensor in keys])
+                noise = np.array([[scatter[key] for key in sensor] for sensor in keys]).max(axis=0)
+                evidence.append((harmonic, *_distances(both[..., 0], both[..., 1], noise)))
+        if found := _swapped(evidence):
+            yield Suspicion(
+                where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped',
+                sentence=f"{_words(found)} between the model's values of both, and {found[2]:.0%} if they are swapped "
+                "(medians): check the cables",
+            )
+
+
+def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
+    """Pairs of contact forces that agree with their other repeats only if they are swapped in one.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with at least three repeats.
+    """
+    for test in range(len(campaign.tests)):
+        table = campaign.measurement.where(campaign.measurement.test == test)
+        repeats = np.unique(table.repeat).tolist()
+        for i, j in _pairs(campaign):
+            values = {
+                harmonic: _by_repeat(table, (i, j), harmonic, repeats)
+                for harmonic in np.unique(table.harmonic).tolist()
+            }
+            found = []
+            for column, repeat in enumerate(repeats):
+                evidence = _beside_others(values, column)
+                if clearest := _swapped(evidence):
+                    found.append((clearest, repeat))
+            if found:
+                # A swapped repeat is among the others of each: the clearest one stands for all.
+                clearest, repeat = min(found, key=lambda each: each[0][2])
+                names = f'"{campaign.sensors[i].name}" and "{campaign.sensors[j].name}"'
+                yield Suspicion(
+                    where=f'test "{campaign.tests[test].name}", repeat {repeat}',
+                    sentence=f"{names}: {_words(clearest)} between both in the other repeats, and {clearest[2]:.0%} if "
+                    "they are swapped (medians): were their cables or columns swapped in this repeat?",
+                )
+
+
+def _beside_others(values: dict[int, Repeats], column: int) -> list[tuple[int, float, float]]:
+    """Each harmonic, and the distances of one repeat from the median of the others."""
+    evidence = []
+    for harmonic, both in values.items():
+        others = np.delete(both, column, axis=2)
+        there = np.isfinite(both[:, :, column]).all(axis=0) & (np.isfinite(others).sum(axis=2) >= OTHERS).all(axis=0)
+        if there.any():
+            others = others[:, there]
+            usual = np.nanmedian(others.real, axis=2) + 1j * np.nanmedian(others.imag, axis=2)
+            noise = np.nanmax(np.abs(others - usual[:, :, None]), axis=(0, 2))
+            evidence.append((harmonic, *_distances(both[:, there, column], usual, noise)))
+    return evidence
+
+
+def _pairs(campaign: Campaign) -> list[tuple[int, int]]:
+    forces = [number for number, sensor in enumerate(campaign.sensors) if sensor.quantity == CONTACT_FORCE]
+    return list(combinations(forces, 2))
+
+
+def _distances(value: Pair, usual: Pair, noise: Float[NDArray[np.float64], " n"]) -> tuple[float, float]:
+    """Distances of a pair from its own usual values, and from those of each other, by that between both (medians)."""
+    apart = np.abs(usual[0] - usual[1])
+    rows = (apart > APART * noise) & (apart > 0)
+    if rows.sum() < FEWEST:
+        return np.nan, np.nan
+    own = np.abs(value - usual).max(axis=0)[rows] / apart[rows]
+    swapped = np.abs(value[::-1] - usual).max(axis=0)[rows] / apart[rows]
+    return float(np.median(own)), float(np.median(swapped))
+
+
+def _swapped(evidence: list[tuple[int, float, float]]) -> tuple[int, float, float] | None:
+    """The harmonic that says most clearly that two forces are swapped; None if none does or one says the contrary."""
+    found = [each for each in evidence if each[2] < NEAR and each[1] > FAR]
+    # A mean may be as it is by the friction history: it does not speak against a clear harmonic.
+    if not found or any(harmonic and own < NEAR and swapped > FAR for harmonic, own, swapped in evidence):
+        return None
+    return min(found, key=lambda each: each[2])
+
+
+def _words(found: tuple[int, float, float]) -> str:
+    quantity = "their means are" if found[0] == 0 else f"their harmonics {found[0]} are"
+    return f"{quantity} off by {found[1]:.0%} of the distance"
+
+
+def _by_repeat(table: Measurement, sensors: tuple[int, int], harmonic: int, repeats: list[int]) -> Repeats:
+    """Values of two sensors by point and repeat, NaN where one is not measured."""
+    rows = np.flatnonzero((table.harmonic == harmonic) & np.isin(table.sensor, sensors))
+    points = np.column_stack([table.level, table.frequency, table.sweep])[rows]
+    point = np.asarray(np.unique(points, axis=0, return_inverse=True)[1]).ravel()
+    values = np.full((2, point.max(initial=-1) + 1, len(repeats)), np.nan, dtype=np.complex128)
+    values[(table.sensor[rows] == sensors[1]).astype(int), point, np.searchsorted(repeats, table.repeat[rows])] = (
+        table.value[rows]
+    )
+    return values
+
+
+def _scatter(table: Measurement) -> dict[tuple[float, ...], float]:
+    """Largest distance of a repeat or sweep from the mean, by test, level, frequency, harmonic and sensor."""
+    columns = np.column_stack([table.test, table.level, table.frequency, table.harmonic, table.sensor])
+    keys, group = np.unique(columns, axis=0, return_inverse=True)
+    group = np.asarray(group).ravel()
+    mean = (np.bincount(group, table.value.real) + 1j * np.bincount(group, table.value.imag)) / np.bincount(group)
+    largest = np.zeros(len(keys))
+    np.maximum.at(largest, group, np.abs(table.value - mean[group]))
+    return {tuple(key): float(size) for key, size in zip(keys.tolist(), largest, strict=True)}
