@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement, Suspicion
+from correlation.data_quality.conjugate import find_conjugate_repeats
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
 
@@ -27,6 +28,7 @@ def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         _constant_phase,
         _swapped_in_a_repeat,
         find_forces_swapped_in_a_repeat,
+        find_conjugate_repeats,
         _unnamed_sweeps,
         _settling,
     )

@@ -14,9 +14,6 @@ SAME_RESONANCE, SAME_AFTER_MENDING = 0.25, 0.1
 SWAPPED = 0.4
 #: and if swapping them leaves at most this share of it [-].
 AFTER_SWAPPING = 1 / 3
-#: A test is suspected of the other sign of time if conjugate values agree so well with the model, and its own so much
-#: less [-]: near a resonance, where the difference shows, right ones reach 0.9 even with a model that is off.
-CONJUGATE, OWN = 0.9, 0.6
 
 
 def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> tuple[Suspicion, ...]:
@@ -102,50 +99,6 @@ def find_swapped_sensors(
             names = f'"{campaign.sensors[j].name}" and "{campaign.sensors[i].name}"'
             suspicions.append(Suspicion(where=f"sensors {names} look swapped", sentence=sentence))
     return tuple(suspicions)
-
-
-def find_conjugate_tests(
-    campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
-) -> tuple[Suspicion, ...]:
-    r"""Tests that agree with the model only if their complex numbers are conjugated: the other sign of time.
-
-    With :math:`e^{+i \Omega t}` a passive structure's displacement lags its load, with :math:`e^{-i \Omega t}` it
-    leads. The agreement of measured :math:`x` and predicted :math:`y` is :math:`\Re \sum \bar{y} x / \sum |y| |x|`,
-    over the harmonic 1 of all sensors, each scaled to its own size.
-
-    Parameters
-    ----------
-    campaign
-        Campaign with its tests.
-    table
-        Features as measured.
-    predicted
-        The model's, row by row, shape (k,).
-    """
-    found = []
-    for number, test in enumerate(campaign.tests):
-        phased = np.array([sensor.has_phase for sensor in campaign.sensors])[table.sensor]
-        rows = np.flatnonzero((table.test == number) & (table.harmonic == 1) & np.isfinite(predicted) & phased)
-        if len(rows) < 3:
-            continue
-        size = np.zeros(len(campaign.sensors))
-        np.maximum.at(size, table.sensor[rows], np.abs(table.value[rows]))
-        weighted = table.value[rows] / np.where(size > 0, size, 1.0)[table.sensor[rows]]
-        # Only the phase of the prediction counts: its peak may lie elsewhere.
-        phase = predicted[rows] / np.maximum(np.abs(predicted[rows]), np.finfo(float).tiny)
-        total = np.abs(weighted).sum()
-        if not total:
-            continue
-        own = float((weighted * phase.conj()).real.sum() / total)
-        conjugate = float((weighted * phase).real.sum() / total)
-        if conjugate > CONJUGATE and own < OWN:
-            sentence = (
-                f"the phases agree with the model to {own:.2f}, and to {conjugate:.2f} with the other sign of the "
-                "imaginary parts (1 is perfect): do the numbers belong to the other time factor? "
-                "If so, change the sign in convention.time of the manifest"
-            )
-            found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence))
-    return tuple(found)
 
 
 def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:

@@ -21,7 +21,7 @@ APART = 4.0
 #: and in a harmonic with so many of these points.
 FEWEST = 3
 #: Near is up to this share of the distance between both forces, and far at least that (medians) [-].
-NEAR, FAR = 1 / 3, 2 / 3
+NEAR, FAR = 1 / 4, 3 / 4
 #: Repeats that say what is usual for another one.
 OTHERS = 2
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.data_quality.conjugate import find_conjugate_tests
 from correlation.data_quality.jump import find_jump_suspicions
-from correlation.data_quality.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
+from correlation.data_quality.model import find_model_suspicions, find_swapped_sensors
 from correlation.data_quality.swapped_force import find_swapped_forces
 from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.errors import CampaignError

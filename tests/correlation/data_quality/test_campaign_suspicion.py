@@ -8,7 +8,8 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.data_quality.campaign import find_suspicions
-from correlation.data_quality.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
+from correlation.data_quality.conjugate import find_conjugate_repeats, find_conjugate_tests
+from correlation.data_quality.model import find_model_suspicions, find_swapped_sensors
 from correlation.feature.table import extract_features
 
 LEVELS = (1.0, 3.0, 10.0)
@@ -219,7 +220,7 @@ def test_points_without_a_prediction_are_passed_over() -> None:
 @pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
 def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_taken_for_it(f0: float) -> None:
     made = campaign()
-    assert find_conjugate_tests(made, extract_features(made), predictions(made, f0)) == ()
+    assert not list(find_conjugate_tests(made, extract_features(made), predictions(made, f0)))
     other = with_values(made, made.measurement.value.conj())
     found = find_conjugate_tests(other, extract_features(other), predictions(other, f0))
     if f0 == 100.0:
@@ -227,6 +228,34 @@ def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_take
         assert one.where == 'test "stepped"'
         assert "the phases agree with the model to" in one.sentence
         assert "change the sign in convention.time of the manifest" in one.sentence
+
+
+@pytest.mark.parametrize("f0", [100.0, 99.8])
+@pytest.mark.parametrize("spoil", [np.conj, np.negative])
+def test_a_single_sensor_with_phases_of_the_other_sign_is_found(spoil: np.ufunc, f0: float) -> None:
+    made = campaign()
+    table = made.measurement
+    # Off resonance a conjugate number is none of the opposite sign.
+    wide = (table.harmonic == 1) & (np.abs(table.frequency - 100.0) > 2.0)
+    made = replace(made, measurement=table.where(wide))
+    table = made.measurement
+    one = with_values(made, np.where(table.sensor == 1, spoil(table.value), table.value))
+    (found,) = find_conjugate_tests(one, extract_features(one), predictions(one, f0))
+    assert found.where == 'test "stepped", sensor "slot"'
+    assert ("imaginary" in found.sentence) == (spoil is np.conj)
+
+
+@pytest.mark.parametrize("spoil", [np.conj, np.negative])
+@pytest.mark.parametrize("sensor", [None, 1])
+def test_a_repeat_with_phases_of_the_other_sign_is_found(spoil: np.ufunc, sensor: int | None) -> None:
+    made = campaign()
+    assert not list(find_conjugate_repeats(made))
+    table = made.measurement
+    rows = (table.repeat == 2) & ((table.sensor == sensor) | (sensor is None))
+    (found,) = find_conjugate_repeats(with_values(made, np.where(rows, spoil(table.value), table.value)))
+    assert found.where.startswith('test "stepped", repeat 2, ')
+    assert ('"tip"' in found.where) == (sensor is None)
+    assert ("imaginary" in found.sentence) == (spoil is np.conj)
 
 
 def test_a_sensor_that_one_of_two_tests_lacks_is_suspected() -> None:

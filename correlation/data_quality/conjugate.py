@@ -1,0 +1,126 @@
+r"""Phases with the wrong sign: complex numbers that are conjugated, and sensors that read the other way round.
+
+With :math:`e^{+i \Omega t}` a passive structure's displacement lags its load, with :math:`e^{-i \Omega t}` it leads.
+The agreement of measured :math:`x` and expected :math:`y` is :math:`\Re \sum \bar{y} x / \sum |y| |x|`: 1 for equal
+phases, -1 for opposite ones. At a resonance a conjugate number and one of the opposite sign are the same, so that the
+explanation that fits better over all frequencies is named.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.feature.table import FeatureTable
+
+#: Phases are suspected if values with the other sign agree so well, and their own so much less [-]: near a resonance,
+#: where the difference shows, right ones reach 0.9 even with a model that is off.
+OTHER, OWN = 0.9, 0.6
+#: Points that tell a sign.
+FEWEST = 3
+CONJUGATE, OPPOSITE = "the other sign of the imaginary parts", "the opposite sign"
+
+Values = Complex[NDArray[np.complex128], " n"]
+
+
+def find_conjugate_tests(
+    campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
+) -> Iterator[Suspicion]:
+    """Tests, or else single sensors, whose phases agree with the model only with the other sign.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with its tests.
+    table
+        Features as measured.
+    predicted
+        The model's, row by row, shape (k,).
+    """
+    phased = np.array([sensor.has_phase for sensor in campaign.sensors])[table.sensor]
+    for number, test in enumerate(campaign.tests):
+        here = (table.test == number) & (table.harmonic == 1) & np.isfinite(predicted) & phased
+        weight = np.zeros(len(campaign.sensors))
+        np.maximum.at(weight, table.sensor[here], np.abs(table.value[here]))
+        scaled = table.value / np.where(weight > 0, weight, 1.0)[table.sensor]
+        # The sign of the force would turn all of them: that of single sensors alone is suspected.
+        if (judged := _judge(scaled[here], predicted[here])) and judged[0] == CONJUGATE:
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"{_evidence(judged, 'the model')}: do the numbers belong to the other time factor? "
+                "If so, change the sign in convention.time of the manifest",
+            )
+            continue
+        for index, sensor in enumerate(campaign.sensors):
+            rows = here & (table.sensor == index)
+            if judged := _judge(table.value[rows], predicted[rows]):
+                yield Suspicion(
+                    where=f'test "{test.name}", sensor "{sensor.name}"',
+                    sentence=f"{_evidence(judged, 'the model')}: {_asked(judged[0])}",
+                )
+
+
+def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
+    """Repeats in which phases agree with the other repeats only with the other sign.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with several repeats.
+    """
+    table = campaign.measurement
+    for number, test in enumerate(campaign.tests):
+        found: dict[tuple[int, str], list[tuple[str, tuple[str, float, float]]]] = {}
+        for index, sensor in enumerate(campaign.sensors):
+            rows = np.flatnonzero((table.test == number) & (table.sensor == index) & (table.harmonic == 1))
+            if len(rows) and sensor.has_phase:
+                columns = np.column_stack([table.level, table.frequency, table.sweep])[rows]
+                point = np.asarray(np.unique(columns, axis=0, return_inverse=True)[1]).ravel()
+                repeats, column = np.unique(table.repeat[rows], return_inverse=True)
+                values = np.full((point.max() + 1, len(repeats)), np.nan, dtype=np.complex128)
+                values[point, column] = table.value[rows]
+                for place, repeat in enumerate(repeats.tolist()):
+                    if judged := _judge(values[:, place], _mean(np.delete(values, place, axis=1))):
+                        found.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
+        for (repeat, explanation), sensors in found.items():
+            names = ", ".join(f'"{name}"' for name, _ in sensors)
+            judged = min((each for _, each in sensors), key=lambda each: each[1])
+            yield Suspicion(
+                where=f'test "{test.name}", repeat {repeat}, {names}',
+                sentence=f"{_evidence(judged, 'the other repeats')}: {_asked(explanation)}",
+            )
+
+
+def _mean(values: Complex[NDArray[np.complex128], "n r"]) -> Values:
+    """Mean of the repeats that are there; NaN without any."""
+    there = np.isfinite(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(there, values, 0).sum(axis=1) / there.sum(axis=1))
+
+
+def _judge(value: Values, expected: Values) -> tuple[str, float, float] | None:
+    """The sign that explains values, and their agreement as they are and with that sign; None if they are right."""
+    there = np.isfinite(value) & np.isfinite(expected) & (np.abs(expected) > 0)
+    value = value[there]
+    size: Float[NDArray[np.float64], " n"] = np.abs(value)
+    if len(value) < FEWEST or not size.sum():
+        return None
+    # Only the phase of what is expected counts: its peak may lie elsewhere.
+    phase = expected[there] / np.abs(expected[there])
+    own = float((value * phase.conj()).real.sum() / size.sum())
+    conjugate = float((value * phase).real.sum() / size.sum())
+    other, explanation = max((conjugate, CONJUGATE), (-own, OPPOSITE))
+    return (explanation, own, other) if other > OTHER and own < OWN else None
+
+
+def _evidence(judged: tuple[str, float, float], reference: str) -> str:
+    explanation, own, other = judged
+    return f"the phases agree with {reference} to {own:.2f}, and to {other:.2f} with {explanation} (1 is perfect)"
+
+
+def _asked(explanation: str) -> str:
+    if explanation == CONJUGATE:
+        return "do these numbers belong to the other time factor? If so, change the sign of their imaginary parts"
+    return "was the sensor mounted the other way round, or its cable reversed? If so, change the sign of its values"
