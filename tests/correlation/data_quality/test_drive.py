@@ -1,0 +1,44 @@
+"""A force that stays below its set point at the higher levels is suspected; one that drops at a resonance is not."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.data_quality.campaign import find_suspicions
+from correlation.data_quality.drive import find_drive_suspicions
+
+LEVELS, FREQUENCY = np.array([1.0, 3.0, 10.0]), np.linspace(90.0, 110.0, 11)
+
+
+def campaign(largest: float = np.inf, drop: float = 0.0, gain: float = 1.0, *, measured: bool = True) -> Campaign:
+    """A force with 0.2 % of noise that goes no further than the largest one, and drops at a resonance."""
+    level, frequency = (each.ravel() for each in np.meshgrid(LEVELS, FREQUENCY, indexing="ij"))
+    noise = 0.002 * np.random.default_rng(1).standard_normal(len(level))
+    shape: NDArray[np.float64] = 1 - drop / (1 + ((frequency - 100) / 2) ** 2)
+    force = gain * np.minimum(level * shape * (1 + noise), largest)
+    whole = np.ones(len(level), dtype=int)
+    return Campaign(
+        title="", folder=Path(), tests=(Test(name="stepped"),), held_out=HeldOut(),
+        sensors=(MeasuredSensor(name="tip", quantity="displacement", direction="z", place="tip"),),
+        measurement=Measurement(
+            test=0 * whole, order=np.arange(len(level)), repeat=whole, sweep=whole, level=level, frequency=frequency,
+            sensor=0 * whole, harmonic=whole, value=level * 1e-6 / (frequency - 100 + 1j),
+            force=force if measured else level,
+        ),
+    )  # fmt: skip
+
+
+def test_a_drive_that_clips_is_suspected_at_the_levels_that_it_does_not_reach() -> None:
+    (found,) = find_drive_suspicions(campaign(largest=8.0))
+    assert found.where == 'test "stepped", level 10 N'
+    assert "at most 8 N, 80% of its set point" in found.sentence
+    assert "11 of 11 readings" in found.sentence
+    assert str(found) in map(str, find_suspicions(campaign(largest=8.0)))
+    assert [each.where[-4:] for each in find_drive_suspicions(campaign(largest=2.0))] == [" 3 N", "10 N"]
+
+
+def test_a_force_that_drops_at_a_resonance_or_is_off_by_one_factor_is_not_suspected() -> None:
+    for made in (campaign(), campaign(drop=0.6), campaign(gain=0.7), campaign(measured=False)):
+        assert not list(find_drive_suspicions(made))
