@@ -198,7 +198,8 @@ def _steady_state(
         for harmonic in range(entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             tables.append(_rows(states, number, harmonic, value if sensor.has_phase else np.abs(value), test))
-    suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
+    names = [sensor.name for _, sensor in measured]
+    suspicions = [Suspicion(where=entry.file, sentence=_with_name(sentence, names)) for sentence in result.suspicions]
     share = np.abs(result.reference[2:]) / amplitude
     if len(share) and share.max() > DISTORTED:
         order = int(np.argmax(share)) + 2
@@ -213,6 +214,13 @@ def _steady_state(
         )
         suspicions.append(Suspicion(where=entry.file, sentence=sentence))
     return join_rows(tables), tuple(suspicions)
+
+
+def _with_name(sentence: str, names: Sequence[str]) -> str:
+    """A sentence about a numbered channel, with the name of its sensor."""
+    head, _, rest = sentence.partition(":")
+    number = head.removeprefix("channel ")
+    return f'sensor "{names[int(number)]}":{rest}' if number.isdigit() else sentence
 
 
 def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:

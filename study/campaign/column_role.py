@@ -110,6 +110,10 @@ MOTION_WORDS = {
 }
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
+#: Why a column is not used though it is a channel.
+NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
+#: Words in brackets at the end of a name, such as a unit.
+BRACKETS = re.compile(r"[\[(]([^\[\]()]*[A-Za-z][^\[\]()]*)[\])]$")
 DIRECTIONS = {"up", "down", "none", "forward", "backward", "rising", "falling"}
 
 
@@ -126,6 +130,8 @@ def recognise_column(column: Column, name: str) -> Recognised:
     words = name_words(name)
     if column.words:
         return _recognise_words(column, words)
+    if not np.isfinite(column.values).any():
+        return Recognised(role=Role.OTHER, evidence=NO_VALUE)
     unit, said = unit_of(column, name)
     quantity = OF_UNIT.get(unit, "")
     given = {"time": Role.TIME, "frequency": Role.FREQUENCY, "coherence": Role.COHERENCE}.get(column.function)
@@ -168,6 +174,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
         if not unit and (unit := listed_unit(column, named)):
             evidence += f", and {unit} stands beside it"
         return Recognised(role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem)
+    label = BRACKETS.search(name)
+    if label and not unit:
+        return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{label[1]}"', stem=stem)
     return Recognised(role=Role.OTHER, unit=unit, evidence=f'nothing is known of "{name}"', stem=stem)
 
 

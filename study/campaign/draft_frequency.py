@@ -204,18 +204,23 @@ def is_driving_point(column: Column) -> bool:
     return response is not None and reference is not None and response.node == reference.node is not None
 
 
+def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
+    """Level in the name of a table, and its words, such as "10N"; None without one."""
+    match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
+    return (float(match[1].replace(",", ".").replace("p", ".")), match[0]) if match else (None, "")
+
+
 def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
     """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
     for column in judged.settings:
         if judged.columns[column.name].role is Role.LEVEL:
             return {"level": float(rows[column.name])}
-    for name, value in judged.table.scalars.items():
-        if set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and value > 0:
-            return {"level": Marked(value=value, assumed=f'the number "{name}" beside the columns')}
-    match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
-    if match and force is None:
-        value = float(match[1].replace(",", ".").replace("p", "."))
-        return {"level": Marked(value=value, assumed=f'"{match[0]}" in its name')}
+    for name, number in judged.table.scalars.items():
+        if set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and number > 0:
+            return {"level": Marked(value=number, assumed=f'the number "{name}" beside the columns')}
+    value, words = level_in_name(judged)
+    if value is not None and force is None:
+        return {"level": Marked(value=value, assumed=f'"{words}" in its name')}
     if judged.of_role(Role.LEVEL):
         return {}
     if force is not None:

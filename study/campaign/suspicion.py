@@ -6,8 +6,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from study.campaign.column_role import Role
-from study.campaign.draft_frequency import force_column, is_response_controlled, responses_with_phases
+from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Role
+from study.campaign.draft_frequency import (
+    force_column,
+    is_response_controlled,
+    level_in_name,
+    responses_with_phases,
+)
 from study.campaign.table_kind import JudgedTable, Kind
 
 Series = Float[NDArray[np.float64], " n"]
@@ -16,6 +21,8 @@ Series = Float[NDArray[np.float64], " n"]
 BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
 #: A force that varies by this factor within one pass is not the same level everywhere.
 FORCE_FACTOR = 1.3
+#: A measured force may differ from the one in the name of its file by this share [-].
+NAMED_FORCE = 0.05
 #: A share of samples at the largest value from which a channel is taken to clip [-].
 CLIPPED = 0.01
 
@@ -33,9 +40,10 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
         if judged.kind is Kind.NOT_USED:
             continue
         sentences += _dead_channels(judged)
+        sentences += _unused_channels(judged)
         if judged.kind is Kind.STEPPED_SINE:
-            sentences += _branches(judged) + _varying_force(judged)
-        elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.STEADY_STATE}:
+            sentences += _branches(judged) + _varying_force(judged) + _level_of_name(judged)
+        elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.STEADY_STATE, Kind.LOOP}:
             sentences += _clipping(judged)
     return list(dict.fromkeys(sentences))
 
@@ -108,6 +116,35 @@ def _varying_force(judged: JudgedTable) -> list[str]:
         f'{judged.table.file.path.name}: "{force.name}" goes from {size.min():.4g} to {size.max():.4g}: the force of '
         "each point is used; the level is its median"
     ]
+
+
+def _level_of_name(judged: JudgedTable) -> list[str]:
+    """A force that is not the one in the name of the file, as that of a drive that clips."""
+    force, (level, words) = force_column(judged), level_in_name(judged)
+    if force is None or level is None or judged.columns[force.name].unit != "N" or not words.endswith("N"):
+        return []
+    median = float(np.nanmedian(np.abs(force.values)))
+    if abs(median - level) < NAMED_FORCE * level:
+        return []
+    return [
+        f'{judged.table.file.path.name}: "{words}" in its name, but "{force.name}" is {median:.4g} N (median): did the '
+        "drive clip, or is one of them rms or peak to peak? The measured force is used"
+    ]
+
+
+def _unused_channels(judged: JudgedTable) -> list[str]:
+    """Columns that hold nothing, or a unit that nobody knows: a table shows them, a sentence says so."""
+    sentences = []
+    for column in judged.of_role(Role.OTHER):
+        evidence = judged.columns[column.name].evidence
+        if evidence == NO_VALUE:
+            sentences.append(f'{judged.table.file.path.name}: "{column.name}" is left out: {evidence}')
+        elif evidence.startswith(UNKNOWN_UNIT):
+            sentences.append(
+                f'{judged.table.file.path.name}: "{column.name}" is left out: {evidence}; write a unit such as um, '
+                "m/s^2 or N in its header"
+            )
+    return sentences
 
 
 def _dead_channels(judged: JudgedTable) -> list[str]:

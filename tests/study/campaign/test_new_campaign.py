@@ -343,6 +343,43 @@ def test_a_dead_channel_is_left_out_and_the_others_stay(tmp_path: Path) -> None:
     assert any("dead" in sentence for sentence in campaign.draft.left_out)
 
 
+@pytest.mark.parametrize(
+    ("header", "factor", "why"), [("mid [m]", np.nan, "no value"), ("mid [furlong]", 1.0, "furlong")]
+)
+def test_a_channel_without_values_or_with_an_unknown_unit_is_left_out_by_name_and_the_others_stay(
+    tmp_path: Path, header: str, factor: float, why: str
+) -> None:
+    size = np.abs(receptance(FREQUENCY))
+    write_csv(tmp_path / "sine.csv", f"freq [Hz],force [N],tip [m],{header}", FREQUENCY, ONES, size, factor * size)
+    campaign, manifest = drafted(tmp_path)
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["tip"]
+    assert any(header in sentence and why in sentence for sentence in campaign.suspicions)
+
+
+@pytest.mark.parametrize("clips", [True, False])
+def test_a_force_that_is_not_the_one_in_the_name_of_its_file_is_suspected(tmp_path: Path, clips: bool) -> None:
+    force = (8.0 if clips else 10.0) * ONES
+    write_csv(
+        tmp_path / "sweep_10N.csv", "freq [Hz],force [N],tip [m]", FREQUENCY, force, np.abs(receptance(FREQUENCY))
+    )
+    campaign, _ = drafted(tmp_path)
+    assert any('"10N" in its name' in sentence and "8 N" in sentence for sentence in campaign.suspicions) == clips
+
+
+@pytest.mark.parametrize("clips", ["force", "tip"])
+def test_a_channel_over_time_that_clips_is_suspected_by_its_name(tmp_path: Path, clips: str) -> None:
+    time = np.arange(0, 2, 1 / 2048)
+    cosine = np.cos(2 * np.pi * 20.3 * time)
+    values = {"force": 10 * cosine, "tip": 1e-6 * cosine}
+    values[clips] = np.clip(values[clips], -0.8 * values[clips].max(), 0.8 * values[clips].max())
+    write_csv(tmp_path / "sine.csv", "time [s],force [N],tip [m]", time, values["force"], values["tip"])
+    campaign, _ = drafted(tmp_path)
+    assert any(clips in sentence and "does it clip" in sentence for sentence in campaign.suspicions)
+    assert not any("channel 0" in sentence for sentence in campaign.suspicions)
+    if clips == "tip":
+        assert any('sensor "tip"' in sentence and "clipped" in sentence for sentence in campaign.suspicions)
+
+
 def test_files_with_another_drive_than_most_are_left_out(tmp_path: Path) -> None:
     x = receptance(FREQUENCY)
     for number in (1, 2):
