@@ -36,7 +36,7 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
     added = []
     for measured in campaign.sensors:
         if measured.name in own:
-            _check_same(measured, own[measured.name])
+            _check_same(measured, own[measured.name], model)
         else:
             added.append(_placed(measured, model))
     _check_harmonics(model, campaign)
@@ -45,7 +45,7 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
     return replace(model, sensors=(*model.sensors, *added))
 
 
-def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor) -> None:
+def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor, model: Model) -> None:
     if isinstance(sensor, Sensor):
         says, reads = sensor.quantity, measured.quantity
     else:
@@ -55,6 +55,14 @@ def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor) -> None:
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" measures {reads}, the model\'s sensor of that name {says}: mend '
             "one of them, or give it another name"
+        )
+    # The model's sensor may have a gain, lean, or subtract another place, but it reads some of this one.
+    if isinstance(sensor, LineSensor) or measured.place is None or not model.places:
+        return
+    if not np.any(_place_row(measured, model, measured.place) * sensor.row):
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{measured.name}" sits at place "{measured.place}", which the model\'s sensor of that '
+            "name does not read: mend one of them, or give it another name"
         )
 
 

@@ -1,0 +1,39 @@
+"""Sensors of a campaign on a model: places that contradict the model's sensor of that name are refused."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor
+from correlation.campaign.run_table import join_rows
+from correlation.errors import CampaignError
+from correlation.model import Model, Sensor
+from correlation.sensor_placement import with_sensors
+
+
+def campaign(place: str) -> Campaign:
+    tip = MeasuredSensor(name="tip", quantity="displacement", direction="z", place=place)
+    return Campaign(
+        title="", folder=Path(), sensors=(tip,), tests=(), measurement=join_rows([]), held_out=HeldOut()
+    )  # fmt: skip
+
+
+def model(small: Model) -> Model:
+    """Two places, and a sensor with a gain at the first."""
+    rows = np.eye(small.system.n_dof)
+    tip = Sensor(name="tip", row=1.2 * rows[0], quantity="displacement")
+    return replace(small, places={"tip": rows[0], "mid": rows[1]}, sensors=(tip,))
+
+
+def test_a_sensor_of_the_model_keeps_its_gain(small: Model) -> None:
+    (tip,) = with_sensors(model(small), campaign("tip")).sensors
+    assert isinstance(tip, Sensor)
+    assert tip.row.max() == 1.2
+
+
+@pytest.mark.parametrize(("place", "message"), [("middle", "does not have; its places: tip, mid"), ("mid", "not read")])
+def test_a_place_that_the_sensor_of_the_model_does_not_read_is_refused(small: Model, place: str, message: str) -> None:
+    with pytest.raises(CampaignError, match=rf'sensor "tip" sits at place "{place}".*{message}'):
+        with_sensors(model(small), campaign(place))
