@@ -16,6 +16,8 @@ LEVEL_RATIO = 1.5
 SCALES, STAYS = 0.5, 0.2
 #: Imaginary parts of a resonance are about twice the real ones; degrees are far more than metres [-].
 IMAGINARY_RATIO = 3.0
+#: Up to this share of many repeats agree by chance in the digits that were written [-].
+BY_CHANCE = 0.01
 
 
 def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
@@ -93,7 +95,7 @@ def _copies(campaign: Campaign) -> Iterator[Suspicion]:
         same_point = (point[:, 1:] == point[:, :-1]).all(axis=0)
         same_value = table.value[1:] == table.value[:-1]
         pairs, copies = int(same_point.sum()), int((same_point & same_value).sum())
-        if copies >= 3:
+        if copies >= 3 and copies > BY_CHANCE * pairs:
             yield Suspicion(
                 where=_where(campaign, test, sensor),
                 sentence=f"{copies} of {pairs} pairs of repeats agree in every digit: are they copies? "
@@ -123,13 +125,14 @@ def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
         kinds, counts = np.unique(
             np.stack([table.sensor, table.harmonic])[:, table.test == number], axis=1, return_counts=True
         )
-        for (sensor, harmonic), count in zip(kinds.T, counts, strict=True):
-            if count < counts.max():
-                yield Suspicion(
-                    where=_where(campaign, number, int(sensor)),
-                    sentence=f"harmonic {harmonic} has {count} values where others have {counts.max()}: "
-                    "were some left out?",
-                )
+        few = counts < counts.max(initial=0)
+        for count in np.unique(counts[few]):
+            short = kinds[:, few & (counts == count)].T
+            listed = ", ".join(f'"{campaign.sensors[sensor].name}" (harmonic {harmonic})' for sensor, harmonic in short)
+            yield Suspicion(
+                where=f'test "{campaign.tests[number].name}"',
+                sentence=f"{count} values where others have {counts.max()}: were some left out? It concerns {listed}",
+            )
 
 
 def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:

@@ -38,17 +38,14 @@ def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for test in range(len(campaign.tests)):
+        real: list[str] = []
         for number, sensor in enumerate(campaign.sensors):
             rows = (table.test == test) & (table.sensor == number) & (table.harmonic == 1)
             if not sensor.has_phase or rows.sum() < 5:
                 continue
             where = f'test "{campaign.tests[test].name}", sensor "{sensor.name}"'
             if not table.value[rows].imag.any():
-                yield Suspicion(
-                    where=where,
-                    sentence=f"the imaginary part is zero in all {rows.sum()} rows: are these amplitudes? If so, write "
-                    "phase = false for the sensor",
-                )
+                real.append(f'sensor "{sensor.name}"')
                 continue
             levels = [table.where(rows & (table.level == level)) for level in np.unique(table.level[rows])]
             known = [spread for spread in map(_phase_over_peak, levels) if spread is not None]
@@ -59,6 +56,12 @@ def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
                     "resonance, where it should by 90: were amplitudes written with a fixed phase? If so, write "
                     "phase = false for the sensor",
                 )
+        if real:
+            yield Suspicion(
+                where=f'test "{campaign.tests[test].name}", {", ".join(real)}',
+                sentence="the imaginary part is zero in all rows: are these amplitudes? If so, write phase = false "
+                f"for {'the sensor' if len(real) == 1 else 'these sensors'}",
+            )
 
 
 def _phase_over_peak(table: Measurement) -> float | None:

@@ -110,6 +110,18 @@ def test_copied_repeats_are_suspected() -> None:
     assert "102 of 204 pairs of repeats agree in every digit: are they copies?" in sentences(copies)
 
 
+def test_few_equal_readings_of_many_are_chance() -> None:
+    made = campaign()
+    table = made.measurement
+    value = table.value.copy()
+    for frequency in FREQUENCY[:2]:  # in 2 of 204 pairs of the first sensor, and in none of the others
+        rows = np.flatnonzero(
+            (table.sensor == 0) & (table.harmonic == 1) & (table.frequency == frequency) & (table.sweep == 1)
+        )
+        value[rows[1]] = value[rows[0]]
+    assert "agree in every digit" not in sentences(with_values(made, value))
+
+
 def test_a_missing_level_is_suspected() -> None:
     made = campaign()
     table = made.measurement
@@ -123,7 +135,15 @@ def test_missing_points_of_a_sensor_are_suspected() -> None:
     table = made.measurement
     left = table.where(~((table.sensor == 1) & (table.harmonic == 3) & (table.frequency > 107)))
     found = sentences(replace(made, measurement=left))
-    assert 'sensor "slot": harmonic 3 has 288 values where others have 306' in found
+    assert found.count("values where others have") == 1
+    assert '288 values where others have 306: were some left out? It concerns "slot" (harmonic 3)' in found
+
+
+def test_amplitudes_of_all_sensors_are_suspected_in_one_sentence() -> None:
+    made = campaign()
+    found = sentences(with_values(made, np.abs(made.measurement.value).astype(complex)))
+    assert found.count("the imaginary part is zero") == 1
+    assert all(f'sensor "{name}"' in found for name in SHAPE)
 
 
 def test_sweeps_that_run_the_other_way_are_suspected() -> None:
