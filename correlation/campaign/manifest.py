@@ -293,7 +293,10 @@ def _toml(folder: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (FileNotFoundError, NotADirectoryError):
-        raise CampaignError(f'there is no {MANIFEST} in "{folder}"; give the folder of a campaign') from None
+        draft = (
+            f", or draft it by: stickslip campaign new {folder}" if folder.is_dir() and any(folder.iterdir()) else ""
+        )
+        raise CampaignError(f'there is no {MANIFEST} in "{folder}"; give the folder of a campaign{draft}') from None
     except UnicodeDecodeError:
         raise CampaignError(f"{MANIFEST}: is no text in UTF-8; save it as UTF-8") from None
     except OSError as error:

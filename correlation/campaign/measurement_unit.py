@@ -20,6 +20,13 @@ FAMILIAR_UNITS = (
     "tonne", "s", "ms", "us", "min", "Hz", "kHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W", "g_n", "V", "mV",
 )  # fmt: skip
 
+#: What is meant, probably, by a unit of another quantity, by the SI unit that is needed.
+HINTS = {
+    ("g", "m/s^2"): "; for the acceleration of gravity write g_n",
+    ("mil", "m"): "; for a thousandth of an inch write thou",
+    ("mils", "m"): "; for a thousandth of an inch write thou",
+}
+
 
 def si_factor(unit: str, si: str) -> float:
     """What a value in a unit is multiplied by to become SI.
@@ -45,7 +52,7 @@ def si_factor(unit: str, si: str) -> float:
         return float(factor / wanted_factor)
     if si == "Hz" and root == root_units("rad/s")[1]:
         return float(factor) / (2 * math.pi)
-    hint = "; for the acceleration of gravity write g_n" if unit == "g" and si == "m/s^2" else ""
+    hint = HINTS.get((unit, si), "")
     needed = f'a unit such as "{si}" is needed' if si else "a bare number is needed"
     raise ValueError(f'"{unit}" is a unit of another quantity, {needed}{hint}')
 

@@ -139,7 +139,8 @@ def _unit_factors(
         try:
             factors[pair] = si_factor(unit, measured.unit)
         except ValueError as error:
-            reads = f'for sensor "{measured.name}", which measures a {measured.quantity}'
+            article = "an" if measured.quantity.startswith("a") else "a"
+            reads = f'for sensor "{measured.name}", which measures {article} {measured.quantity}'
             raise table.problem(row, f'unit = "{unit}" {reads}: {error}') from None
     return np.array([factors[pair] for pair in pairs])
 

@@ -141,6 +141,7 @@ def test_tables_are_read_only(tmp_path: Path) -> None:
         ({"unit": "ym2"}, r'stepped\.csv:2: unit = "ym2" for sensor "tip".*unknown unit "ym2"'),
         ({"unit": "Um"}, r'unknown unit "Um"; did you mean "um"\?'),
         ({"unit": "N"}, r'unit = "N" for sensor "tip", which measures a displacement: .*such as "m" is needed'),
+        ({"unit": "mil"}, r'unit = "mil" .*another quantity.* write thou'),
         ({"unit": ""}, r'stepped\.csv:2: unit is missing; write "m"'),
         ({"sensor": "tipp"}, r'stepped\.csv:2: sensor = "tipp" is no sensor.*did you mean "tip"\?'),
         ({"test": "free"}, r'stepped\.csv:2: test = "free" is no test of campaign\.toml for this file'),
@@ -279,7 +280,10 @@ def test_dead_channels_and_what_is_not_measured_are_told_together(tmp_path: Path
 
 
 def test_a_folder_without_manifest_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CampaignError, match=r"there is no campaign\.toml in .*give the folder of a campaign"):
+    with pytest.raises(CampaignError, match=r"there is no campaign\.toml in .*give the folder of a campaign$"):
+        read_campaign(tmp_path)
+    (tmp_path / "sweep.csv").write_text("f [Hz],x [m]\n")
+    with pytest.raises(CampaignError, match=r"or draft it by: stickslip campaign new "):
         read_campaign(tmp_path)
 
 
