@@ -15,6 +15,8 @@ from study.compare.section.overview import left_out
 AGREES, DIFFERS = 1.25, 2.0
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
+#: From here on a difference by chance is no agreement [%].
+VAGUE = 25.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
 NEXT = "A mean hides the few states that fail; stickslip diagnose says whether an effect is missing, and which."
@@ -117,7 +119,9 @@ def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequenc
         return f"is off by {min(errors):+.2g} to {max(errors):+.2g} %, and what chance does is not known"
     clear = [number for number, size in enumerate(deviations) if size > CLEAR_PEAK]
     if not clear:
-        return f"agrees within {max(map(abs, errors)):.2g} %, which chance explains"
+        largest = max(map(abs, errors))
+        verb = "agrees within" if largest < VAGUE else "is off by up to"
+        return f"{verb} {largest:.2g} %, which chance explains"
     low, high = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = (
         "" if len(clear) == len(peaks) else f" at {', '.join(f'{peaks[number].level:g}' for number in clear)} {unit}"

@@ -39,6 +39,8 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     before
         States to start from, if some are there.
     """
+    if not len(campaign.measurement):
+        return campaign.suspicions
     table = extract_features(campaign)
     names = np.array([sensor.name for sensor in campaign.sensors])
     free = np.array([test.configuration == "free" for test in campaign.tests])

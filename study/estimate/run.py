@@ -12,8 +12,10 @@ from correlation.campaign.read_campaign import read_campaign
 from correlation.data_type.loop import ForceLoop
 from correlation.errors import CampaignError
 from correlation.model import Model
+from correlation.sensor_placement import with_sensors
 from pipeline.output import replace_file
 from study.case.setup import read_case
+from study.compare.suspicions import find_all_suspicions
 from study.diagnose.edit import Written, difference, edited
 from study.diagnose.history import read_text
 from study.estimate.contact_force import estimate_from_forces
@@ -50,7 +52,7 @@ class Estimated:
     missing
         What could not be estimated, with what to measure for it.
     warnings
-        Contradictions and data that could not be used, in words.
+        Suspicious data, contradictions, and data that could not be used, in words.
     lines
         Change of the case file, as lines of a diff.
     written
@@ -123,7 +125,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         campaign = read_campaign(folder)
     setup = read_case(opened, campaign, run).setup
     model, accepted = setup.model, {item.name for item in setup.accepted}
-    warnings: list[str] = []
+    warnings = [str(item) for item in find_all_suspicions(campaign, with_sensors(setup.complete, campaign))]
     with run.progress.step("estimates", expected=2):
         estimates = tuple(estimate_all(model, campaign, warnings))
     chosen = tuple(item for name in WRITTEN if name in accepted and (item := choose(estimates, name)))

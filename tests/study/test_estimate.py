@@ -187,3 +187,21 @@ def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(f
     (found,) = estimate_stiffness(setup.model, stuck, free, 1.0)
     low, high = found.interval
     assert low <= MORE_KT * KT <= high
+
+
+def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    frequency = np.linspace(90.0, 110.0, 21)
+    response = 1 / (100.0**2 - frequency**2 + 2j * 0.01 * 100.0 * frequency)
+    rows = [f"{f:.6g},{abs(x):.6g},{np.degrees(np.angle(x)):.6g}" for f, x in zip(frequency, response, strict=True)]
+    (folder / "tests" / "sine.csv").write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
+    with (folder / "tests" / "campaign.toml").open("a", encoding="utf-8") as manifest:
+        manifest.write(
+            '[convention]\ntime = "exp(+i omega t)"\namplitude = "peak"\n[units]\nlevel = "N"\nfrequency = "Hz"\n'
+            '[[test]]\nname = "sine"\nconfiguration = "jointed"\n'
+            '[[run]]\ntest = "sine"\nfile = "sine.csv"\nlevel = 1\n[run.columns]\nfrequency = "f"\n'
+            'end = { amplitude = "x", phase = "angle", unit = "m", phase_unit = "rad" }\n'
+        )
+    warnings = run(folder, capfdbinary)["warnings"]
+    assert any("174 rad" in sentence and "sine.csv" in sentence for sentence in warnings)  # type: ignore[union-attr, attr-defined]
