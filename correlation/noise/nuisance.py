@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats.qmc import LatinHypercube
 
 from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
+from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
@@ -183,7 +183,7 @@ def make_history_modes(
     if pressed is not None and by_press is None:
         by_press = reference.slopes([_press(model, group) for group in model.presses])
     changes, followed = [], replace(predictor, points=kept)
-    shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
+    shares = latin_hypercube(n_draw, len(model.system.joints), seed)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model
         for group, by in zip(model.presses, amount, strict=True):
