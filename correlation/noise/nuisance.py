@@ -1,6 +1,6 @@
 """Nuisance: differences between repeats, and between a model and its refined mesh, which are no missing effects."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -92,30 +92,6 @@ def make_jitter_modes(nominal: ModelFeatures) -> list[Modes]:
     tangents = [_press(nominal.model, group) for group in presses]
     modes = nominal.slopes([*_frequency_shifts(nominal.model, by_exciter=True), *tangents])
     return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])]
-
-
-def make_curvature_modes(nominal: ModelFeatures, deviation: Mapping[str, float]) -> Modes:
-    """Second-order change of a mean over repeats by frequency jitter, shape (m, c); it matters at antiresonances.
-
-    The mean of f(x) over x of variance v is f + f'' v / 2, and as uncertain as a variance from a few repeats.
-
-    Parameters
-    ----------
-    nominal
-        Features of the model.
-    deviation
-        Standard deviation of the jitter of a single repeat, by configuration [-].
-    """
-    predictor, features, model, prediction = nominal
-    shifted = []
-    for sign in (1, -1):
-        moved = model
-        for configuration, size in deviation.items():
-            moved = moved.shifted(configuration, sign * size)
-        shifted.append(features.of_values(predictor.vary(moved, prediction)))
-    bent = np.nan_to_num((shifted[0] + shifted[1]) / 2 - features.of_values(prediction.value))
-    free = features.points.free[features.row]
-    return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
 
 
 def make_budget_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> Modes:
