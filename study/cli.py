@@ -6,6 +6,7 @@ mend; 3 interrupted; 70 a mistake of stickslip itself.
 Nothing heavy is imported here: each command is imported when it is called.
 """
 
+import gc
 import importlib.metadata
 import sys
 from collections.abc import Callable, Sequence
@@ -48,6 +49,10 @@ COMMANDS = (
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )
+
+#: New objects before Python looks for garbage, and such looks before it looks at older and at all objects: imported
+#: libraries keep a million of them, and with Python's own numbers a command spends a tenth of its time on them.
+GARBAGE_THRESHOLDS = (50_000, 20, 50)
 
 HELP = """\
 Predict how structures with friction joints vibrate, compare the prediction with measurements, and name the effect \
@@ -98,6 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     The exit code.
     """
+    gc.set_threshold(*GARBAGE_THRESHOLDS)
     words = list(sys.argv[1:] if arguments is None else arguments)
     with console.standard_output(as_json="--json" in words) as output:
         code = int(_guarded(lambda: command_line()(words), words, output))

@@ -12,8 +12,9 @@ Repeats of one sweep differ where some of them jumped earlier. Those on the bran
 there is no majority, none of them can be used.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -67,9 +68,10 @@ class Branches:
         return np.asarray((there & self.out).any(axis=0) & ~(there & ~self.out).any(axis=0))
 
 
-def find_branches(campaign: Campaign) -> list[Branches]:
-    """Branches of each configuration and level."""
-    return [separate(curves) for curves in list_curves(campaign)]
+@lru_cache(maxsize=1)
+def find_branches(campaign: Campaign) -> tuple[Branches, ...]:
+    """Branches of each configuration and level; stored, as a comparison asks for them in several places."""
+    return tuple(separate(curves) for curves in list_curves(campaign))
 
 
 def separate(curves: CurveSet) -> Branches:
@@ -88,7 +90,7 @@ def separate(curves: CurveSet) -> Branches:
 
 
 def mark_readings(
-    campaign: Campaign, branches: list[Branches]
+    campaign: Campaign, branches: Sequence[Branches]
 ) -> tuple[Bool[NDArray[np.bool_], " k"], Bool[NDArray[np.bool_], " k"]]:
     """Which rows of a campaign are of a state with two branches, and which cannot be averaged, shape (k,) each."""
     table = campaign.measurement

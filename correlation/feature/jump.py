@@ -50,9 +50,8 @@ def find_curve_jumps(
 
 def _stand_out(step: Steps) -> Bool[NDArray[np.bool_], " s"]:
     n = len(step)
-    first = np.clip(np.arange(n) - NEIGHBOURS // 2, 0, max(n - NEIGHBOURS - 1, 0))
-    found = np.zeros(n, dtype=bool)
-    for number in range(n):
-        beside = np.delete(np.arange(first[number], min(first[number] + NEIGHBOURS + 1, n)), number - first[number])
-        found[number] = step[number] > JUMP * np.median(step[beside])
-    return found
+    width = min(NEIGHBOURS + 1, n)
+    first = np.clip(np.arange(n) - NEIGHBOURS // 2, 0, n - width)
+    around = first[:, None] + np.arange(width)
+    beside = around[around != np.arange(n)[:, None]].reshape(n, width - 1)
+    return np.asarray(step > JUMP * np.median(step[beside], axis=1))

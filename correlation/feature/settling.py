@@ -12,8 +12,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
-from scipy.stats import kendalltau
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from correlation.campaign.measurement import Campaign, Mask
 from correlation.feature.curve import CurveSet, list_curves
@@ -94,13 +93,15 @@ def _is_first_apart(change: Float[NDArray[np.float64], " R"]) -> bool:
     """
     rest = change[1:]
     apart, spread = change[0] - rest.mean(), rest.std(ddof=1) * np.sqrt(1 + 1 / len(rest))
-    chance = 2 * student.sf(abs(apart) / max(spread, np.finfo(float).tiny), len(rest) - 1)
+    chance = 2 * stdtr(len(rest) - 1, -abs(apart) / max(spread, np.finfo(float).tiny))
     return bool(chance < CHANCE and (change[1] - change[2:].mean()) * apart > 0)
 
 
 def _runs_on(change: Float[NDArray[np.float64], " R"]) -> bool:
     """Whether it runs in one direction; where few repeats would by chance, by less and less."""
     if len(change) >= BY_RANK:
+        from scipy.stats import kendalltau
+
         return bool(kendalltau(np.arange(len(change)), change).pvalue < CHANCE)
     step = np.diff(change)
     falling = all(abs(after) < abs(before) for before, after in pairwise(step))

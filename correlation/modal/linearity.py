@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from correlation.errors import CampaignError
 from geometry.read_only_array import freeze_fields
@@ -99,9 +99,7 @@ def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N")
         size = float((np.abs(values[0, both]) ** 2).sum())
         known = variance > 0
         statistic = float((square[known] / variance[known]).sum())
-        significant[place] = bool(
-            statistic > chi2.isf(CHANCE, parts * known.sum()) if known.any() else square.sum() > 0
-        )
+        significant[place] = bool(statistic > chdtri(parts * known.sum(), CHANCE) if known.any() else square.sum() > 0)
         noise[place] = np.sqrt(parts * variance.sum() / size)
         index[place] = np.sqrt(max(square.sum() - parts * variance.sum(), 0.0) / size)
     return Linearity(

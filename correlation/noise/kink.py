@@ -14,7 +14,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from correlation.model import Model
@@ -39,6 +39,24 @@ def find_departures(nominal: ModelFeatures, shift: Shift) -> Float[NDArray[np.fl
     """What the features change beyond the first order at either end of a shift, d_+ and d_-, shape (m, 2)."""
     ends = [nominal.changes(model) for model in shift.models]
     return np.nan_to_num(np.column_stack([end - sign * shift.change for end, sign in zip(ends, (1, -1), strict=True)]))
+
+
+def make_curvature_modes(
+    departure: Float[NDArray[np.float64], "m 2"], free: Bool[NDArray[np.bool_], " m"]
+) -> Float[NDArray[np.float64], "m 2"]:
+    """Change of a mean over repeats beyond the first order, of the jointed and of the free structure, shape (m, 2).
+
+    It matters at antiresonances, and is as uncertain as a variance from a few repeats.
+
+    Parameters
+    ----------
+    departure
+        Of frequencies, see `find_departures`.
+    free
+        Whether the contacts are absent, shape (m,).
+    """
+    bent = WEIGHT * departure.sum(axis=1)
+    return np.column_stack([np.where(free, 0.0, bent), np.where(free, bent, 0.0)])
 
 
 def make_kink_modes(

@@ -1,17 +1,17 @@
 """Nuisance: differences between repeats, and between a model and its refined mesh, which are no missing effects."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats.qmc import LatinHypercube
 
 from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
+from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
@@ -94,30 +94,6 @@ def make_jitter_modes(nominal: ModelFeatures) -> list[Modes]:
     return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])]
 
 
-def make_curvature_modes(nominal: ModelFeatures, deviation: Mapping[str, float]) -> Modes:
-    """Second-order change of a mean over repeats by frequency jitter, shape (m, c); it matters at antiresonances.
-
-    The mean of f(x) over x of variance v is f + f'' v / 2, and as uncertain as a variance from a few repeats.
-
-    Parameters
-    ----------
-    nominal
-        Features of the model.
-    deviation
-        Standard deviation of the jitter of a single repeat, by configuration [-].
-    """
-    predictor, features, model, prediction = nominal
-    shifted = []
-    for sign in (1, -1):
-        moved = model
-        for configuration, size in deviation.items():
-            moved = moved.shifted(configuration, sign * size)
-        shifted.append(features.of_values(predictor.vary(moved, prediction)))
-    bent = np.nan_to_num((shifted[0] + shifted[1]) / 2 - features.of_values(prediction.value))
-    free = features.points.free[features.row]
-    return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
-
-
 def make_budget_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> Modes:
     """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of the model."""
     errors = make_error_tangents(nominal.model, budget)
@@ -183,7 +159,7 @@ def make_history_modes(
     if pressed is not None and by_press is None:
         by_press = reference.slopes([_press(model, group) for group in model.presses])
     changes, followed = [], replace(predictor, points=kept)
-    shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
+    shares = latin_hypercube(n_draw, len(model.system.joints), seed)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model
         for group, by in zip(model.presses, amount, strict=True):

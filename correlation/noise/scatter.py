@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
@@ -176,7 +176,7 @@ def _seen(
 def _margin(freedom: int) -> float:
     """Factor on a variance with so many degrees of freedom for `CAUTION`."""
     freedom = max(freedom, 1)
-    return float(freedom / chi2.ppf(1 - CAUTION, freedom))
+    return float(freedom / chdtri(freedom, CAUTION))
 
 
 def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:

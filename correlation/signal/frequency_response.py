@@ -25,7 +25,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
-from scipy import signal
 
 from correlation.errors import CampaignError
 from correlation.signal.record import Channels, Samples, check_channels, check_time, uniform_step
@@ -199,7 +198,7 @@ def _blocks(
             f"{8 * step:.3g} and at most {n * step:.4g} s"
         )
     hop = size // 2 if kind is Excitation.RANDOM else size
-    window = signal.windows.hann(size, sym=False) if kind is Excitation.RANDOM else np.ones(size)
+    window = np.hanning(size + 1)[:-1] if kind is Excitation.RANDOM else np.ones(size)
     cut = np.lib.stride_tricks.sliding_window_view(np.vstack([force, channels]), size, axis=1)[:, ::hop]
     cut = (cut - cut.mean(axis=-1, keepdims=True)) * window
     return cut[0], np.moveaxis(cut[1:], 0, 1)

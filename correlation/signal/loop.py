@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, savgol_filter
 
 from correlation.errors import CampaignError
 from correlation.signal.record import Samples, check_channels
@@ -191,6 +190,8 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
 
 def _turning_points(displacement: Samples) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Highest and lowest points of every period: larger than noise, and than a share of their neighbours."""
+    from scipy.signal import find_peaks
+
     # The second difference of white noise has six times its variance, that of a smooth motion is small.
     noise = float(np.diff(displacement, 2).std()) / np.sqrt(6)
     least = max(BEYOND_NOISE * noise, SMALLEST * float(np.ptp(displacement)))
@@ -221,6 +222,8 @@ def _period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
 
 def _without_noise(x: Samples) -> Samples:
     """The displacement, smoothed over a fifteenth of the period if its noise would lift its highest point."""
+    from scipy.signal import savgol_filter
+
     noise = float(np.diff(x, 2).std()) / np.sqrt(6) if len(x) > 4 else 0.0
     width = len(x) // 15 | 1
     if width < 5 or noise < 1e-4 * np.ptp(x):

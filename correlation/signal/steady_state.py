@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtri
 
 from correlation.errors import CampaignError
 from correlation.signal.harmonics import DriftingFit, Harmonics, find_frequency, fit_drifting, refine_frequency
@@ -109,7 +109,7 @@ def fading_residual(fit: DriftingFit, time: Samples) -> Float[NDArray[np.float64
     left = fit.residual
     correlation = np.array([_correlation_sum(row) for row in left])
     count = np.maximum(half / correlation, 2)
-    limit = f_distribution.isf(CHANCE, count, count)
+    limit = fdtri(count, count, 1 - CHANCE)
     faded = first > limit * second
     return np.where(faded, np.sqrt(np.maximum(first - second, 0) / both), 0.0)
 

@@ -13,13 +13,12 @@ from correlation.metric.jump_error import compute_jump_errors, find_astray
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
-from correlation.noise.kink import REACH, Shift, find_departures, make_kink_modes
+from correlation.noise.kink import REACH, Shift, find_departures, make_curvature_modes, make_kink_modes
 from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
     Modes,
     make_budget_modes,
-    make_curvature_modes,
     make_history_modes,
     make_jitter_modes,
 )
@@ -123,9 +122,11 @@ def weigh_together(
     if n_draw > FEW:
         pressed, by_press = (seen[0].jitter[2], repeats[2]) if len(repeats) > 2 else (None, None)
         seen = scatters(make_history_modes(rough, n_draw, SEED, pressed, by_press))
-    jitter = dict(zip(("jointed", "free"), (float(np.sqrt(each[0, 0])) for each in seen[0].jitter), strict=False))
-    bent = make_curvature_modes(rough, jitter)
+    free = together.features.points.free[together.features.row]
     departures = [find_departures(rough, shift) for shift in _shifts(rough.model, repeats, seen[0])]
+    bent = make_curvature_modes(departures[0], free)
+    # The free structure is linear.
+    departures[0] = np.where(free[:, None], 0.0, departures[0])
     return [
         _finished(side, at, scatter, bent, departures, take_prediction(prediction, sides, number), fitted=fitted)
         for number, (side, at, scatter) in enumerate(zip(sides, rows, seen, strict=True))
@@ -214,11 +215,11 @@ def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
 
 
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
-    """Shifts by `REACH` standard deviations: of the frequency of the jointed test, and the largest one of preloads."""
-    found, size = [], REACH * float(np.sqrt(seen.jitter[0][0, 0]))
-    if size:
-        ends = (model.shifted("jointed", size), model.shifted("jointed", -size))
-        found.append(Shift(models=ends, change=repeats[0][:, 0] * size))
+    """Shifts by `REACH` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
+    sizes = [REACH * float(np.sqrt(each[0, 0])) for each in seen.jitter[:2]]
+    ends = [model.shifted("jointed", sign * sizes[0]).shifted("free", sign * sizes[1]) for sign in (1, -1)]
+    change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
+    found = [Shift(models=(ends[0], ends[1]), change=np.asarray(change))]
     if len(seen.jitter) > 2 and (patterns := list_preload_jitter(model, seen.jitter[2])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation

@@ -10,7 +10,6 @@ from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from study.compare.data import data_document, describe_data
-from study.compare.family_report import family_document, family_lines
 from study.compare.result import SWEEP_WORDS, Compared
 from study.compare.sentence import CLEAR_PEAK, summarise
 
@@ -45,6 +44,8 @@ def in_words(compared: Compared) -> str:
     if compared.data:
         lines += [*describe_data(compared.data), ""]
     if compared.families is not None:
+        from study.compare.family_report import family_lines
+
         lines += family_lines(compared.families)
     pages = [file for file in compared.files if file.suffix == ".html"]
     lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
@@ -53,7 +54,11 @@ def in_words(compared: Compared) -> str:
 
 def document(compared: Compared) -> dict[str, Any]:
     """The same for ``--json``; errors are of the prediction, relative and in radians."""
-    summary = summarise(compared)
+    summary, families = summarise(compared), None
+    if compared.families is not None:
+        from study.compare.family_report import family_document
+
+        families = family_document(compared.families)
     return {
         "title": compared.title,
         "campaign": compared.campaign.title,
@@ -91,7 +96,7 @@ def document(compared: Compared) -> dict[str, Any]:
         ],
         "unread_resonances": list(compared.unread),
         "data": data_document(compared.data),
-        "families": None if compared.families is None else family_document(compared.families),
+        "families": families,
         "files": [str(file) for file in compared.files],
     }
 

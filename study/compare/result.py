@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.metric.jump_error import JumpError
@@ -10,8 +11,10 @@ from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
 from study.compare.data import DataComparison
-from study.compare.families import FamilyComparison
 from study.compare.section.section import Section
+
+if TYPE_CHECKING:
+    from study.compare.families import FamilyComparison
 
 #: Sweep of a row of a table; none where both agree.
 SWEEP_WORDS = {0: "", 1: "up", -1: "down"}
@@ -74,4 +77,4 @@ class Compared:
     data: tuple[DataComparison, ...] = ()
     sections: tuple[Section, ...] = ()
     files: tuple[Path, ...] = ()
-    families: FamilyComparison | None = None
+    families: "FamilyComparison | None" = None

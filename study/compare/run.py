@@ -33,8 +33,6 @@ from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
 from study.compare.data_run import DataCompared, run_data_comparison
 from study.compare.data_view import show_data
-from study.compare.family_calibration import FamilyRequest, compare_with_families
-from study.compare.family_report import family_sections
 from study.compare.page import page
 from study.compare.pictures import pictures
 from study.compare.result import SWEEP_WORDS, Calibrated, Compared
@@ -101,6 +99,9 @@ def run_compare(
         run.warn(str(suspicion))
     title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"
     if limits or onto_families:
+        from study.compare.family_calibration import FamilyRequest, compare_with_families
+        from study.compare.family_report import family_sections
+
         asked = FamilyRequest(campaign=campaign, table=opened.case.limits, structure=read.structure, title=title)
         factors = [item.factor for item in compared.calibrated] if onto_families else None
         families = compare_with_families(compared.model, setup, asked, run, stem, factors)
