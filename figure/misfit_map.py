@@ -81,6 +81,9 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
         harmonic: max(row for row, sensor in enumerate(sensors) if (sensor, harmonic) in by_place)
         for harmonic in harmonics
     }
+    # Shared axes have the same ticks.
+    axes[0, 0].set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
+    axes[0, 0].set_yticks(range(len(result.levels)), result.levels)
     for row, sensor in enumerate(sensors):
         first = next(harmonic for harmonic in harmonics if (sensor, harmonic) in by_place)
         for column, harmonic in enumerate(harmonics):
@@ -89,8 +92,6 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
                 axis.set_axis_off()
                 continue
             _cells(axis, panel, colours, norm)
-            axis.set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
-            axis.set_yticks(range(len(result.levels)), result.levels)
             axis.tick_params(labelleft=harmonic == first, labelbottom=row == bottom[harmonic])
             if row == bottom[harmonic]:
                 axis.set_xlabel("frequency [Hz]", fontsize=9)

@@ -86,21 +86,28 @@ class ModelFeatures(NamedTuple):
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
 
-def make_jitter_modes(nominal: ModelFeatures) -> list[Modes]:
-    """Modes of the differences between repeats, for 100 %: frequency of each configuration, and all `Model.presses`."""
-    presses = nominal.model.presses
-    tangents = [_press(nominal.model, group) for group in presses]
-    modes = nominal.slopes([*_frequency_shifts(nominal.model, by_exciter=True), *tangents])
-    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])]
+class NuisanceModes(NamedTuple):
+    """Modes to first order."""
+
+    jitter: list[Modes]
+    """Differences between repeats, for 100 %: frequency of each configuration, and all `Model.presses`."""
+    budget: Modes
+    """Errors of discretisation, at one standard deviation, shape (m, b)."""
 
 
-def make_budget_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> Modes:
-    """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of the model."""
-    errors = make_error_tangents(nominal.model, budget)
-    changes = errors.size * nominal.slopes(errors.tangents)
+def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
+    """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
+    presses, errors = nominal.model.presses, make_error_tangents(nominal.model, budget)
+    jitter = [*_frequency_shifts(nominal.model, by_exciter=True), *(_press(nominal.model, group) for group in presses)]
+    # Each state is linearised once for all of them.
+    modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
+    changes = errors.size * slopes
     later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
     by_level = [_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
-    return np.column_stack([changes[:, : errors.whole], *by_level])
+    return NuisanceModes(
+        jitter=[modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])],
+        budget=np.column_stack([changes[:, : errors.whole], *by_level]),
+    )
 
 
 class ErrorTangents(NamedTuple):

@@ -64,7 +64,7 @@ class PreloadJitter:
 
 
 def list_jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
-    """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.make_jitter_modes`."""
+    """Effects with the standard deviations of their numbers, for the blocks of `NuisanceModes.jitter`."""
     found: list[tuple[Effect, float]] = []
     for configuration, covariance in zip(("jointed", "free"), covariances, strict=False):
         if covariance[0, 0] > 0:

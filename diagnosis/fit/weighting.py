@@ -18,9 +18,8 @@ from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
     Modes,
-    make_budget_modes,
     make_history_modes,
-    make_jitter_modes,
+    make_nuisance_modes,
 )
 from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
@@ -108,8 +107,7 @@ def weigh_together(
     together = join_measured(sides)
     nominal = ModelFeatures(together.predictor.share(model), together.features, model, prediction)
     rows = _split_rows(sides, together.features)
-    repeats = make_jitter_modes(nominal)
-    errors = make_budget_modes(nominal, budget, refined)
+    repeats, errors = make_nuisance_modes(nominal, budget, refined)
 
     def scatters(history: Modes) -> list[Scatter]:
         return [

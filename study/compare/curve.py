@@ -22,6 +22,8 @@ Key = tuple[str, int]
 
 #: Lines have so many points over a band, and at most so many in each step between two measured frequencies.
 LINE_POINTS, FINER = 80, 4
+#: Residual of a line relative to the linear motion: far less than its width in a figure [-].
+LINE_TOLERANCE = 1e-6
 #: Units that a displacement, velocity, acceleration or force may be drawn in, with their factors.
 SHOWN = {
     "displacement": (("mm", 1e3), ("um", 1e6), ("nm", 1e9)),
@@ -146,7 +148,8 @@ def predict_lines(
 ) -> tuple[Points, Coefficients]:
     """Predicted lines through the points of a misfit: from rest, or swept where branches are compared apart."""
     fine = refine_points(misfit.points)
-    return fine, Predictor(points=fine, sweeps=sweeps if fine.sweep.any() else ()).vary(model, prediction)
+    swept = sweeps if fine.sweep.any() else ()
+    return fine, Predictor(points=fine, sweeps=swept, tolerance=LINE_TOLERANCE).vary(model, prediction)
 
 
 def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients], level_unit: str = "N") -> list[Panel]:

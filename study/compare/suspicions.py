@@ -23,6 +23,8 @@ from correlation.prediction import Points, Prediction, Predictor
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
 
+#: Residual of predicted motions relative to the linear ones: wrong units, signs and sensors are gross [-].
+ROUGH = 1e-4
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
 
@@ -51,7 +53,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         sensor=names[table.sensor],
         harmonic=table.harmonic,
     )
-    predictor = Predictor(points=points)
+    predictor = Predictor(points=points, tolerance=ROUGH)
     predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
     swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
     return (

@@ -15,9 +15,8 @@ from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
     bulge,
-    make_budget_modes,
     make_history_modes,
-    make_jitter_modes,
+    make_nuisance_modes,
 )
 from correlation.prediction import Points, Prediction, Predictor
 from reduction.jointed_system import FrictionContact, along
@@ -46,7 +45,7 @@ class Bench:
 
     @property
     def jitter(self) -> list[np.ndarray]:
-        return make_jitter_modes(self.nominal)
+        return make_nuisance_modes(self.nominal, Budget(), ()).jitter
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +99,7 @@ def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: Module
     predictor = Predictor(points=kept)
     prediction = predictor.predict(free)
     features = FeatureVector.choose(kept, prediction.value, np.ones(len(kept), dtype=bool))
-    blocks = make_jitter_modes(ModelFeatures(predictor, features, free, prediction))
+    blocks = make_nuisance_modes(ModelFeatures(predictor, features, free, prediction), Budget(), ()).jitter
     assert [block.shape[1] for block in blocks if block.size] == [1, 1]
     assert make_history_modes(ModelFeatures(predictor, features, free, prediction), 2, 1).shape == (
         len(features.row),
@@ -110,7 +109,7 @@ def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: Module
 
 def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
     def modes(budget: Budget) -> np.ndarray:
-        return make_budget_modes(bench.nominal, budget, ())
+        return make_nuisance_modes(bench.nominal, budget, ()).budget
 
     one = modes(Budget(frequency=1e-3, compliance=0.01))
     assert one.shape == (len(bench.features.row), 2 + 4)
@@ -121,7 +120,7 @@ def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
 
 def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench) -> None:
     """All natural frequencies of the free structure 1e-5 lower: (1 + 2 e) M and (1 + e) C, read at the same Omega."""
-    modes = make_budget_modes(bench.nominal, Budget(frequency=1.0), ())
+    modes = make_nuisance_modes(bench.nominal, Budget(frequency=1.0), ()).budget
     system = bench.model.system
     ends = [
         bench.model.with_system(mass=(1 + 2 * side * STEP) * system.mass, damping=(1 + side * STEP) * system.damping)
@@ -132,7 +131,7 @@ def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench
 
 
 def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
-    modes = make_budget_modes(bench.nominal, Budget(compliance=1.0), ())
+    modes = make_nuisance_modes(bench.nominal, Budget(compliance=1.0), ()).budget
     names = bench.model.lines["left"]
     ends = [
         bench.model.with_joints({name: {"tangential_stiffness": 5e3 * (1 + side * STEP)} for name in names})
@@ -143,7 +142,7 @@ def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
 
 def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
     finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
-    modes = make_budget_modes(bench.nominal, Budget(), [finer])[:, 6:]
+    modes = make_nuisance_modes(bench.nominal, Budget(), [finer]).budget[:, 6:]
     values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
     change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
     level = bench.features.points.level[bench.features.row]
@@ -200,7 +199,7 @@ def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
     field, n_level = SHARED[number], len(paper.LEVELS)
-    modes = make_budget_modes(long.nominal, Budget(shares=1.0), ())
+    modes = make_nuisance_modes(long.nominal, Budget(shares=1.0), ()).budget
     assert modes.shape[1] == 2 + 4 + len(SHARED) * n_level
     pattern, ends = bulge(WEIGHT), []
     for side in (1, -1):

@@ -10,7 +10,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.nuisance import ModelFeatures, make_jitter_modes
+from correlation.noise.nuisance import Budget, ModelFeatures, make_nuisance_modes
 from correlation.noise.scatter import POOLED, STATE, Scatter, _unrest, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 
@@ -29,7 +29,8 @@ class Bench:
         self.motion = motion
         self.features = FeatureVector.choose(self.points, self.prediction.value, motion)
         self.deviation = paper.make_deviation(self.points, self.prediction.value)
-        self.modes = make_jitter_modes(ModelFeatures(predictor, self.features, model, self.prediction))[:2]
+        nominal = ModelFeatures(predictor, self.features, model, self.prediction)
+        self.modes = make_nuisance_modes(nominal, Budget(), ()).jitter[:2]
         self.slopes = [self.slope(predictor, model, number) for number in range(2)]
         self.expected = self.variance()
         self.none = np.zeros((len(self.features.row), 0))
