@@ -21,11 +21,12 @@ import numpy as np
 from benchmarks.random_systems import log_uniform
 from benchmarks.strangers.blueprint import Blueprint
 from benchmarks.strangers.response import amplitude
+from benchmarks.strangers.structure import BAND
 from correlation.campaign.measurement import CONTACT_FORCE, HeldOut, MeasuredSensor
 from correlation.model import Model
 
-#: Frequencies of the curve from which a grid is chosen, and the band beside the free and the stuck resonance.
-N_CURVE, BELOW, ABOVE = 60, 0.95, 1.04
+#: Frequencies of the curve from which a grid is chosen.
+N_CURVE = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +116,7 @@ def _sensors(plan: Blueprint, *, has_phase: bool, random: np.random.Generator) -
 
 def _grids(plan: Blueprint, model: Model, levels: tuple[float, ...], random: np.random.Generator) -> tuple[Grid, ...]:
     stuck, free = plan.stuck / (2 * np.pi), plan.free / (2 * np.pi)
-    band = min(BELOW * free, 0.97 * stuck), ABOVE * stuck
+    band = min(BAND[0] * free, 0.97 * stuck), BAND[1] * stuck
     count = int(random.integers(16, 37))
     halves = (levels[: len(levels) // 2], levels[len(levels) // 2 :]) if random.uniform() < 0.3 else (levels,)
     grids = [

@@ -7,6 +7,7 @@ and the worst tenth are printed, relative to the largest reading of the sensor a
 
 import argparse
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +31,16 @@ def draw(stranger: Stranger, file: Path) -> str:
         for level in grid.levels:
             own = (table.test == test) & (table.level == level) & (table.sensor == 0) & (table.harmonic == 1)
             frequency = np.unique(table.frequency[own])
+            at = np.searchsorted(frequency, table.frequency[own])
+            force = np.bincount(at, table.force[own]) / np.bincount(at)
             points = points_of([(False, level, each, sensor.name, 1) for each in frequency.tolist()])
+            points = replace(points, force=force)
             value = predict(model, points).value * np.exp(-2j * np.pi * frequency * late)
             value = value if sensor.has_phase else np.abs(value)
-            at = np.searchsorted(frequency, table.frequency[own])
-            read = table.value[own] * level / table.force[own]
+            read = table.value[own] * force[at] / table.force[own]
             errors.append(np.abs(read - value[at]) / np.nanmax(np.abs(value)))
-            (line,) = axis.plot(frequency, np.abs(value) / level, lw=1)
-            axis.plot(table.frequency[own], np.abs(read) / level, ".", ms=2, color=line.get_color())
+            (line,) = axis.plot(frequency, np.abs(value) / force, lw=1)
+            axis.plot(table.frequency[own], np.abs(read) / force[at], ".", ms=2, color=line.get_color())
         axis.set_title(f"{grid.name}, {grid.levels[0]:g} to {grid.levels[-1]:g} N", fontsize=8)
         axis.set_xlabel("frequency [Hz]")
         axis.set_yscale("log")

@@ -29,6 +29,8 @@ Vector = NDArray[np.float64]
 MODE, PRELOAD, N_HISTORY, N_MODE = 2e-3, 1e-2, 3, 4
 #: Floor of a reading as a share of the noise on the largest one at the lowest level.
 FLOOR = 0.2
+#: Least reading of a load cell that its floor is made for, as a share of the highest force [-].
+LEAST = 0.1
 
 
 class Signature:
@@ -48,7 +50,7 @@ class Signature:
                     rows += [(free, level, f, sensor.name, h) for f in grid.frequencies[::2] for h in harmonics]
         self.points = points_of(rows)
         self.base = predict(model, self.points)
-        self.floor = self._floors()
+        self.floor = self._floors(plan.force)
         self.count = layout.n_repeat * len(layout.ways) * 2  # every other frequency stands for two
         size = np.abs(self.base.value)
         floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
@@ -56,13 +58,16 @@ class Signature:
         self.known = np.isfinite(self.base.value)
         self.nuisance = np.array(list(self._nuisances(plan, random)))
 
-    def _floors(self) -> dict[str, float]:
+    def _floors(self, force: float) -> dict[str, float]:
+        """Absolute noise of each sensor [its unit]; load cells of contacts that are open read the floor alone."""
         lowest = self.points.level.min()
         floors = {}
         for sensor in self.layout.sensors:
             own = (self.points.sensor == sensor.name) & (self.points.level == lowest) & (self.points.harmonic < 2)
             own = own if own.any() else self.points.sensor == sensor.name
-            floors[sensor.name] = FLOOR * self.layout.noise * float(np.nanmax(np.abs(self.base.value[own])))
+            largest = float(np.nanmax(np.abs(self.base.value[own])))
+            least = LEAST * force if sensor.name in self.cells else 0.0
+            floors[sensor.name] = FLOOR * self.layout.noise * max(largest, least)
         return floors
 
     def of(self, effect: Hidden) -> float:
