@@ -102,8 +102,8 @@ class SweptBench:
     Parameters
     ----------
     system
-        Beam, contacts and then other joints, and loads for a level of 1 N; the first word of a contact's name is its
-        line.
+        Structure, contacts and then other joints, and loads for a level of 1 N; the first word of a contact's name is
+        its line.
     sensors
         Rows of the motion sensors by name, each of shape (r,) [-].
     steps_per_period
@@ -112,7 +112,7 @@ class SweptBench:
     Raises
     ------
     TransientError
-        A Jenkins element, or a contact with two tangents.
+        A joint with two sliders, such as a contact with two tangents.
     """
 
     def __init__(
@@ -122,9 +122,10 @@ class SweptBench:
         self.steps_per_period = steps_per_period
         self._contacts = friction_contacts(system.joints)
         for joint in system.joints:
-            if joint.n_slider != int(joint.normal_direction is not None):
+            if joint.n_slider > 1:
                 raise TransientError(
-                    f'the bench follows the friction of contacts with one tangent, "{joint.name}" is none: make it one'
+                    f'the bench follows the friction of joints with one slider, "{joint.name}" has {joint.n_slider}: '
+                    "give it one tangent"
                 )
         self.structure = structure = _stuck_structure(system)
         self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
@@ -132,9 +133,8 @@ class SweptBench:
         self._rest = equilibrium(structure)
         self._steppers: dict[float, tuple[Stepper, Matrix]] = {}
         frequency = np.sqrt(structure.eigenvalue)
-        stiffness = [joint.tangential_stiffness for joint in self._contacts]
         # Roots of the energies of displacements, velocities and sliders: z is weighted with them.
-        self.weight = np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
+        self.weight = np.concatenate([frequency, np.ones_like(frequency), np.sqrt(structure.table.slider_stiffness)])
         r = len(frequency)
         generator = np.zeros((2 * r, 2 * r))
         generator[:r, r:] = np.diag(frequency)
@@ -146,7 +146,7 @@ class SweptBench:
     def sweep(
         self,
         frequencies: Sequence[float],
-        level: float,
+        level: float | Sequence[float],
         multipliers: Vector | None = None,
         *,
         tolerance: float = TOLERANCE,
@@ -158,7 +158,7 @@ class SweptBench:
         frequencies
             Frequencies in the order of the sweep [Hz].
         level
-            Amplitude of the force [N].
+            Amplitude of the force, one for all points or one per point [N].
         multipliers
             Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the preload
             leaves by default.
@@ -174,8 +174,8 @@ class SweptBench:
             slider=stepper.state.slider, motion=0.0,
         )  # fmt: skip
         points = []
-        for frequency in frequencies:
-            point, approach = self._reach(frequency, level, approach, tolerance)
+        for frequency, force in zip(frequencies, np.broadcast_to(level, len(frequencies)).tolist(), strict=True):
+            point, approach = self._reach(frequency, force, approach, tolerance)
             points.append(point)
         return Readings.of(points, self.stepper(frequencies[-1]).state)
 
@@ -304,7 +304,8 @@ class SweptBench:
         if not count:
             return 0.0
         # A slider that moves while its contact is closed; in lift-off it is dragged along without force.
-        moved = np.abs(np.diff(record.slider, axis=1, append=record.slider[:, :1]))
+        slider = record.slider[:count]
+        moved = np.abs(np.diff(slider, axis=1, append=slider[:, :1]))
         swing = np.ptp(record.displacement[: 2 * count : 2], axis=1, keepdims=True)
         closed = record.force[1 : 2 * count : 2] > 0
         return float(np.mean((moved > 1e-6 * swing) & closed))
@@ -327,10 +328,10 @@ def _way(last: _Approach, frequency: float, level: float, n_step: int) -> list[t
 
 
 def _stuck_structure(system: JointedSystem) -> ModalStructure:
-    """Modes with sticking contacts, full damping: such contacts then move exactly, whatever the step."""
+    """Modes with sticking joints, full damping: such joints then move exactly, whatever the step."""
     table = joint_table(system)
-    contact = [joint.normal_direction is not None for joint in system.joints for _ in joint.directions]
-    offset = np.where(contact, table.stuck_stiffness, 0.0)
+    sticks = [joint.n_slider > 0 for joint in system.joints for _ in joint.directions]
+    offset = np.where(sticks, table.stuck_stiffness, 0.0)
     return replace(decompose(system, table, offset), diagonal=False)
 
 

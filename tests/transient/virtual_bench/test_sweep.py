@@ -219,6 +219,26 @@ def test_a_point_that_is_not_found_at_once_is_reached_slowly(monkeypatch: pytest
 
 def test_a_joint_whose_friction_the_bench_cannot_follow_is_refused() -> None:
     system = jointed_beam(reduced_beam(), DRAWN)
-    jenkins = JenkinsElement(name="j", direction=np.eye(system.n_dof)[0], tangential_stiffness=1e4, limit_force=1.0)
-    with pytest.raises(TransientError, match='"j"'):
-        SweptBench(replace(system, joints=[*system.joints, jenkins]), {})
+    rows = np.eye(system.n_dof)
+    contact = FrictionContact(
+        name="two tangents", normal=rows[0], tangents=rows[1:3], normal_stiffness=1e4, tangential_stiffness=1e4,
+        friction_coefficient=0.5,
+    )  # fmt: skip
+    with pytest.raises(TransientError, match='"two tangents"'):
+        SweptBench(replace(system, joints=[*system.joints, contact]), {})
+
+
+def test_a_jenkins_element_under_forces_of_each_point_moves_as_under_plain_integration() -> None:
+    jenkins = JenkinsElement(name="rub", direction=np.array([1.0]), tangential_stiffness=3e3, limit_force=1.0)
+    system = JointedSystem(
+        mass=np.eye(1), damping=np.array([[2.0]]), stiffness=np.array([[1e4]]), joints=[jenkins],
+        harmonic_force=np.array([[0.0], [1.0]]),
+    )  # fmt: skip
+    frequencies, levels = [16.5, 17.0, 17.5], [2.0, 3.0, 1.5]
+    readings = SweptBench(system, {"mass": np.ones(1)}).sweep(frequencies, levels, tolerance=1e-7)
+    assert readings.periodic.all()
+    for frequency, level, motion in zip(frequencies, levels, readings.motion, strict=True):
+        kept = integrate(system, 2 * np.pi * frequency, 400, 128, level=level, keep=1, outputs={"mass": np.ones(1)})
+        # Gross slip forgets the start, and both take the same steps.
+        plain = np.fft.rfft(kept.output_displacement["mass"])[[1, 3]] * 2 / 128
+        np.testing.assert_allclose(motion[0], plain, rtol=0, atol=1e-5 * abs(plain[0]))

@@ -1,0 +1,117 @@
+"""One stranger by seed: a case file, a campaign folder, and the truth."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.strangers.blueprint import Blueprint
+from benchmarks.strangers.case import write_case
+from benchmarks.strangers.draw import draw_hidden
+from benchmarks.strangers.hidden import Hidden
+from benchmarks.strangers.layout import Layout, draw_layout
+from benchmarks.strangers.measure import measure
+from benchmarks.strangers.response import amplitude
+from benchmarks.strangers.signature import Signature
+from benchmarks.strangers.specimen import Specimen, make_specimen
+from benchmarks.strangers.structure import draw_structure
+from correlation.campaign.measurement import Campaign, HeldOut, Measurement, Test
+from correlation.campaign.write_campaign import write_campaign
+from correlation.model import Model
+from correlation.sensor_placement import with_sensors
+from study.case.setup import read_case
+
+#: Of all streams of random numbers.
+ENTROPY = 20270301
+#: Chance that a case names its finer mesh.
+REFINED = 0.5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stranger:
+    """What was made: files, and what only the benchmark knows."""
+
+    case: Path
+    folder: Path
+    plan: Blueprint
+    layout: Layout
+    model: Model
+    hidden: tuple[Hidden, ...]
+    specimen: Specimen
+    truth: Mapping[str, Any]
+
+
+def make(seed: int, folder: Path) -> Stranger:
+    """Make the stranger of a seed in an existing folder.
+
+    Streams of random numbers are of their own, so that a change of one part leaves the others as they were.
+    """
+    begin = time.process_time()
+    streams = [np.random.default_rng(each) for each in np.random.SeedSequence([ENTROPY, seed]).spawn(6)]
+    plan = draw_structure(streams[0])
+    finer = write_case(plan, folder, "finer", plan.finer)
+    refined = ["finer.toml"] if plan.finer > 1 and streams[0].uniform() < REFINED else []
+    case = write_case(plan, folder, "case", refined=refined)
+    bare = read_case(case).setup.model
+    layout = draw_layout(plan, bare, streams[1])
+    sensors = _planned(layout)
+    model = with_sensors(bare, sensors)
+    signature = Signature(plan, layout, model, streams[2])
+    hidden = draw_hidden(plan, layout, model, signature, streams[3])
+    planned = time.process_time()
+    effects = [effect for effect, _ in hidden]
+    specimen = make_specimen(with_sensors(read_case(finer).setup.model, sensors), effects, streams[4])
+    droop = {
+        grid.name: 1 - layout.droop * _shape(plan, bare, grid.levels[-1], grid.frequencies, grid.configuration)
+        for grid in layout.grids
+    }
+    campaign, sweeps = measure(specimen, layout, effects, signature.floor, droop, streams[5])
+    write_campaign(campaign, folder / "campaign")
+    truth = {
+        "seed": seed,
+        "structure": {
+            "kind": plan.kind, "dofs": bare.system.n_dof, "contacts": plan.n_contact, "lines": list(plan.lines),
+            "jenkins": len(plan.jenkins), "cubic": bool(plan.cubic), "dashpots": len(plan.dashpots),
+            "ratio": plan.ratio, "refined": bool(refined),
+        },
+        "layout": {
+            "levels": [grid.levels for grid in layout.grids], "frequencies": len(layout.grids[0].frequencies),
+            "tests": [grid.name for grid in layout.grids], "repeats": layout.n_repeat, "ways": layout.ways,
+            "sensors": [each.name for each in layout.sensors], "quantity": layout.sensors[0].quantity,
+            "phase": layout.sensors[0].has_phase, "harmonics": layout.harmonics, "droop": layout.droop,
+            "noise": layout.noise, "stated": layout.stated,
+        },
+        "effects": [
+            {"name": each.name, "strength": each.strength, "vanishes": each.vanishes, "known": each.known, "z": z}
+            for each, z in hidden
+        ],
+        "specimen": {**specimen.factors, "modes": specimen.mode_deviation, **asdict(sweeps)},
+        "plan_seconds": planned - begin,
+        "measure_seconds": time.process_time() - planned,
+    }  # fmt: skip
+    return Stranger(
+        case=case, folder=folder / "campaign", plan=plan, layout=layout, model=model, hidden=tuple(effects),
+        specimen=specimen, truth=truth,
+    )  # fmt: skip
+
+
+def _shape(plan: Blueprint, model: Model, level: float, frequencies: tuple[float, ...], configuration: str) -> Any:
+    """The response of the drive at a level, 1 at its highest, shape (frequency,)."""
+    curve = amplitude(model, plan.drive, [level], frequencies, free=configuration == "free")[0]
+    return curve / max(float(curve.max()), 1e-300)
+
+
+def _planned(layout: Layout) -> Campaign:
+    """A campaign of one row, which places its sensors on a model."""
+    one = np.ones(1)
+    row = Measurement(
+        test=0 * one, order=one, repeat=one, sweep=one, level=one, frequency=one, sensor=0 * one,
+        harmonic=one * max(layout.harmonics), value=one,
+    )  # fmt: skip
+    return Campaign(
+        title="", folder=Path(), sensors=tuple(replace(each) for each in layout.sensors),
+        tests=(Test(name="planned"),), measurement=row, held_out=HeldOut(),
+    )  # fmt: skip

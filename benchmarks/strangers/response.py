@@ -1,0 +1,52 @@
+"""What a model reads at some levels and frequencies, by harmonic balance: for planning tests, never for measuring."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from correlation.model import LineSensor, Model, Sensor
+from correlation.prediction import Points, Prediction, Predictor
+
+Rows = list[tuple[bool, float, float, str, int]]
+
+
+def points_of(rows: Rows) -> Points:
+    """Points of rows (free, level [N], frequency [Hz], sensor, harmonic)."""
+    free, level, frequency, sensor, harmonic = zip(*rows, strict=True)
+    return Points(
+        free=np.array(free), level=np.array(level), frequency=np.array(frequency), sensor=np.array(sensor),
+        harmonic=np.array(harmonic),
+    )  # fmt: skip
+
+
+def predict(
+    model: Model,
+    points: Points,
+    before: Prediction | None = None,
+    slider: Callable[..., NDArray[np.float64]] | None = None,
+) -> Prediction:
+    """Steady states, each from sliders at rest unless others are given."""
+    return Predictor(points=points, slider=slider).predict(model, before)
+
+
+def amplitude(
+    model: Model, place: str, levels: Sequence[float], frequencies: Sequence[float], *, free: bool
+) -> NDArray[np.float64]:
+    """Displacement of a place per newton, shape (level, frequency) [m/N]; zero where there is no steady state."""
+    probe = model.free() if free else model
+    probe = Model(**{**vars(probe), "sensors": (Sensor(name="probe", row=model.places[place]),)})
+    points = points_of([(False, level, f, "probe", 1) for level in levels for f in frequencies])
+    value = np.nan_to_num(np.abs(predict(probe, points).value)).reshape(len(levels), -1)
+    return np.asarray(value / np.array(levels)[:, None])
+
+
+def with_all_sensors(model: Model) -> Model:
+    """The model with a displacement sensor at each place and both force sensors of each line, by their names."""
+    sensors = [Sensor(name=place, row=row) for place, row in model.places.items()]
+    cells = [
+        LineSensor(name=f"{line} {what}", line=line, component=what)
+        for line in model.lines
+        for what in ("tangential", "normal")
+    ]
+    return Model(**{**vars(model), "sensors": (*sensors, *cells)})

@@ -1,0 +1,198 @@
+"""The score of diagnoses of strangers, by these rules.
+
+A record is of one class: *nothing* hidden, *one* effect of the catalogue, *two*, or a *stranger* to the catalogue.
+
+same            an effect is *the same* as a hidden one if it is that one, or if the whitened changes of all readings by
+                both are parallel after the calibration parameters are projected out, |cos| > 0.95 at the calibrated
+                model (`Score.direction`): no campaign of this layout can tell them apart. So mass at two near places,
+                or preload and friction coefficient under a constant normal load, are one group.
+first           one: the verdict names (missing or ambiguous) an effect that is the same, before all others
+among           one: it names such an effect, wherever
+kind            one: the first that it names is of the hidden kind
+itself          one: the first that it names is the hidden one, kind and place
+strength        of those whose first name is the hidden one: the strength errs by at most 20 % of its distance from the
+                vanishing value, or lies inside the interval of 95 % that is told
+covered         of the same ones: it lies inside the interval
+false alarm     nothing: any verdict but "nothing is missing"
+wrong           all classes: "X is missing" alone, and X is the same as no hidden effect
+unknown         stranger: the verdict is "none of the known effects"; placed: and at the hidden place
+both            two: the names of the rounds, each added before the next, hold both, or what is the same; one of two:
+                hold at least one of them
+missed          one, two, stranger: the verdict is that nothing is missing
+failed          a crash, or no verdict within the limit of processor time; it counts against every rule
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.hidden_effects_score import Share
+
+Record = Mapping[str, Any]
+CLEAR = ("missing", "ambiguous")
+
+
+def class_of(record: Record) -> str:
+    """Class of what a record hides."""
+    effects = record["effects"]
+    if not effects:
+        return "nothing"
+    if not effects[0]["known"]:
+        return "stranger"
+    return "one" if len(effects) == 1 else "two"
+
+
+def kind_of(name: str) -> str:
+    """Kind of an effect by its name: what stands before the place."""
+    return min((name.partition(f" {word} ")[0] for word in ("at", "of", "between", "by")), key=len)
+
+
+def named(record: Record, number: int = 0) -> list[Mapping[str, Any]]:
+    """Effects that a round names, the first before all others."""
+    done = record["rounds"][number]
+    return list(done["named"]) if done["finding"] in CLEAR else []
+
+
+def same(record: Record, number: int = 0) -> set[str]:
+    """The hidden effects, and what a round could not tell from them."""
+    own = {each["name"] for each in record["effects"]}
+    return own.union(*record["rounds"][number].get("alike", {}).values())
+
+
+def is_first(record: Record) -> bool:
+    """See `first`."""
+    return bool(named(record)) and named(record)[0]["name"] in same(record)
+
+
+def is_among(record: Record) -> bool:
+    """See `among`."""
+    return any(each["name"] in same(record) for each in named(record))
+
+
+def is_kind(record: Record) -> bool:
+    """See `kind`."""
+    return bool(named(record)) and kind_of(named(record)[0]["name"]) == kind_of(record["effects"][0]["name"])
+
+
+def is_itself(record: Record) -> bool:
+    """See `itself`."""
+    return bool(named(record)) and named(record)[0]["name"] == record["effects"][0]["name"]
+
+
+def is_covered(record: Record) -> bool:
+    """See `covered`."""
+    found, true = named(record)[0], record["effects"][0]
+    return abs(found["strength"] - true["strength"]) <= found["half"]
+
+
+def is_strong(record: Record) -> bool:
+    """See `strength`."""
+    found, true = named(record)[0], record["effects"][0]
+    error = abs(found["strength"] - true["strength"]) / abs(true["strength"] - true["vanishes"])
+    return error <= 0.2 or is_covered(record)
+
+
+def is_wrong(record: Record) -> bool:
+    """See `wrong`."""
+    return record["rounds"][0]["finding"] == "missing" and not is_first(record)
+
+
+def n_found(record: Record) -> int:
+    """Hidden effects that the rounds name, or what is the same."""
+    found = set()
+    for number in range(len(record["rounds"])):
+        names = {each["name"] for each in named(record, number)[:1]}
+        alike = record["rounds"][number].get("alike", {})
+        for effect in record["effects"]:
+            if names & {effect["name"], *alike.get(effect["name"], ())}:
+                found.add(effect["name"])
+    return len(found)
+
+
+def table(records: Sequence[Record]) -> str:
+    """The score in words."""
+    made = [record for record in records if record["made"]]
+    by = {
+        name: [record for record in made if class_of(record) == name] for name in ("nothing", "one", "two", "stranger")
+    }
+    itself = [record for record in by["one"] if is_itself(record)]
+    finding = _has_finding
+    lines = [
+        f"{len(records)} strangers, {len(records) - len(made)} could not be made; "
+        + ", ".join(f"{name} {len(of)}" for name, of in by.items()),
+        _line("one: right effect or group first", by["one"], is_first),
+        _line("one: among those named", by["one"], is_among),
+        _line("one: right kind first", by["one"], is_kind),
+        _line("one: right kind and place first", by["one"], is_itself),
+        _line("strength within 20 % or interval", itself, is_strong),
+        _line("95 % interval holds the strength", itself, is_covered),
+        _line("nothing: false alarm", by["nothing"], lambda each: not finding(each, "nothing")),
+        _line("confident wrong name, all classes", made, is_wrong),
+        _line("stranger: told unknown", by["stranger"], lambda each: finding(each, "unknown")),
+        _line("stranger: told unknown, and its place", by["stranger"], _is_placed),
+        _line("two: both found", by["two"], lambda each: n_found(each) == 2),
+        _line("two: at least one found", by["two"], lambda each: n_found(each) >= 1),
+        _line(
+            "hidden, but told nothing", by["one"] + by["two"] + by["stranger"], lambda each: finding(each, "nothing")
+        ),
+        _line("failed", made, lambda each: finding(each, "failed")),
+        _cost("processor time of a diagnosis", [each["rounds"][0]["seconds"] for each in made]),
+        _cost("to plan a campaign", [each["plan_seconds"] for each in made]),
+        _cost("to measure it", [each["measure_seconds"] for each in made]),
+        *_confusion(made),
+        *[f"  seed {each['seed']}: {each['failure']}" for each in records if not each["made"]],
+        *[f"  seed {each['seed']}: {each['rounds'][0]['failure']}" for each in made if finding(each, "failed")],
+    ]
+    return "\n".join(lines)
+
+
+def summary(record: Record) -> str:
+    """One line."""
+    if not record["made"]:
+        return f"seed {record['seed']}: not made: {record['failure']}"
+    hidden = " + ".join(f"{each['name']} (z {each['z']:.0f})" for each in record["effects"]) or "nothing"
+    told = "; ".join(
+        " or ".join(each["name"] for each in named(record, number)) or done["finding"]
+        for number, done in enumerate(record["rounds"])
+    )
+    structure = record["structure"]
+    return (
+        f"seed {record['seed']} {structure['kind']} {structure['dofs']}/{structure['contacts']}: {hidden} -> {told} "
+        f"({record['measure_seconds']:.0f} + {record['rounds'][0]['seconds']:.0f} s)"
+    )
+
+
+def _has_finding(record: Record, finding: str) -> bool:
+    return bool(record["rounds"][0]["finding"] == finding)
+
+
+def _is_placed(record: Record) -> bool:
+    place = record["rounds"][0].get("place")
+    return _has_finding(record, "unknown") and place == record["effects"][0]["name"].partition(" at ")[2]
+
+
+def _line(words: str, records: Sequence[Record], holds: Callable[[Record], bool]) -> str:
+    share = Share(count=sum(map(holds, records)), of=len(records))
+    low, high = share.interval
+    return f"{words:<38} {share.count:>4} of {share.of:<4} {share.value:7.1%}  ({low:.0%} to {high:.0%})"
+
+
+def _cost(words: str, values: Iterable[float]) -> str:
+    listed = list(values) or [np.nan]
+    return f"{words:<38} median {np.median(listed):.1f} s, 95 % {np.quantile(listed, 0.95):.1f} s"
+
+
+def _confusion(records: Sequence[Record]) -> list[str]:
+    """Kind that is hidden, and what was told of it."""
+    counts: dict[str, Counter[str]] = {}
+    for record in records:
+        kinds = " + ".join(sorted(kind_of(each["name"]) for each in record["effects"])) or "nothing"
+        told = kind_of(named(record)[0]["name"]) if named(record) else record["rounds"][0]["finding"]
+        told += "" if len(named(record)) < 2 else " or another"
+        counts.setdefault(kinds, Counter())[told] += 1
+    return ["hidden -> told"] + [
+        f"  {kinds:<34} {', '.join(f'{told} {count}' for told, count in counts[kinds].most_common())}"
+        for kinds in sorted(counts)
+    ]

@@ -1,0 +1,120 @@
+r"""How clearly an effect shows in a campaign: the whitened change of all readings that nothing accepted explains.
+
+.. math:: z^2 = d^T (I + J J^T)^{-1} d
+
+d is the change by the effect in standard deviations of the mean readings, J one column per standard deviation of each
+accepted parameter (kt, kn 10 %, mu 10 %, zeta 20 %, E 1 %), of each of the first modes (0.2 %, one by one), of the
+preloads of the lines from repeat to repeat (1 %), and of three friction histories. z is about what chi-squared can fall
+by, as a root.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from benchmarks.strangers.blueprint import Blueprint
+from benchmarks.strangers.hidden import Hidden
+from benchmarks.strangers.layout import Layout
+from benchmarks.strangers.response import Rows, points_of, predict
+from correlation.model import LineSensor, Model
+from correlation.noise.nuisance import left_by
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from hbsolve.errors import ModelError
+
+Vector = NDArray[np.float64]
+
+#: Deviations: of modes one by one, of preloads, and how many histories.
+MODE, PRELOAD, N_HISTORY, N_MODE = 2e-3, 1e-2, 3, 4
+#: Floor of a reading as a share of the noise on the largest one at the lowest level.
+FLOOR = 0.2
+#: Least reading of a load cell that its floor is made for, as a share of the highest force [-].
+LEAST = 0.1
+
+
+class Signature:
+    """The signature of effects in a campaign of a layout on a model with its sensors."""
+
+    def __init__(self, plan: Blueprint, layout: Layout, model: Model, random: np.random.Generator) -> None:
+        self.layout, self.model = layout, model
+        self.cells = {sensor.name for sensor in model.sensors if isinstance(sensor, LineSensor)}
+        rows: Rows = []
+        for grid in layout.grids:
+            free = grid.configuration == "free"
+            for sensor in layout.sensors:
+                if free and sensor.name in self.cells:
+                    continue
+                harmonics = (0, 1) if sensor.name in self.cells else layout.harmonics
+                for level in grid.levels:
+                    rows += [(free, level, f, sensor.name, h) for f in grid.frequencies[::2] for h in harmonics]
+        self.points = points_of(rows)
+        self.base = predict(model, self.points)
+        self.floor = self._floors(plan.force)
+        self.count = layout.n_repeat * len(layout.ways) * 2  # every other frequency stands for two
+        size = np.abs(self.base.value)
+        floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
+        self.deviation = np.sqrt(((layout.noise * size) ** 2 + floor**2) / 2 / self.count)
+        self.known = np.isfinite(self.base.value)
+        self.nuisance = np.array(list(self._nuisances(plan, random)))
+
+    def _floors(self, force: float) -> dict[str, float]:
+        """Absolute noise of each sensor [its unit]; load cells of contacts that are open read the floor alone."""
+        lowest = self.points.level.min()
+        floors = {}
+        for sensor in self.layout.sensors:
+            own = (self.points.sensor == sensor.name) & (self.points.level == lowest) & (self.points.harmonic < 2)
+            own = own if own.any() else self.points.sensor == sensor.name
+            largest = float(np.nanmax(np.abs(self.base.value[own])))
+            least = LEAST * force if sensor.name in self.cells else 0.0
+            floors[sensor.name] = FLOOR * self.layout.noise * max(largest, least)
+        return floors
+
+    def of(self, effect: Hidden) -> float:
+        """z of an effect; 0 where the model with it has no steady states."""
+        try:
+            change = self._change(effect.bound(self.model)(self.model), effect)
+        except (ModelError, ValueError):
+            return 0.0
+        return self.size(change)
+
+    def size(self, change: Vector) -> float:
+        """z of a whitened change."""
+        inner = np.eye(len(self.nuisance)) + self.nuisance @ self.nuisance.T
+        along = self.nuisance @ change
+        return float(np.sqrt(max(change @ change - along @ scipy.linalg.solve(inner, along, assume_a="pos"), 0.0)))
+
+    def _change(self, model: Model, effect: Hidden | None = None) -> Vector:
+        value = predict(model, self.points, self.base).value
+        if effect is not None:
+            late = np.array([effect.delay(name) for name in self.points.sensor.tolist()])
+            value = value * np.exp(-2j * np.pi * self.points.frequency * self.points.harmonic * late)
+        return self._whitened(value)
+
+    def _whitened(self, value: NDArray[np.complex128]) -> Vector:
+        """Change in standard deviations: of both parts, or of the amplitude where there is no phase."""
+        there = self.known & np.isfinite(value)
+        if not self.layout.sensors[0].has_phase:
+            moved = np.abs(value) - np.abs(self.base.value)
+            return np.where(there, moved / self.deviation, 0.0)
+        moved = np.where(there, (value - self.base.value) / self.deviation, 0.0)
+        return np.concatenate([moved.real, moved.imag])
+
+    def _nuisances(self, plan: Blueprint, random: np.random.Generator) -> Iterator[Vector]:
+        small, model = 0.05, self.model
+        for parameter in list_calibration_parameters(model):
+            factor = 1 + small * parameter.deviation
+            yield self._change(parameter.apply(model, [factor])) / small
+        squared, shapes = scipy.linalg.eigh(model.system.stiffness, model.system.mass)
+        nearest = np.argsort(np.abs(np.log(squared / plan.free**2)))[:N_MODE]
+        for mode in nearest.tolist():
+            weighted = model.system.mass @ shapes[:, mode]
+            stiffness = model.system.stiffness + 2 * small * MODE * squared[mode] * np.outer(weighted, weighted)
+            yield self._change(model.with_system(stiffness=stiffness)) / small
+        for line in model.preloads:
+            share = PRELOAD / np.sqrt(self.layout.n_repeat)
+            if any(model.contact(name).preload for name in model.lines[line]):
+                yield self._change(model.pressed(line, 1 + share))
+        for _ in range(N_HISTORY if model.lines else 0):
+            slider = left_by(model, random.uniform(size=len(model.system.joints)))
+            yield self._whitened(predict(model, self.points, slider=slider).value) / np.sqrt(self.layout.n_repeat)

@@ -1,0 +1,117 @@
+"""The specimen: a finer model with errors of its own, reduced to what its tests can see, measured by time integration.
+
+What differs from the model, besides the hidden effects:
+
+calibration   kt and kn 3 %, mu 5 %, zeta 10 %, E 0.5 %, each one factor for the specimen (standard deviations)
+modes         each natural frequency of the structure without its contacts by an error of its own, 0.1 to 0.3 %
+mesh          twice as many elements along each edge
+repeats       preload 1 % and frequency 0.03 % for each, a friction history for each level of each
+
+A structure of more degrees of freedom than `LARGEST` is reduced to its first modes with the contacts stuck beside its
+static deflections under the force and under each joint; sensors read displacements.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from benchmarks.strangers.hidden import Hidden
+from correlation.model import Model, Sensor
+from reduction.joint_law.registry import DirectedJoint
+from reduction.jointed_system import FrictionContact, JointedSystem
+from reduction.stuck import stuck_stiffness
+
+Matrix = NDArray[np.float64]
+
+DEVIATION = {
+    "tangential_stiffness": 0.03, "normal_stiffness": 0.03, "friction_coefficient": 0.05, "zeta": 0.10, "E": 0.005,
+}  # fmt: skip
+#: Range of the standard deviation of the modes' errors; degrees of freedom that are not reduced; modes of a reduction.
+MODES, LARGEST, N_MODE = (1e-3, 3e-3), 30, 18
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Specimen:
+    """A model of what is tested, jointed and free, and what is known of its making."""
+
+    jointed: Model
+    free: Model
+    factors: dict[str, float]
+    mode_deviation: float
+
+    def system(self, configuration: str) -> tuple[JointedSystem, dict[str, Matrix]]:
+        """Reduced system, contacts first, and the rows of its motion sensors."""
+        model = self.free if configuration == "free" else self.jointed
+        contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
+        # The bench knows the line of a contact by the first word of its name.
+        named = [replace(joint, name=joint.name.replace(".", " ")) for joint in contacts]
+        others = [joint for joint in model.system.joints if not isinstance(joint, FrictionContact)]
+        rows = {each.name: each.row for each in model.sensors if isinstance(each, Sensor)}
+        return reduced(replace(model.system, joints=[*named, *others]), rows)
+
+
+def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
+    """Preloads of all contacts, and the static load that balances them, times a ratio."""
+    joints = [
+        joint.with_values({"preload": ratio * joint.preload}) if isinstance(joint, FrictionContact) else joint
+        for joint in system.joints
+    ]
+    return replace(system, joints=joints, static_load=ratio * system.static)
+
+
+def make_specimen(model: Model, hidden: Sequence[Hidden], random: np.random.Generator) -> Specimen:
+    """A specimen that hides effects, from a fine model with its sensors."""
+    factors = {name: float(1 + sigma * random.standard_normal()) for name, sigma in DEVIATION.items()}
+    deviation = float(random.uniform(*MODES))
+    system = model.system
+    squared, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
+    weighted = system.mass @ shapes
+    squared = squared * factors["E"] * (1 + 2 * deviation * random.standard_normal(len(squared)))
+    joints = [
+        joint.with_values({name: factors[name] * getattr(joint, name) for name in list(DEVIATION)[:3]})
+        if isinstance(joint, FrictionContact)
+        else joint
+        for joint in system.joints
+    ]
+    made = model.with_system(
+        stiffness=weighted * squared @ weighted.T, damping=factors["zeta"] * system.damping, joints=joints
+    )
+    made = replace(made, parts=())
+    jointed, free = made, made.free()
+    for effect in hidden:
+        apply = effect.bound(made)
+        jointed, free = apply(jointed), apply(free)
+    return Specimen(jointed=jointed, free=free, factors=factors, mode_deviation=deviation)
+
+
+def reduced(system: JointedSystem, rows: dict[str, Matrix]) -> tuple[JointedSystem, dict[str, Matrix]]:
+    """System and rows over its first stuck modes and its static deflections."""
+    if system.n_dof <= LARGEST:
+        return system, rows
+    stuck = stuck_stiffness(system.stiffness, system.joints)
+    modes = scipy.linalg.eigh(stuck, system.mass, subset_by_index=(0, N_MODE - 1))[1]
+    loads = np.vstack([system.dynamic.real, *(joint.directions for joint in system.joints)])
+    static = scipy.linalg.solve(stuck, loads.T, assume_a="pos")
+    static = static - modes @ (modes.T @ system.mass @ static)
+    # Deflections that depend on each other have no mass of their own.
+    inner = static.T @ system.mass @ static
+    size, turn = scipy.linalg.eigh(inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)) + 1e-300))
+    kept = size > 1e-8
+    scale = np.sqrt(np.diag(inner) + 1e-300)
+    static = (static / scale) @ (turn[:, kept] / np.sqrt(size[kept]))
+    basis = np.hstack([modes, static])
+    joints = []
+    for joint in system.joints:
+        if isinstance(joint, FrictionContact):
+            joints.append(replace(joint, normal=joint.normal @ basis, tangents=joint.tangents @ basis))
+        elif isinstance(joint, DirectedJoint):
+            joints.append(replace(joint, direction=joint.direction @ basis))
+    small = JointedSystem(
+        mass=basis.T @ system.mass @ basis, damping=basis.T @ system.damping @ basis,
+        stiffness=basis.T @ system.stiffness @ basis, joints=joints, static_load=basis.T @ system.static,
+        harmonic_force=system.dynamic @ basis,
+    )  # fmt: skip
+    return small, {name: row @ basis for name, row in rows.items()}

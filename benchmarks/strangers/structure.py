@@ -1,0 +1,271 @@
+"""Structures by seed: chains, beams, frames, pairs of beams and plates, with contacts that slip at high levels.
+
+Ranges, fixed before the first score. Stiffness and inertia make the first free resonances 5 to 500 Hz.
+
+kind         chain of 4 to 20 masses; cantilever, hinged or elastically supported beam; portal or angle frame; two
+             cantilevers side by side; plate clamped at one edge, at two, or on springs: 4 to about 170 degrees of
+             freedom
+mode         the test is made at one of the first three resonances with its contacts stuck
+contacts     none (10 %), or 1 to 4 groups of 1 to 3, each group of one kind: a wedge to the ground, a wedge between two
+             points (of two bodies where there are two), Jenkins elements (a constant normal load), open at rest
+stiffness    the contacts together add 5 to 35 % to the modal stiffness of the tested mode
+preload      the linear motion at the highest level would slip 1.5 to 5 times; a gap is 30 to 80 % of it
+damping      0.2 to 1.5 %, modal or Rayleigh; up to two dashpots that add up to 40 % together
+cubic        in a fifth of the structures a hardening spring of 2 to 10 % of the modal stiffness at the highest level
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import scipy.linalg
+
+from benchmarks.random_systems import log_uniform
+from benchmarks.strangers.blueprint import Blueprint, Contact, Jenkins, Mesh
+from benchmarks.strangers.skeleton import Chain, Frame, Member, Motion, Plate, Row, Skeleton, Spot
+
+KINDS = ("chain", "beam", "frame", "pair", "plate")
+GROUPS = ("wedge", "between", "jenkins", "open")
+#: Share of the largest motion of the tested mode above which a point can bear a contact, the drive, or a place.
+MOVES = 0.2
+#: How far the tested resonance stands above both ends of the band that is swept, contacts stuck; and that band.
+STANDS, BAND = 2.0, (0.95, 1.04)
+
+
+def draw_structure(random: np.random.Generator) -> Blueprint:
+    """A random structure whose tested resonance stands out at the drive; others are drawn again."""
+    while True:
+        plan = _draw(random)
+        if _stands_out(plan):
+            return plan
+
+
+def _stands_out(plan: Blueprint) -> bool:
+    """Whether the drive sees the tested resonance with all contacts that are closed stuck."""
+    skeleton = plan.mesh.build(1)
+    stiffness = skeleton.stiffness.astype(complex)
+    for line, contacts in plan.lines.items():
+        for contact in contacts if not line.startswith("open") else ():
+            for motion, spring in (
+                (contact.tangent, contact.tangential_stiffness),
+                (contact.normal, contact.normal_stiffness),
+            ):
+                stiffness += spring * np.outer(skeleton.row(motion), skeleton.row(motion))
+    for jenkins in plan.jenkins.values():
+        stiffness += jenkins.stiffness * np.outer(skeleton.row(jenkins.motion), skeleton.row(jenkins.motion))
+    drive, damping = skeleton.row(((plan.places[plan.drive], 1.0),)), plan.damping(skeleton)
+    below = min(BAND[0] * plan.free, 0.97 * plan.stuck)
+    there, *ends = (
+        abs(drive @ np.linalg.solve(stiffness - omega**2 * skeleton.mass + 1j * omega * damping, drive))
+        for omega in (plan.stuck, below, BAND[1] * plan.stuck)
+    )
+    return bool(there > STANDS * max(ends))
+
+
+def _draw(random: np.random.Generator) -> Blueprint:
+    kind = str(random.choice(KINDS))
+    mesh, finer = _mesh(kind, random)
+    skeleton = mesh.build(1)
+    squared, shapes = scipy.linalg.eigh(skeleton.stiffness, skeleton.mass)
+    tested = int(random.choice(3, p=[0.65, 0.25, 0.1]))
+    plan = Blueprint(
+        kind=kind, mesh=mesh, finer=finer, ratio=float(log_uniform(random, 2e-3, 1.5e-2)),
+        rayleigh=bool(random.uniform() < 0.5), highest=float(np.sqrt(squared[tested + 1])),
+        force=float(log_uniform(random, 1.0, 50.0)),
+    )  # fmt: skip
+    plan = _with_places(plan, skeleton, shapes[:, tested], random)
+    return _with_joints(plan, skeleton, squared[tested], shapes[:, tested], random)
+
+
+def _mesh(kind: str, random: np.random.Generator) -> tuple[Mesh, int]:
+    """Mesh of a kind, and how much finer that of the specimen is."""
+    if kind == "chain":
+        n = int(random.integers(4, 21))
+        masses, springs = log_uniform(random, 0.3, 3.0, n), log_uniform(random, 2e5, 5e6, n - 1)
+        pairs = {(number, number + 1): float(spring) for number, spring in enumerate(springs)}
+        for _ in range(int(random.integers(0, n // 3 + 1))):
+            one, other = sorted(random.choice(n, 2, replace=False).tolist())
+            pairs[one, other] = float(log_uniform(random, 2e5, 5e6))
+        held = {0, *random.choice(n, max(n // 6, 1), replace=False).tolist()}
+        return Chain(
+            masses=masses, springs=pairs, grounded={each: float(log_uniform(random, 3e5, 3e6)) for each in held}
+        ), 1
+    steel, density = 2.1e11, 7800.0
+    if kind == "plate":
+        size = float(random.uniform(0.2, 0.6)), float(random.uniform(0.2, 0.6))
+        count = int(random.integers(3, 8)), int(random.integers(3, 7))
+        thick = float(log_uniform(random, 1.5e-3, 6e-3))
+        section = steel * thick**3 / 12 / (1 - 0.3**2), 0.3, density * thick
+        at = [
+            (size[0] * i / count[0], size[1] * j / count[1]) for i in range(count[0] + 1) for j in range(count[1] + 1)
+        ]
+        support = random.choice(["edge", "edges", "springs"])
+        edge = [Spot("plate", (x, y, 0.0), "*") for x, y in at if x == 0 or (support == "edges" and y == 0)]
+        corners = [Spot("plate", (x, y, 0.0), "z") for x in (0.0, size[0]) for y in (0.0, size[1])]
+        modal = section[2] * size[0] * size[1] * (2 * np.pi * 20) ** 2
+        springs = {spot: float(modal * random.uniform(0.5, 2)) for spot in corners}
+        return Plate(
+            size=size, n_element=count, section=section, fixed=() if support == "springs" else edge,
+            springs=springs if support == "springs" else {},
+        ), 2  # fmt: skip
+    length, height, width = float(random.uniform(0.25, 0.8)), float(log_uniform(random, 4e-3, 1.5e-2)), 0.03
+    section = steel * width * height, steel * width * height**3 / 12, density * width * height
+    n = int(random.integers(4, 13))
+    if kind == "pair":
+        lengths = length, length * float(random.uniform(0.8, 1.0))
+        members = [
+            Member(body=body, begin=(0.0, 0.0, z), end=(long, 0.0, z), n_element=n)
+            for body, long, z in zip("ab", lengths, (0.0, 0.05), strict=True)
+        ]
+        fixed = [Spot(member.body, member.begin, "*") for member in members]
+        return Frame(members=members, section=section, fixed=fixed, springs={}, axial=False), 2
+    if kind == "beam":
+        members = [Member(body="beam", begin=(0.0, 0.0, 0.0), end=(length, 0.0, 0.0), n_element=n)]
+        ends = [Spot("beam", members[0].begin, "z"), Spot("beam", members[0].end, "z")]
+        support = random.choice(["clamped", "hinged", "elastic"])
+        stiff = 48 * section[1] / length**3
+        return Frame(
+            members=members, section=section, axial=False,
+            fixed={"clamped": [Spot("beam", members[0].begin, "*")], "hinged": ends, "elastic": []}[support],
+            springs={spot: stiff * float(random.uniform(0.5, 3)) for spot in ends} if support == "elastic" else {},
+        ), 2  # fmt: skip
+    high, n = length * float(random.uniform(0.5, 1.2)), max(n // 2, 3)
+    corners = [(0.0, 0.0, 0.0), (0.0, 0.0, high), (length, 0.0, high), (length, 0.0, 0.0)]
+    corners = corners if random.uniform() < 0.5 else corners[:3]
+    members = [Member(body="frame", begin=one, end=other, n_element=n) for one, other in pairwise(corners)]
+    feet = [corners[0], *([corners[3]] if len(corners) == 4 else [])]
+    return Frame(
+        members=members, section=section, fixed=[Spot("frame", foot, "*") for foot in feet], springs={}, axial=True
+    ), 2
+
+
+def _with_places(plan: Blueprint, skeleton: Skeleton, shape: Row, random: np.random.Generator) -> Blueprint:
+    """Three to six named translations that move, at different points; the drive is one of them."""
+    moving = _moving(skeleton, shape)
+    chosen: list[Spot] = []
+    for number in random.permutation(moving).tolist():
+        spot = skeleton.spots[number]
+        if all((spot.body, spot.point) != (each.body, each.point) for each in chosen):
+            chosen.append(spot)
+    chosen = chosen[: int(random.integers(3, 7))]
+    places = {f"{spot.body} {letter}": spot for letter, spot in zip("ABCDEF", chosen, strict=False)}
+    return replace(plan, places=places, drive=str(random.choice(list(places))))
+
+
+def _moving(skeleton: Skeleton, shape: Row) -> list[int]:
+    """Translations that move in a mode."""
+    translations = [number for number, spot in enumerate(skeleton.spots) if spot.direction in "xyz"]
+    largest = np.abs(shape[translations]).max()
+    return [number for number in translations if abs(shape[number]) > MOVES * largest]
+
+
+def _with_joints(
+    plan: Blueprint, skeleton: Skeleton, squared: float, shape: Row, random: np.random.Generator
+) -> Blueprint:
+    """Contacts, a cubic spring and dashpots, as stiff and as pressed as the tested mode wants them."""
+    groups = [] if random.uniform() < 0.1 else [str(each) for each in random.choice(GROUPS, int(random.integers(1, 5)))]
+    share = random.uniform(0.05, 0.35) / max(len(groups), 1)
+    drafts = [_draft(kind, skeleton, shape, squared * share, random) for kind in groups]
+    stuck = skeleton.stiffness.copy()
+    for kind, draft in zip(groups, drafts, strict=True):
+        for contact in draft if kind != "open" else ():
+            for motion, spring in (
+                (contact.tangent, contact.tangential_stiffness), (contact.normal, contact.normal_stiffness)
+            ):  # fmt: skip
+                row = skeleton.row(motion)
+                stuck += spring * np.outer(row, row)
+    stuck_squared, shapes = scipy.linalg.eigh(stuck, skeleton.mass)
+    mode = int(np.abs(shapes.T @ skeleton.mass @ shape).argmax())
+    natural = float(np.sqrt(stuck_squared[mode]))
+    driven = skeleton.row(((plan.places[plan.drive], 1.0),)) @ shapes[:, mode]
+    # Of the linear structure at resonance under the highest force.
+    motion = np.abs(shapes[:, mode] * driven) * plan.force / (2 * plan.ratio * natural**2)
+    lines: dict[str, list[Contact]] = {}
+    jenkins: dict[str, Jenkins] = {}
+    for number, (kind, draft) in enumerate(zip(groups, drafts, strict=True), start=1):
+        slip, name = random.uniform(1.5, 5.0), f"{kind}{number}"
+        seen = [_moved(skeleton.row(contact.tangent), shapes[:, mode], motion) for contact in draft]
+        force = [contact.tangential_stiffness * each / slip for contact, each in zip(draft, seen, strict=True)]
+        if kind == "jenkins":
+            jenkins |= {
+                f"{name} {place}": Jenkins(motion=each.tangent, stiffness=each.tangential_stiffness, limit=limit)
+                for place, (each, limit) in enumerate(zip(draft, force, strict=True), start=1)
+            }
+        elif kind == "open":
+            lines[name] = [
+                replace(each, gap=random.uniform(0.3, 0.8) * _moved(skeleton.row(each.normal), shapes[:, mode], motion))
+                for each in draft
+            ]
+        else:
+            pairs = zip(draft, force, strict=True)
+            lines[name] = [replace(each, preload=limit / each.friction_coefficient) for each, limit in pairs]
+    return replace(
+        plan, lines=lines, jenkins=jenkins, cubic=_cubic(plan, skeleton, motion, natural, shapes[:, mode], random),
+        dashpots=_dashpots(plan, skeleton, natural, shapes[:, mode], random), free=float(np.sqrt(squared)),
+        stuck=natural,
+    )  # fmt: skip
+
+
+def _moved(row: Row, shape: Row, motion: Row) -> float:
+    """Amplitude of a combination of motions in a mode whose degrees of freedom have these amplitudes."""
+    largest = int(np.abs(shape).argmax())
+    return float(abs(row @ shape) * motion[largest] / abs(shape[largest]))
+
+
+def _draft(kind: str, skeleton: Skeleton, shape: Row, modal: float, random: np.random.Generator) -> list[Contact]:
+    """A group without preloads whose springs add so much to the modal stiffness [1/s^2] of a mode."""
+    moving = [skeleton.spots[number] for number in random.permutation(_moving(skeleton, shape))]
+    angle, ratio = np.deg2rad(random.uniform(15, 50)), random.uniform(0.6, 2.0)
+    friction, count = random.uniform(0.2, 0.7), int(random.integers(1, 4))
+    motions: list[Motion] = []
+    for spot in moving:
+        others = [each for each in moving if each.direction == spot.direction and each != spot]
+        bodies = [each for each in others if each.body != spot.body]
+        if kind == "between" and (bodies or others):
+            other = (bodies or others)[0]
+            motions.append(((spot, 1.0), (other, -1.0)))
+        else:
+            motions.append(((spot, 1.0),))
+    felt = [abs(skeleton.row(motion) @ shape) for motion in motions]
+    able = [motion for motion, each in zip(motions, felt, strict=True) if each > 0.3 * max(felt)][:count]
+    if kind == "jenkins":
+        angle = 0.0
+    steep = np.pi / 2 - angle if kind == "open" else angle
+    contacts = []
+    for motion in able:
+        across = np.cos(steep) ** 2 + ratio * np.sin(steep) ** 2
+        spring = modal / len(able) / (across * (skeleton.row(motion) @ shape) ** 2)
+        contacts.append(
+            Contact(
+                normal=tuple((spot, weight * float(np.sin(steep))) for spot, weight in motion),
+                tangent=tuple((spot, weight * float(np.cos(steep))) for spot, weight in motion),
+                normal_stiffness=float(spring * ratio), tangential_stiffness=float(spring),
+                friction_coefficient=float(friction), preload=0.0,
+            )
+        )  # fmt: skip
+    return contacts
+
+
+def _cubic(
+    plan: Blueprint, skeleton: Skeleton, motion: Row, natural: float, shape: Row, random: np.random.Generator
+) -> dict[str, tuple[str, float]]:
+    """In a fifth of the structures a hardening spring at a place, by its name; k such that 3/4 k a^2 is a share."""
+    if random.uniform() > 0.2:
+        return {}
+    place = str(random.choice(list(plan.places)))
+    number = skeleton.number(plan.places[place])
+    spring = random.uniform(0.02, 0.1) * natural**2 / shape[number] ** 2
+    return {"hardening": (place, float(spring / (0.75 * motion[number] ** 2)))}
+
+
+def _dashpots(
+    plan: Blueprint, skeleton: Skeleton, natural: float, shape: Row, random: np.random.Generator
+) -> dict[str, float]:
+    """None, one or two dampers at places, that add up to 20 % of the modal damping each."""
+    places = random.permutation(list(plan.places))[: int(random.integers(0, 3))].tolist()
+    return {
+        place: float(
+            random.uniform(0.05, 0.2) * 2 * plan.ratio * natural / shape[skeleton.number(plan.places[place])] ** 2
+        )
+        for place in places
+    }

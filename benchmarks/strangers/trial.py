@@ -1,0 +1,137 @@
+"""One campaign from seed to record: made, diagnosed as `stickslip diagnose` does it, and put down as one JSON object.
+
+Thresholds are those of linear theory (`--trials 0`): a layout that nobody has seen would otherwise be diagnosed 40
+times for its thresholds alone. A structure that hides two effects is diagnosed again after each effect that was named
+and added (`stickslip add`), at most `ROUNDS` times.
+"""
+
+import signal
+import tempfile
+import time
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+from benchmarks.strangers.campaign import make
+from correlation.campaign.read_campaign import read_campaign
+from diagnosis.decision.verdict import INTERVAL
+from diagnosis.diagnose import Diagnosis
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.problem import Refit
+from study.diagnose.add import add
+from study.diagnose.run import diagnose_file
+
+#: Processor time of one diagnosis [s]; |cos| from which on two effects do the same; rounds; gains that are kept.
+LIMIT, SAME, ROUNDS, MOST = 300.0, 0.95, 3, 10
+
+
+class TimeUp(BaseException):
+    """The limit of processor time is reached; no handler of errors may take it for one."""
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Raise `TimeUp` after so much processor time of this process [s]."""
+
+    def stop(_signal: int, _frame: FrameType | None) -> None:
+        raise TimeUp
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, Any]:
+    """The record of a seed; whatever goes wrong is told in it.
+
+    Parameters
+    ----------
+    seed
+        Which.
+    keep
+        Folder for case and campaign, in a folder of the seed; they are deleted by default.
+    trials
+        Simulated campaigns for the thresholds, as of the command.
+    """
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) if keep is None else keep / str(seed)
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            stranger = make(seed, folder)
+        except Exception as error:
+            return {"seed": seed, "made": False, "failure": _told(error)}
+        record: dict[str, Any] = {**stranger.truth, "made": True, "rounds": []}
+        names = [each.name for each in stranger.hidden]
+        for _ in range(ROUNDS if len(names) > 1 else 1):
+            begin, done = time.process_time(), {}
+            try:
+                with limited(LIMIT):
+                    found = diagnose_file(stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials)
+                    done = round_of(found.last.diagnosis, names)
+            except TimeUp:
+                done = {"finding": "failed", "failure": f"not done after {LIMIT:g} s"}
+            except Exception as error:
+                done = {"finding": "failed", "failure": _told(error)}
+            record["rounds"].append({**done, "seconds": time.process_time() - begin})
+            if len(names) < 2 or done["finding"] != "missing":
+                break
+            try:
+                add(stranger.case, done["named"][0]["name"])
+            except Exception as error:
+                record["rounds"].append({"finding": "failed", "failure": _told(error), "seconds": 0.0})
+                break
+        return record
+
+
+def round_of(diagnosis: Diagnosis[Arrangement], hidden: list[str]) -> dict[str, Any]:
+    """What one diagnosis says, and which effects it could not tell from the hidden ones."""
+    verdict, before = diagnosis.verdict, diagnosis.before
+    directions = {score.effect.name: score.direction for score in diagnosis.scores}
+    return {
+        "finding": verdict.finding.value,
+        "sentence": verdict.sentence,
+        "named": [_fitted(each, before) for each in verdict.effects if each.effect is not None],
+        "ranking": [_fitted(each, before) for each in diagnosis.refits if each.effect is not None],
+        "scores": {score.effect.name: float(score.gain) for score in diagnosis.scores[:MOST]},
+        "alike": {
+            name: [
+                other
+                for other, direction in directions.items()
+                if other != name and abs(float(direction @ directions[name])) > SAME
+            ]
+            for name in hidden
+            if name in directions
+        },
+        "place": None if verdict.place is None else verdict.place.name,
+        "threshold": verdict.threshold,
+        "train_chi2": before.fit.chi2 / before.fit.n_number,
+        "held_chi2": before.held_chi2,
+        "held_error": before.held_error,
+    }
+
+
+def _fitted(refit: Refit, before: Refit) -> dict[str, Any]:
+    assert refit.effect is not None
+    return {
+        "name": refit.name,
+        "strength": refit.strength,
+        "half": INTERVAL * refit.deviation,
+        "gain": float(before.fit.chi2 - refit.fit.chi2),
+        "held_chi2": float(refit.held_chi2),
+        "chi2": float(refit.fit.chi2 / refit.fit.n_number),
+        "finite": bool(np.isfinite([refit.strength, refit.deviation]).all()),
+    }
+
+
+def _told(error: Exception) -> str:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(last.filename).name}, line {last.lineno})"[:500]
