@@ -16,6 +16,7 @@ from correlation.noise.nuisance import Budget
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
+from hbsolve.limits.dragged_sliders import dragged_reach
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.result import ResponseLimits
@@ -51,7 +52,7 @@ class FamilySearch:
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
     reach
         How far loading histories may have dragged a slider [m]; None for twice the largest mu N / k_t at rest, so that
-        every static force within Coulomb's cone at rest is reached.
+        every static force within Coulomb's cone at rest is reached, or as far as the test itself drags them.
     settings
         Effort of the search.
     """
@@ -64,6 +65,11 @@ class FamilySearch:
     nominal: Float[NDArray[np.float64], " s"] | None
     reach: float | None
     settings: LimitSettings
+
+    @property
+    def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
+        """Of the model at these frequencies, whose joints may shift them, shape (f,) [rad/s]."""
+        return np.asarray(2 * np.pi * self.frequency * (1 + self.model.shift.get("jointed", 0.0)))
 
     def problem(self) -> LimitProblem:
         """System and box, with the objective of the first channel.
@@ -91,9 +97,11 @@ class FamilySearch:
             As `problem`.
         """
         box = self.problem().box
+        if self.reach is not None:
+            return replace(self, nominal=box.nominal)
         # Rest may lie at an end of Coulomb's cone: its other end is then two radii away.
-        reach = 2 * float(box.radius.max()) if self.reach is None else self.reach
-        return replace(self, nominal=box.nominal, reach=reach)
+        rest = replace(self, nominal=box.nominal, reach=2 * float(box.radius.max()))
+        return replace(rest, reach=dragged_reach(rest.problem(), rest.angular_frequency, rest.levels))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,7 +150,7 @@ def find_family_limits(
     """
     store = {} if tasks is None else tasks
     model, sensors = search.model, {item.name: item for item in search.model.sensors}
-    omega = 2 * np.pi * search.frequency * (1 + model.shift.get("jointed", 0.0))
+    omega = search.angular_frequency
     objectives = {
         f"{name}, harmonic {harmonic}": objective_of(model, sensors[name], harmonic)
         for name, harmonic in search.channels
