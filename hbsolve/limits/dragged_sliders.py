@@ -10,7 +10,7 @@ import numpy as np
 
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
-from hbsolve.limits.slider_bounds import N_KIND, random_sliders
+from hbsolve.limits.slider_bounds import N_KIND, ON_BOUND, random_sliders
 from reduction.array_type import Real
 
 #: Of what few tests with few harmonics reach; with more of both a slider was seen to come a sixth further [-].
@@ -56,7 +56,7 @@ def dragged_reach(
                         # The place of a slider that slips is no memory.
                         drift = np.abs(state.carried - box.nominal)[state.sticking]
                         furthest = max(furthest, float(drift.max(initial=0.0)))
-    return box.reach if furthest <= box.reach else MARGIN * furthest
+    return box.reach if furthest <= (1 + ON_BOUND) * box.reach else MARGIN * furthest
 
 
 def _next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:

@@ -1,0 +1,37 @@
+"""Readings at limits do not depend on the harmonics that limits were searched for with."""
+
+import numpy as np
+
+from benchmarks.family_coverage import STEPS_PER_PERIOD, frequencies, random_model
+from correlation.family.limit_reading import LimitStates, objective_of, read_limits
+from correlation.noise.nuisance import Budget
+from hbsolve.balance import HarmonicBalance
+from hbsolve.limits.problem import LimitCurve
+from hbsolve.limits.response_limits import limit_problem
+from hbsolve.steady_state import steady_state
+from transient.virtual_bench.sweep import SweptBench
+
+#: A contact that slips throughout at this level: its steady state is one, and the static force a small remainder.
+SEED, LEVEL = 76, 3.0
+
+
+def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it() -> None:
+    model = random_model(SEED)
+    assert model is not None
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+    (_, tangential, _) = model.sensors
+    problem = limit_problem(balance, objective_of(model, tangential, 0), reach=1e-5)
+    frequency = frequencies(model)
+    omega = 2 * np.pi * frequency
+    found = np.array([steady_state(balance.at_level(LEVEL), item).motion for item in omega])
+    states = LimitStates(
+        sensor=tangential.name, harmonic=0, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
+    )
+    curve = LimitCurve(problem=problem, level=LEVEL, angular_frequency=omega)
+    (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
+    bench = SweptBench(model.system, {"near": np.eye(model.system.n_dof)[0]}, 4 * STEPS_PER_PERIOD)
+    force = bench.sweep(list(frequency), LEVEL).force[:, 0]
+    # The harmonics of the search are up to 30 % off. Three deviations hold the error of what is read. A deviation is
+    # the last change, which stays below a hundredth of the dynamic force.
+    assert (np.abs(readings.value[0] - force[:, 0].real) < 3 * readings.deviation[0]).all()
+    assert (readings.deviation[0] < 1e-2 * np.abs(force[:, 1])).all()
