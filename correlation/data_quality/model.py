@@ -71,7 +71,7 @@ def find_swapped_sensors(
     for i, first in enumerate(campaign.sensors):
         for j in range(i):
             second = campaign.sensors[j]
-            rows_i, rows_j = _common_rows(table, i, j)
+            rows_i, rows_j = table.common_rows(i, j, 1)
             if first.quantity != second.quantity or len(rows_i) < 3:
                 continue
             seen = np.isfinite(predicted[rows_i]) & np.isfinite(predicted[rows_j])
@@ -121,22 +121,6 @@ def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
 def _distance(model: Float[NDArray[np.float64], " m"], low: float, high: float) -> Float[NDArray[np.float64], " m"]:
     """Natural logarithm of the factor between each resonance and a band, shape (m,) [-]."""
     return np.maximum(0.0, np.maximum(np.log(low / model), np.log(model / high)))
-
-
-def _common_rows(table: FeatureTable, i: int, j: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of two sensors at the same test, level and frequency, harmonic 1."""
-    rows = [np.flatnonzero((table.sensor == sensor) & (table.harmonic == 1)) for sensor in (i, j)]
-    keys = [
-        {
-            key: row
-            for row, key in zip(
-                each, zip(table.test[each], table.level[each], table.frequency[each], strict=True), strict=True
-            )
-        }
-        for each in rows
-    ]
-    common = [key for key in keys[0] if key in keys[1]]
-    return np.array([keys[0][key] for key in common], int), np.array([keys[1][key] for key in common], int)
 
 
 def _ratio(x: Complex[NDArray[np.complex128], " f"], y: Complex[NDArray[np.complex128], " f"]) -> complex:

@@ -45,21 +45,15 @@ def find_swapped_forces(
     predicted
         The model's, row by row, shape (k,).
     """
-    state = np.column_stack([table.test, table.level, table.frequency]).tolist()
-    value = {
-        (*state[row], table.harmonic[row], table.sensor[row]): (table.value[row], predicted[row])
-        for row in np.flatnonzero(np.isfinite(predicted)).tolist()
-    }
-    scatter = _scatter(campaign.measurement)
+    scatter = _scatter(campaign.measurement, table)
     for i, j in _pairs(campaign):
         evidence = []
         for harmonic in np.unique(table.harmonic).tolist():
-            states = [key[:3] for key in value if key[3:] == (harmonic, i) and (*key[:3], harmonic, j) in value]
-            keys = [[(*each, harmonic, sensor) for each in states] for sensor in (i, j)]
-            if states:
-                both = np.array([[value[key] for key in sensor] for sensor in keys])
-                noise = np.array([[scatter[key] for key in sensor] for sensor in keys]).max(axis=0)
-                evidence.append((harmonic, *_distances(both[..., 0], both[..., 1], noise)))
+            rows = np.array(table.common_rows(i, j, harmonic))
+            rows = rows[:, np.isfinite(predicted[rows]).all(axis=0)]
+            if rows.size:
+                distances = _distances(table.value[rows], predicted[rows], scatter[rows].max(axis=0))
+                evidence.append((harmonic, *distances))
         if found := _swapped(evidence):
             yield Suspicion(
                 where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped',
@@ -156,12 +150,16 @@ def _by_repeat(table: Measurement, sensors: tuple[int, int], harmonic: int, repe
     return values
 
 
-def _scatter(table: Measurement) -> dict[tuple[float, ...], float]:
-    """Largest distance of a repeat or sweep from the mean, by test, level, frequency, harmonic and sensor."""
-    columns = np.column_stack([table.test, table.level, table.frequency, table.harmonic, table.sensor])
-    keys, group = np.unique(columns, axis=0, return_inverse=True)
-    group = np.asarray(group).ravel()
-    mean = (np.bincount(group, table.value.real) + 1j * np.bincount(group, table.value.imag)) / np.bincount(group)
+def _scatter(measurement: Measurement, table: FeatureTable) -> Float[NDArray[np.float64], " k"]:
+    """Largest distance of a repeat or sweep from their mean, for each row of the means, shape (k,)."""
+    keys, group = np.unique(_point_columns(measurement), axis=0, return_inverse=True)
+    group, value = np.asarray(group).ravel(), measurement.value
+    mean = (np.bincount(group, value.real) + 1j * np.bincount(group, value.imag)) / np.bincount(group)
     largest = np.zeros(len(keys))
-    np.maximum.at(largest, group, np.abs(table.value - mean[group]))
-    return {tuple(key): float(size) for key, size in zip(keys.tolist(), largest, strict=True)}
+    np.maximum.at(largest, group, np.abs(value - mean[group]))
+    of_point = dict(zip(map(tuple, keys.tolist()), largest.tolist(), strict=True))
+    return np.array([of_point[tuple(key)] for key in _point_columns(table).tolist()])
+
+
+def _point_columns(table: Measurement | FeatureTable) -> Float[NDArray[np.float64], "k 5"]:
+    return np.column_stack([table.test, table.level, table.frequency, table.harmonic, table.sensor])

@@ -189,6 +189,14 @@ class FeatureTable(RowTable):
         freeze_fields(self, "level", "frequency", "deviation", "spread")
         freeze_fields(self, "value", kind=np.complex128)
 
+    def common_rows(self, first: int, second: int, harmonic: int) -> tuple[IntColumn, IntColumn]:
+        """Rows of two sensors at the same tests, levels and frequencies, of one harmonic, shape (n,) each."""
+        rows = [np.flatnonzero((self.sensor == sensor) & (self.harmonic == harmonic)) for sensor in (first, second)]
+        states = np.column_stack([self.test, self.level, self.frequency]).tolist()
+        of_state = [{tuple(states[row]): row for row in each.tolist()} for each in rows]
+        common = [state for state in of_state[0] if state in of_state[1]]
+        return np.array([of_state[0][s] for s in common], int), np.array([of_state[1][s] for s in common], int)
+
 
 def extract_features(
     campaign: Campaign, *, levels: Collection[float] | None = None, repeats: Collection[int] | None = None
