@@ -183,7 +183,8 @@ def _steady_state(
         )  # fmt: skip
     force = entry.own["force"].or_unit(file, units.level_unit).real_values(file, units.level_si)
     with entry.table.reading(file.path.name):
-        result = fit_steady_state(time, values, force, entry.harmonics, frequency=entry.frequency)
+        names = [f'sensor "{sensor.name}"' for _, sensor in measured]
+        result = fit_steady_state(time, values, force, entry.harmonics, frequency=entry.frequency, names=names)
     assert result.reference is not None
     amplitude = float(np.abs(result.reference[1]))
     level = entry.level * units.level_factor if entry.level is not None else float(f"{amplitude:.{DIGITS}g}")
@@ -198,8 +199,7 @@ def _steady_state(
         for harmonic in range(entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             tables.append(_rows(states, number, harmonic, value if sensor.has_phase else np.abs(value), test))
-    names = [sensor.name for _, sensor in measured]
-    suspicions = [Suspicion(where=entry.file, sentence=_with_name(sentence, names)) for sentence in result.suspicions]
+    suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
     share = np.abs(result.reference[2:]) / amplitude
     if len(share) and share.max() > DISTORTED:
         order = int(np.argmax(share)) + 2
@@ -214,13 +214,6 @@ def _steady_state(
         )
         suspicions.append(Suspicion(where=entry.file, sentence=sentence))
     return join_rows(tables), tuple(suspicions)
-
-
-def _with_name(sentence: str, names: Sequence[str]) -> str:
-    """A sentence about a numbered channel, with the name of its sensor."""
-    head, _, rest = sentence.partition(":")
-    number = head.removeprefix("channel ")
-    return f'sensor "{names[int(number)]}":{rest}' if number.isdigit() else sentence
 
 
 def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:

@@ -1,5 +1,7 @@
 """What else is in a steady state: the power of noise near a line, foreign tones, and a crest that is cut off."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -43,10 +45,12 @@ def noise_power(
     return power
 
 
-def find_contamination(time: Samples, channels: Channels, residual: Channels, frequency: float) -> list[str]:
+def find_contamination(
+    time: Samples, channels: Channels, residual: Channels, frequency: float, names: Sequence[str]
+) -> list[str]:
     """Foreign tones and flat crests of each channel in words, with their evidence."""
     found = []
-    for row, (values, left) in enumerate(zip(channels, residual, strict=True)):
+    for name, values, left in zip(names, channels, residual, strict=True):
         amplitude = np.sqrt(2) * values.std()
         if not amplitude > 0:
             continue
@@ -55,14 +59,14 @@ def find_contamination(time: Samples, channels: Channels, residual: Channels, fr
             ratio = tone[0] / frequency
             kind = "a subharmonic or combination tone" if abs(2 * ratio - round(2 * ratio)) < 0.02 else "hum or a beat"
             found.append(
-                f"channel {row}: what the harmonics leave has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
+                f"{name}: what the harmonics leave has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
                 f"frequency) of {tone[1] / amplitude:.2g} of the amplitude: {kind}"
             )
         for side, sign in (("upper", 1.0), ("lower", -1.0)):
             flat = _clipped(sign * values)
             if flat:
                 found.append(
-                    f"channel {row}: {flat} samples, {flat / len(values):.2g} of all, stand at the {side} end "
+                    f"{name}: {flat} samples, {flat / len(values):.2g} of all, stand at the {side} end "
                     f"{sign * (sign * values).max():.6g} exactly: "
                     "the signal is clipped, and its amplitude is a lower bound"
                 )

@@ -10,6 +10,7 @@ The deviation of a coefficient is that of noise whose power near the line k Omeg
 noise, hum and other tones away from the line count only as far as they reach it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -156,9 +157,12 @@ class DriftingFit:
     residual: Channels
     deviation: Deviations
 
-    def describe(self, time: Samples, channels: Channels, tolerance: float) -> Harmonics:
-        """The result, with drift, clipping and foreign tones in words."""
+    def describe(
+        self, time: Samples, channels: Channels, tolerance: float, names: Sequence[str] | None = None
+    ) -> Harmonics:
+        """The result, with drift, clipping and foreign tones in words that begin with the name of their channel."""
         rows = np.arange(len(channels))
+        names = [f"channel {row}" for row in rows] if names is None else names
         largest = 1 + np.argmax(np.abs(self.constant[:, 1:]), axis=1)
         size = np.abs(self.constant[rows, largest])
         size = np.where(size > 0, size, np.inf)
@@ -166,15 +170,15 @@ class DriftingFit:
         unsettled = (drift > tolerance * size) & (drift > SIGNIFICANT * noise)
         relative = self.drift[rows, largest] / np.where(size > 0, self.constant[rows, largest], 1)
         suspicions = [
-            f"channel {row}: harmonic {largest[row]} changes by {relative[row].real:+.2g} of its amplitude and "
+            f"{names[row]}: harmonic {largest[row]} changes by {relative[row].real:+.2g} of its amplitude and "
             f"{relative[row].imag:+.2g} rad over half of the record ({drift[row] / noise[row]:.3g} standard "
             "deviations): it has not settled, or its frequency is another"
-            for row in np.flatnonzero(unsettled)
+            for row in np.flatnonzero(unsettled).tolist()
         ]
         moved = channels - channels.mean(axis=1, keepdims=True)
         rms = np.sqrt((moved**2).mean(axis=1))
         left = np.sqrt((self.residual**2).mean(axis=1)) / np.where(rms > 0, rms, 1)
-        suspicions += find_contamination(time, channels, self.residual, self.frequency)
+        suspicions += find_contamination(time, channels, self.residual, self.frequency, names)
         return Harmonics(
             frequency=self.frequency,
             frequency_deviation=self.frequency_deviation,

@@ -6,6 +6,7 @@ longest part up to the end of the record that shows neither is used. A record wi
 its last part is returned, and says that it has not settled.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,6 +35,7 @@ def fit_steady_state(
     *,
     frequency: float | None = None,
     tolerance: float = 0.01,
+    names: Sequence[str] | None = None,
 ) -> Harmonics:
     """Harmonics of channels whose phase counts from the first harmonic of a reference, the force.
 
@@ -52,6 +54,8 @@ def fit_steady_state(
     tolerance
         Relative drift that still counts as settled, extrapolated to half of the record [-]. A residual that fades by
         less than this share of the amplitude does so too.
+    names
+        Of the channels, for suspicions; their numbers by default.
 
     Returns
     -------
@@ -76,13 +80,14 @@ def fit_steady_state(
     start = find_frequency(instants, force) if frequency is None else float(frequency)
     first, fit = _settled_part(instants, everything, start, n_harmonic, frequency is None, tolerance)
     used = slice(first, None)
-    described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * tolerance)
+    words = ["the reference", *(names or [f"channel {number}" for number in range(len(channels))])]
+    described = fit.describe(instants[used], everything[:, used], _share(instants[used], instants) * tolerance, words)
     fading = fading_residual(fit, instants[used])
     relative = fading * described.residual
     suspicions = [
         *described.suspicions,
         *(
-            f"channel {row}: what the harmonics leave fades by {relative[row]:.2g} of the amplitude within the part "
+            f"{words[row]}: what the harmonics leave fades by {relative[row]:.2g} of the amplitude within the part "
             "used: a motion from before has not decayed"
             for row in np.flatnonzero(relative > tolerance)
         ),
@@ -91,7 +96,7 @@ def fit_steady_state(
         replace(
             described,
             settled=described.settled and not (relative > tolerance).any(),
-            suspicions=tuple(_named(sentence) for sentence in suspicions),
+            suspicions=tuple(suspicions),
         )
     )
 
@@ -169,10 +174,3 @@ def _in_phase(whole: Harmonics) -> Harmonics:
         reference=turned[0],
         reference_deviation=whole.deviation[0],
     )
-
-
-def _named(sentence: str) -> str:
-    """A suspicion in which row 0 is the reference, and channels count without it."""
-    head, _, rest = sentence.partition(":")
-    row = int(head.removeprefix("channel "))
-    return ("the reference" if row == 0 else f"channel {row - 1}") + ":" + rest
