@@ -138,8 +138,8 @@ def _refined_readings(
         z = configuration.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
         readings.append(float(abs(z) if states.harmonic else z.real))
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
-        first = configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
-        error = SEARCH_ERROR * float(abs(z) + (0.0 if states.harmonic else abs(first)))
+        vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
+        error = SEARCH_ERROR * float(abs(z) + abs(vibration))
         if len(readings) > 1 and abs(readings[-1] - readings[-2]) <= error:
             break
     return readings, error
