@@ -252,14 +252,18 @@ def main() -> None:
     words.add_argument("--gaps", action="store_true", help="with contacts that are open at rest")
     words.add_argument("--jitter", type=float, default=0.0, help="of preload and frequency, in those of the bench")
     words.add_argument("--processes", type=int, default=1)
-    words.add_argument("--output", type=Path)
+    words.add_argument("--output", type=Path, help="results as they come; campaigns that it has are not run again")
     asked = words.parse_args()
     first, last = map(int, asked.systems.split(":"))
     usable = (seed for seed in range(first, last) if random_model(seed, gaps=asked.gaps) is not None)
     seeds = list(islice(usable, asked.most))
     results: list[Mapping[str, Any]] = []
+    if asked.output and asked.output.exists():
+        results = [item for item in json.loads(asked.output.read_text()) if item["seed"] in seeds]
+    done = {item["seed"] for item in results}
+    jobs = [(seed, asked.change, asked.jitter, asked.gaps) for seed in seeds if seed not in done]
     with multiprocessing.get_context("spawn").Pool(asked.processes) as pool:
-        for result in pool.imap_unordered(run, [(seed, asked.change, asked.jitter, asked.gaps) for seed in seeds]):
+        for result in pool.imap_unordered(run, jobs):
             results.append(result)
             if asked.output:
                 asked.output.write_text(json.dumps(results))
