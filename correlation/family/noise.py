@@ -7,11 +7,22 @@ not. With the difference :math:`D_j` of a curve from the mean of its family at f
           \operatorname{var} r_j = \sigma^2\,(1 + \lambda^2 + (1 - \lambda)^2) ,
 
 is nearly free of history; :math:`\sigma^2 = a^2 |X|^2 + b^2` is fitted to it robustly. A set-up whose frequency is off
-by a share e differs by :math:`e f\,dX/df`, which is fitted to each curve first.
+by a share e differs by :math:`e f\,dX/df`, which is fitted to each curve first and takes part of the noise with it:
+with s this slope and L the rows above,
+
+.. math:: r = K D, \qquad K = L\,(1 - s s^T / s^T s), \qquad \operatorname{cov} r = \sigma^2 K K^T .
+
+Neighbouring :math:`r_j` share readings. With C the correlations of the n roughnesses of a curve, their mean square
+scatters like a :math:`\chi^2` of :math:`n^2 / \sum_{jk} C_{jk}^2` degrees of freedom (Satterthwaite).
+
+References
+----------
+F. E. Satterthwaite, An approximate distribution of estimates of variance components, Biometrics Bulletin 2 (1946).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from jaxtyping import Float
@@ -30,6 +41,10 @@ Table = Float[NDArray[np.float64], "c p"]
 CAUTION = 0.8
 #: Fewer points of a curve have no roughness; fewer roughnesses tell no noise.
 FEWEST_POINTS, FEWEST_ROUGHNESSES = 4, 6
+#: A roughness of whose variance the fitted shift leaves less than this share tells no noise [-].
+LEAST_LEFT = 0.1
+#: Parts of the law of the noise, the relative and the absolute one [-].
+N_PART = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,11 +59,14 @@ class ReadingNoise:
         Constant part [SI unit of the sensor].
     source
         "stated" in the manifest, estimated from the "curves" of the families, or "unknown".
+    freedom
+        Degrees of freedom of the estimated variance at one reading, infinite where nothing was estimated [-].
     """
 
     relative: float = 0.0
     absolute: float = 0.0
     source: str = "unknown"
+    freedom: float = inf
 
     def deviation(self, value: Values) -> Values:
         """Standard deviation of readings, shape (n,)."""
@@ -159,27 +177,48 @@ def _carried(family: Family, target: Values) -> Values:
 
 def _noise(tables: Sequence[_Table]) -> ReadingNoise:
     squared, scatter, dof = [], [], []
+    freedom = 0.0
     for table in tables:
         f, count = table.frequency, np.isfinite(table.value).sum(axis=0)
         if len(f) < FEWEST_POINTS:
             continue
-        apart = table.apart - np.nan_to_num(table.shifts)[:, None] * table.slope
+        slope = table.slope
+        apart = table.apart - np.nan_to_num(table.shifts)[:, None] * slope
         share = (f[2:] - f[1:-1]) / (f[2:] - f[:-2])
         rough = apart[:, 1:-1] - share * apart[:, :-2] - (1 - share) * apart[:, 2:]
         there = np.isfinite(rough)
         seen = there.sum(axis=0)
+        rows = _roughness_rows(share, slope)
+        left = (rows**2).sum(axis=1)
         # The mean of n curves takes the share 1 / n of the variance with it.
-        whole = (1 + share**2 + (1 - share) ** 2) * (1 - 1 / np.maximum(count[1:-1], 2))
-        mean = np.nansum(table.value, axis=0)[1:-1] / np.maximum(count[1:-1], 1)
-        use = seen > 1
-        scatter += list((np.where(there, rough**2, 0.0).sum(axis=0) / np.maximum(seen, 1) / whole)[use])
-        squared += list(mean[use] ** 2)
+        whole = left * (1 - 1 / np.maximum(count[1:-1], 2))
+        mean = np.nansum(table.value, axis=0) / np.maximum(count, 1)
+        use = (seen > 1) & (left > LEAST_LEFT)
+        scatter += list(np.where(there, rough**2, 0.0).sum(axis=0)[use] / seen[use] / whole[use])
+        # Of the readings that each roughness is made of.
+        squared += list((rows**2 @ mean**2)[use] / left[use])
         dof += list((seen[use] - 1).astype(float))
+        scaled = rows[use] / np.sqrt(left[use])[:, None]
+        correlation = scaled @ scaled.T
+        freedom += float((seen[use] - 1).sum()) * use.sum() / max(float((correlation**2).sum()), 1.0)
     if len(scatter) < FEWEST_ROUGHNESSES or not any(scatter):
         return ReadingNoise()
     floor = 1e-12 * float(np.median(scatter))
     a2, b2 = fit_variance_law(np.array(squared), np.maximum(scatter, floor), np.array(dof))
-    return ReadingNoise(relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source="curves")
+    # The harmonic mean over the readings: relative variances of a fit's values sum to twice its number of parameters.
+    return ReadingNoise(
+        relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source="curves", freedom=freedom / N_PART
+    )
+
+
+def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], "q p"]:
+    """K, roughnesses of a curve by its readings, shape (p - 2, p) [-]."""
+    n = len(share)
+    rows = np.zeros((n, n + 2))
+    at = np.arange(n)
+    rows[at, at], rows[at, at + 1], rows[at, at + 2] = -share, 1.0, share - 1
+    size = float(slope @ slope)
+    return rows - np.outer(rows @ slope, slope) / size if size else rows
 
 
 def _frequency_jitter(tables: Sequence[_Table]) -> float:
