@@ -1,18 +1,29 @@
 r"""A measured family over its predicted band: how much of it lies inside, and what leaves it, how far and how surely.
 
 A reading x outside of the limits [l, u] by d counts as outside only if d is more than `OUTSIDE` standard deviations of
-what limits do not hold: noise of the reading, frequency of the set-up, numerical error. A family leaves its band if a
-reading is so far outside that noise would reach it in one of a hundred campaigns alone, or if more than one reading in
-twenty is outside.
+what limits do not hold: noise of the reading, frequency of the set-up, numerical error. Where the noise was estimated,
+with :math:`\nu` degrees of freedom, d over its standard deviation is Student's t; it is told as the number of standard
+deviations z of a normal distribution that are exceeded as often,
+
+.. math:: z = \frac{8 \nu + 1}{8 \nu + 3}\,\sqrt{\nu \ln (1 + t^2 / \nu)} .
+
+A family leaves its band if a reading is so far outside that noise would reach it in one of a hundred campaigns alone.
+It also leaves its band if more than one reading in twenty is outside, and if they lie at more frequencies than noise
+would put them at in one of a hundred campaigns: readings at one frequency share the errors of the limit there.
+
+References
+----------
+D. L. Wallace, Bounds on normal approximations to Student's and the chi-square distributions, Annals of Mathematical
+Statistics 30 (1959), for z. F. E. Satterthwaite, Biometrics Bulletin 2 (1946), for the degrees of freedom of a sum.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.stats import binom, chi2, norm
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family, common_points
@@ -20,6 +31,7 @@ from correlation.family.noise import ReadingNoise
 from correlation.metric.band import coverage, interval_score, tightness
 
 Values = Float[NDArray[np.float64], " p"]
+Both = Float[NDArray[np.float64], "2 p"]
 
 #: Standard deviations beyond a limit from which on a reading is outside.
 OUTSIDE = 3.0
@@ -27,6 +39,10 @@ OUTSIDE = 3.0
 CHANCE = 0.01
 #: Share of readings outside that noise does not make [-].
 SHARE = 0.05
+#: Quantiles of an estimated variance that chances are averaged over [-].
+N_QUANTILE = 200
+#: As many degrees of freedom are as good as infinitely many [-].
+CERTAIN = 1e9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +60,7 @@ class Departure:
     value, limit
         Reading and limit [SI unit of the sensor].
     deviations
-        Distance from the limit over its standard deviation [-].
+        Distance from the limit in standard deviations, of a normal distribution where they are estimated [-].
     """
 
     test: str
@@ -83,6 +99,10 @@ class FamilyVerdict:
         Readings outside, the surest first.
     clear
         Standard deviations from which on a reading alone shows that a family leaves its band [-].
+    outside
+        Readings outside, curve after curve, shape (p,).
+    fewest
+        Frequencies with readings outside from which on noise does not explain them [-].
     """
 
     family: Family
@@ -94,6 +114,8 @@ class FamilyVerdict:
     score: float
     departures: tuple[Departure, ...]
     clear: float
+    outside: Bool[NDArray[np.bool_], " p"]
+    fewest: int
 
     @property
     def n_compared(self) -> int:
@@ -104,12 +126,8 @@ class FamilyVerdict:
     def leaves(self) -> bool:
         """Whether the family leaves its band by more than noise does."""
         far = any(item.deviations > self.clear for item in self.departures)
-        return far or len(self.departures) > max(SHARE * self.n_compared, 1)
-
-    @property
-    def outside(self) -> NDArray[np.bool_]:
-        """Readings outside, curve after curve, shape (p,)."""
-        return np.asarray(_distance(self.family.value, self.limit, self.deviation)[0] > OUTSIDE)
+        places = len(np.unique(common_points(self.family.curves)[self.outside]))
+        return far or (len(self.departures) > SHARE * self.n_compared and places >= self.fewest)
 
 
 def judge_family(
@@ -132,9 +150,12 @@ def judge_family(
     limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
     # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
     deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        estimated = (noise.deviation(limit) / deviation) ** 2
+        freedom = np.fmin(noise.freedom / estimated**2, CERTAIN)
     clear = float(norm.isf(CHANCE / (2 * max(n_reading, 1))))
     compared = np.isfinite(limit).all(axis=0)
-    deviations, side = _distance(value, limit, deviation)
+    deviations, side = _distance(value, limit, deviation, freedom)
     curve = family.curve_number
     departures = [
         Departure(
@@ -148,7 +169,8 @@ def judge_family(
     ]  # fmt: skip
     inside, tight, score = np.nan, np.nan, np.nan
     if compared.any():
-        x, ends, free = value[compared], limit[:, compared], OUTSIDE * deviation[:, compared]
+        x, ends = value[compared], limit[:, compared]
+        free = (_student(OUTSIDE, freedom) * deviation)[:, compared]
         low, high = ends[0] - free[0], np.maximum(ends[1] + free[1], ends[0] - free[0])
         inside = coverage(x[None], low, high)
         alpha = 1 / (len(x) + 1)
@@ -156,13 +178,12 @@ def judge_family(
         tight = _tightness(family, limit)
     return FamilyVerdict(
         family=family, band=band, limit=limit, deviation=deviation, coverage=inside, tightness=tight, score=score,
-        departures=tuple(departures), clear=max(clear, OUTSIDE),
+        departures=tuple(departures), clear=max(clear, OUTSIDE), outside=deviations > OUTSIDE,
+        fewest=_fewest_places(common_points(family.curves)[compared], noise.freedom, CHANCE * len(value) / n_reading),
     )  # fmt: skip
 
 
-def _distance(
-    value: Values, limit: Float[NDArray[np.float64], "2 p"], deviation: Float[NDArray[np.float64], "2 p"]
-) -> tuple[Values, NDArray[np.int64]]:
+def _distance(value: Values, limit: Both, deviation: Both, freedom: Both) -> tuple[Values, NDArray[np.int64]]:
     """How far readings are outside, in standard deviations, and of which limit; 0 inside."""
     beyond = np.nan_to_num(np.array([limit[0] - value, value - limit[1]]), nan=-np.inf)
     side = np.argmax(beyond, axis=0)
@@ -170,7 +191,34 @@ def _distance(
     distance = np.maximum(beyond[side, rows], 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         deviations = np.where(distance > 0, distance / deviation[side, rows], 0.0)
-    return deviations, side
+    return _normal(deviations, freedom[side, rows]), side
+
+
+def _normal(deviations: Values, freedom: Values) -> Values:
+    """Standard deviations of a normal distribution that are exceeded as often as these of Student's, shape (p,)."""
+    return (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(deviations**2 / freedom))
+
+
+def _student(deviations: float, freedom: Both) -> Both:
+    """The inverse of `_normal`, shape (2, p)."""
+    scaled = (8 * freedom + 3) / (8 * freedom + 1) * deviations
+    return np.sqrt(freedom * np.expm1(scaled**2 / freedom))
+
+
+def _fewest_places(point: NDArray[np.int64], freedom: float, chance: float) -> int:
+    """At how many frequencies noise puts readings outside with less than a chance, whatever the estimate of it is.
+
+    A limit may be met by all readings, and a band may be closed: any reading may be outside on either side.
+    """
+    place, count = np.unique(point, return_counts=True)
+    freedom = min(freedom, CERTAIN)
+    quantile = (np.arange(N_QUANTILE) + 0.5) / N_QUANTILE
+    estimate = np.sqrt(chi2.ppf(quantile, freedom) / freedom)
+    reading = 2 * norm.sf(_student(OUTSIDE, np.array(freedom)) * estimate)
+    places = 1 - (1 - reading) ** count.max(initial=1)
+    number = np.arange(1, len(place) + 2)
+    reached = binom.sf(number[:, None] - 1, len(place), places).mean(axis=1)
+    return int(number[np.argmax(reached < chance)])
 
 
 def _tightness(family: Family, limit: Float[NDArray[np.float64], "2 p"]) -> float:
