@@ -21,13 +21,17 @@ histories      friction force of each contact at rest between -0.9 and 0.9 of it
 repeats        2, each swept up and down
 noise          0.5 % and a floor of 1e-4 of the largest reading of the sensor
 search         population 8, 16 random histories, 10 frequencies, 7 harmonics
+patience       60 s of processor time to measure a campaign, most take 5: a motion that does not repeat takes many
+               minutes, and its campaign counts as not measured
 """
 
 import argparse
 import json
 import multiprocessing
+import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -68,6 +72,8 @@ FREQUENCIES = 10
 TABLE = LimitsTable(population=8, samples=16)
 #: Numerical error of what integrates against what balances: no mesh differs.
 BUDGET = Budget(frequency=5e-5, compliance=0.0, shares=0.0)
+#: Processor time to measure a campaign [s].
+PATIENCE = 60.0
 PRELOAD_JITTER, FREQUENCY_JITTER = 0.01, 3e-4
 
 
@@ -195,6 +201,22 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     return judge_families(chosen, limits, estimate_repeat_errors(measured, families), budget, search)
 
 
+@contextmanager
+def patience(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError after so much processor time [s]."""
+
+    def stop(*_: object) -> None:
+        raise TimeoutError(f"not done within {seconds:g} s of processor time")
+
+    before = signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
 def run(job: tuple[int, str, float, bool]) -> Mapping[str, Any]:
     """One system."""
     seed, change, jitter, gaps = job
@@ -203,9 +225,10 @@ def run(job: tuple[int, str, float, bool]) -> Mapping[str, Any]:
     if model is None:
         return {"seed": seed}
     try:
-        measured = measure(model, np.random.default_rng([20261124, seed]), change, jitter)
+        with patience(PATIENCE):
+            measured = measure(model, np.random.default_rng([20261124, seed]), change, jitter)
         verdicts = verdicts_of(model, measured)
-    except (TransientError, ValueError) as error:
+    except (TransientError, TimeoutError, ValueError) as error:
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
     rows = [
         {
