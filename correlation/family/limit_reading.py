@@ -21,9 +21,8 @@ from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
 SEARCH_ERROR = 5e-4
-#: Harmonics and samples of the balances that read a limit, over those of the search that found it [-]. With the last,
-#: 28 harmonics, the static force of a contact in full slip was within 0.2 % of the dynamic one.
-FINER = (2, 4)
+#: Samples of the balances that read a limit, and their harmonics one after the other, over those of the search [-].
+SAMPLES, HARMONICS = 16, (1, 2, 4)
 #: Frequencies to either side that changes by harmonics are taken from.
 NEIGHBOURS = 2
 
@@ -69,11 +68,14 @@ def objective_of(model: Model, sensor: Sensor | LineSensor, harmonic: int) -> Ob
 def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates]) -> list[LimitReadings]:
     """Readings at the limits of one level.
 
-    A search with few harmonics finds which sliders lead to a limit, but not how large it is: a static force of a
-    contact that slips throughout may be a third off. Harmonics are therefore doubled until the reading stands still.
-    The numerical error has three parts: that of contact lines to first order, with the sliders of the limit; the last
-    change by harmonics; and the change of the width of the band, because sliders that are extreme with few harmonics
-    need not be with many.
+    A search finds which sliders lead to a limit, but not how large it is: a static force of a contact that slips
+    throughout may be a third off. A contact that closes does so between two samples, so that its slider is off by up to
+    a sample's travel until it slips again: an error of first order, whose sign is that of chance, and which may stay as
+    it is when samples are doubled. Limits are therefore read with many more samples, of whose error the share 1 / (n -
+    1) of the change is left after n times as many, and with harmonics that are doubled until the reading stands still.
+    The numerical error has four parts: that of contact lines to first order, with the sliders of the limit; what
+    samples leave; the last change by harmonics; and the change of the width of the band, because sliders that are
+    extreme with few harmonics need not be with many.
 
     Parameters
     ----------
@@ -89,8 +91,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     balance = curve.problem.balance
     seen = Configuration.from_model(model, False, None)
     finer = [
-        replace(model, n_harmonic=times * (balance.n_harmonic - 1) + 1, n_sample=times * balance.n_sample)
-        for times in FINER
+        replace(model, n_harmonic=times * (balance.n_harmonic - 1) + 1, n_sample=SAMPLES * balance.n_sample)
+        for times in HARMONICS
     ]
     finely = [Configuration.from_model(item, False, None) for item in finer]
     errors = make_error_tangents(model, budget)
@@ -98,21 +100,23 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     tangents, size = errors.tangents[2:], errors.size[2:]
     result = []
     for states in wanted:
-        value, deviation, last, moved = np.full((4, 2, len(curve.angular_frequency)), np.nan)
+        value, deviation, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider)
             if state is None:
                 continue
             readings, error = _refined_readings(states, state, curve, at, slider, [seen, *finely])
-            if len(readings) == 1:
+            if len(readings) < 3:
                 continue
             value[side, at] = readings[-1]
+            sampled[side, at] = (readings[1] - readings[0]) / (SAMPLES - 1)
             last[side, at], moved[side, at] = readings[-1] - readings[-2], readings[-1] - readings[0]
             rates = _rates(states, state, seen, curve.point(at).condensed, tangents) if tangents else np.zeros(0)
             deviation[side, at] = np.linalg.norm([*np.nan_to_num(size * rates), error])
         # At one frequency a change may be 0 by chance.
-        deviation = np.sqrt(deviation**2 + _pool(last) ** 2 + _pool(np.diff(moved, axis=0)) ** 2)
+        by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
+        deviation = np.sqrt(deviation**2 + np.square(by_chance).sum(axis=0))
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
         result.append(
@@ -127,7 +131,7 @@ def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     configurations: Sequence[Configuration],
 ) -> tuple[list[float], float]:  # fmt: skip
-    """Readings with the harmonics of the search, with more and more until they stand still, and the error allowed."""
+    """Readings as the search has them, with more samples, with more and more harmonics, and the error allowed."""
     readings: list[float] = []
     error = 0.0
     for configuration in configurations:
@@ -140,7 +144,7 @@ def _refined_readings(
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
         vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(z) + abs(vibration))
-        if len(readings) > 1 and abs(readings[-1] - readings[-2]) <= error:
+        if len(readings) > 2 and abs(readings[-1] - readings[-2]) <= error:
             break
     return readings, error
 
