@@ -13,7 +13,13 @@ with s this slope and L the rows above,
 .. math:: r = K D, \qquad K = L\,(1 - s s^T / s^T s), \qquad \operatorname{cov} r = \sigma^2 K K^T .
 
 Neighbouring :math:`r_j` share readings. With C the correlations of the n roughnesses of a curve, their mean square
-scatters like a :math:`\chi^2` of :math:`n^2 / \sum_{jk} C_{jk}^2` degrees of freedom (Satterthwaite).
+scatters like a :math:`\chi^2` of :math:`n^2 / \sum_{jk} C_{jk}^2` degrees of freedom (Satterthwaite). So many, d per
+roughness, give the covariance V of the fitted :math:`(a^2, b^2)` by the information of scaled :math:`\chi^2`,
+
+.. math:: V^{-1} = \sum \frac{d}{2 \sigma^4}\,g g^T , \qquad g = (|X|^2, 1) , \qquad
+          \nu(X) = \frac{2 \sigma(X)^4}{g^T V g} ,
+
+and the degrees of freedom :math:`\nu` of the noise of a reading: few where no other reading is as small.
 
 References
 ----------
@@ -43,8 +49,10 @@ CAUTION = 0.8
 FEWEST_POINTS, FEWEST_ROUGHNESSES = 4, 6
 #: A roughness of whose variance the fitted shift leaves less than this share tells no noise [-].
 LEAST_LEFT = 0.1
-#: Parts of the law of the noise, the relative and the absolute one [-].
-N_PART = 2
+#: No estimate has fewer degrees of freedom [-].
+LEAST_FREEDOM = 1.0
+#: Parts of the law of the noise are told apart down to this ratio of their information [-].
+ALIKE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,18 +67,26 @@ class ReadingNoise:
         Constant part [SI unit of the sensor].
     source
         "stated" in the manifest, estimated from the "curves" of the families, or "unknown".
-    freedom
-        Degrees of freedom of the estimated variance at one reading, infinite where nothing was estimated [-].
+    covariance
+        Variance of relative^2, covariance with absolute^2 and variance of absolute^2; 0 where nothing was estimated.
     """
 
     relative: float = 0.0
     absolute: float = 0.0
     source: str = "unknown"
-    freedom: float = inf
+    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def deviation(self, value: Values) -> Values:
         """Standard deviation of readings, shape (n,)."""
         return np.hypot(self.relative * value, self.absolute)
+
+    def freedom(self, value: Values) -> Values:
+        """Degrees of freedom of the variance at readings, infinite where nothing was estimated, shape (n,) [-]."""
+        relative, both, absolute = self.covariance
+        variance = relative * value**4 + 2 * both * value**2 + absolute
+        with np.errstate(divide="ignore", invalid="ignore"):
+            freedom = np.where(variance > 0, 2 * self.deviation(value) ** 4 / variance, inf)
+        return np.maximum(freedom, LEAST_FREEDOM)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -176,8 +192,7 @@ def _carried(family: Family, target: Values) -> Values:
 
 
 def _noise(tables: Sequence[_Table]) -> ReadingNoise:
-    squared, scatter, dof = [], [], []
-    freedom = 0.0
+    squared, scatter, dof, effective = [], [], [], []
     for table in tables:
         f, count = table.frequency, np.isfinite(table.value).sum(axis=0)
         if len(f) < FEWEST_POINTS:
@@ -200,15 +215,26 @@ def _noise(tables: Sequence[_Table]) -> ReadingNoise:
         dof += list((seen[use] - 1).astype(float))
         scaled = rows[use] / np.sqrt(left[use])[:, None]
         correlation = scaled @ scaled.T
-        freedom += float((seen[use] - 1).sum()) * use.sum() / max(float((correlation**2).sum()), 1.0)
+        effective += list((seen[use] - 1) * use.sum() / max(float((correlation**2).sum()), 1.0))
     if len(scatter) < FEWEST_ROUGHNESSES or not any(scatter):
         return ReadingNoise()
     floor = 1e-12 * float(np.median(scatter))
     a2, b2 = fit_variance_law(np.array(squared), np.maximum(scatter, floor), np.array(dof))
-    # The harmonic mean over the readings: relative variances of a fit's values sum to twice its number of parameters.
+    covariance = _law_covariance(np.array(squared), a2, b2, np.array(effective))
     return ReadingNoise(
-        relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source="curves", freedom=freedom / N_PART
+        relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source="curves", covariance=covariance
     )
+
+
+def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple[float, float, float]:
+    """V of the law, as `ReadingNoise.covariance`."""
+    top = max(float(squared.max()), np.finfo(float).tiny)
+    columns = np.array([squared / top, np.ones_like(squared)])
+    variance = a2 * squared + b2
+    information = (columns * dof / (2 * (variance / variance.max()) ** 2)) @ columns.T
+    # Of two columns that are alike only the sum is known, which is all that readings like them ask for.
+    inverse = np.linalg.pinv(information, rcond=ALIKE, hermitian=True) * variance.max() ** 2
+    return float(inverse[0, 0] / top**2), float(inverse[0, 1] / top), float(inverse[1, 1])
 
 
 def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], "q p"]:

@@ -152,7 +152,7 @@ def judge_family(
     deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2)
     with np.errstate(invalid="ignore", divide="ignore"):
         estimated = (noise.deviation(limit) / deviation) ** 2
-        freedom = np.fmin(noise.freedom / estimated**2, CERTAIN)
+        freedom = np.fmin(noise.freedom(limit) / estimated**2, CERTAIN)
     clear = float(norm.isf(CHANCE / (2 * max(n_reading, 1))))
     compared = np.isfinite(limit).all(axis=0)
     deviations, side = _distance(value, limit, deviation, freedom)
@@ -179,7 +179,9 @@ def judge_family(
     return FamilyVerdict(
         family=family, band=band, limit=limit, deviation=deviation, coverage=inside, tightness=tight, score=score,
         departures=tuple(departures), clear=max(clear, OUTSIDE), outside=deviations > OUTSIDE,
-        fewest=_fewest_places(common_points(family.curves)[compared], noise.freedom, CHANCE * len(value) / n_reading),
+        fewest=_fewest_places(
+            common_points(family.curves)[compared], noise.freedom(limit[:, compared]), CHANCE * len(value) / n_reading
+        ),
     )  # fmt: skip
 
 
@@ -205,16 +207,16 @@ def _student(deviations: float, freedom: Both) -> Both:
     return np.sqrt(freedom * np.expm1(scaled**2 / freedom))
 
 
-def _fewest_places(point: NDArray[np.int64], freedom: float, chance: float) -> int:
+def _fewest_places(point: NDArray[np.int64], freedom: Both, chance: float) -> int:
     """At how many frequencies noise puts readings outside with less than a chance, whatever the estimate of it is.
 
     A limit may be met by all readings, and a band may be closed: any reading may be outside on either side.
     """
     place, count = np.unique(point, return_counts=True)
-    freedom = min(freedom, CERTAIN)
+    mean = 1 / max(float(np.mean(1 / freedom)) if freedom.size else 0.0, 1 / CERTAIN)
     quantile = (np.arange(N_QUANTILE) + 0.5) / N_QUANTILE
-    estimate = np.sqrt(chi2.ppf(quantile, freedom) / freedom)
-    reading = 2 * norm.sf(_student(OUTSIDE, np.array(freedom)) * estimate)
+    estimate = np.sqrt(chi2.ppf(quantile, mean) / mean)
+    reading = 2 * norm.sf(_student(OUTSIDE, np.array(mean)) * estimate)
     places = 1 - (1 - reading) ** count.max(initial=1)
     number = np.arange(1, len(place) + 2)
     reached = binom.sf(number[:, None] - 1, len(place), places).mean(axis=1)
