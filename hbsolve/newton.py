@@ -37,6 +37,8 @@ DENSE, ROWS_PER_VECTOR = 150, 3
 #: |residual| of GMRES relative to the right side: from 1e-6 on Newton's method takes the steps that it would take with
 #: exact ones.
 RELATIVE = 1e-8
+#: ... and relative to what Newton's method allows: its last step need not be better by more.
+MARGIN = 0.01
 
 #: Sufficient decrease, the factor of a shortened step, and the shortest one (Nocedal and Wright, chapter 3).
 DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
@@ -147,7 +149,7 @@ def newton_with_forces(
     iteration = 0
     while norm > tolerance and iteration < max_iteration:
         iteration += 1
-        dx = -newton_step(forces, receptance, first, count, R, RELATIVE)
+        dx = -newton_step(forces, receptance, first, count, R, max(RELATIVE, MARGIN * tolerance / norm))
         step, best, best_step = 1.0, np.inf, 1.0
         while True:
             want = JACOBIAN if step == 1.0 and norm > NEARLY * tolerance else FORCE

@@ -76,7 +76,7 @@ def newton_at(
     """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
     first, count = balance.joint_of_direction
     result: tuple[Real, float, int] = newton(
-        np.ascontiguousarray(x), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
+        np.array(x, order="C"), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
         sliders, balance.sampling, tolerance, limit,
     )  # fmt: skip
     return result
@@ -112,7 +112,7 @@ def ramp(
 
 def forces_at(balance: HarmonicBalance, omega: float, x: Real, sliders: Start, want: int = JACOBIAN) -> JointForces:
     """Joint forces at a motion of the directions."""
-    forces: JointForces = joint_forces(np.ascontiguousarray(x), omega, balance.table, sliders, balance.sampling, want)
+    forces: JointForces = joint_forces(np.array(x, order="C"), omega, balance.table, sliders, balance.sampling, want)
     return forces
 
 

@@ -116,12 +116,13 @@ def force(
     else:
         for d in range(2):
             out.slider[d] = w[d]
-    for k in range(n):
+    for k in range(n if moves or n_open else 0):
         status = SLIP if which[k] > (which[k - 1] if k else 0) else STICK
         out.status[0, k] = out.status[1, k] = status if closed[k] else SEPARATED
     for d in range(2):
+        beyond, own, slider, spring = kt - reference[d], u[d], out.slider[d], out.force[d]
         for k in range(n):
-            out.force[d, k] = (kt - reference[d]) * u[d, k] - kt * out.slider[d, k]
+            spring[k] = beyond * own[k] - kt * slider[k]
         if want >= PARAMETERS:
             for k in range(n):
                 i = which[k]
@@ -139,10 +140,10 @@ def force(
             out.active[d] = active
             weights = _weights(which, n_slip + 1, active, sampling.projected_sum)
             out.jacobian[d, :active, :] = -kt * np.dot(weights, _by_motion(d, rows, n_slip + 1, r_by_v, sampling))
-        if derive and kt != reference[d]:
+        if derive and beyond != 0.0:
             out.active[d] = nh
             for a in range(nh):
-                out.jacobian[d, a, d * nh + a] += kt - reference[d]
+                out.jacobian[d, a, d * nh + a] += beyond
 
 
 @compiled
@@ -310,12 +311,10 @@ def _turn(
     along = a0 * place[0] + a1 * place[1]
     p0, p1, l0, l1 = a0 - b0, a1 - b1, -a0 * place[FOLLOWS], -a1 * place[FOLLOWS + 1]
     v_before, v, v_last = c_before * r_by_v[before], c * r_by_v[k], along * r_by_v[j]
-    for i in range(nh):
-        new[i] = p0 * past[i] + b0 * now[i] + l0 * last[i] + kept * old[i]
-    for i in range(nh):
-        new[nh + i] = p1 * past[i] + b1 * now[i] + l1 * last[i] + kept * old[nh + i]
-    for i in range(nh):
-        new[2 * nh + i] = v_before * past[i] + v * now[i] + v_last * last[i] + kept * old[2 * nh + i]
+    for part, (by_past, by_now, by_last) in enumerate(((p0, b0, l0), (p1, b1, l1), (v_before, v, v_last))):
+        own, was = new[part * nh : (part + 1) * nh], old[part * nh : (part + 1) * nh]
+        for i in range(nh):
+            own[i] = by_past * past[i] + by_now * now[i] + by_last * last[i] + kept * was[i]
     for i in range(5):
         moved = c_before * r_by[before, i] + c * r_by[k, i] + along * r_by[j, i]
         new[3 * nh + i] = moved + kept * old[3 * nh + i]

@@ -41,7 +41,8 @@ from fe.compiled import compiled
 from geometry.registry import Registry
 from reduction.array_type import Real, Whole
 
-FORCE, JACOBIAN, PARAMETERS = 0, 1, 2
+# Numbers of numpy, for which numba does not compile every law once for each of the three.
+FORCE, JACOBIAN, PARAMETERS = np.arange(3)
 #: Most directions that a joint may have.
 MAX_DIRECTION = 3
 #: State of a contact at an instant.

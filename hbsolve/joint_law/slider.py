@@ -30,19 +30,19 @@ def slide(
     `limit` is mu N, shape (n,). `event` receives j, -1 for a slider that has not moved since the start; `sign` s,
     which for a start by multiplier is the multiplier itself.
     """
-    n = len(u)
+    n, r = len(u), limit / stiffness
     z, j, s = start, -1, 0.0
     if by_multiplier:
-        z, s = u[0] - start * limit[0] / stiffness, start
-    for i in range(2 * n):
-        k = i if i < n else i - n
-        r = limit[k] / stiffness
-        if u[k] - z > r:
-            z, j, s = u[k] - r, k, 1.0
-        elif u[k] - z < -r:
-            z, j, s = u[k] + r, k, -1.0
-        if i >= n:
+        z, s = u[0] - start * r[0], start
+    for _ in range(2):
+        for k in range(n):
+            if u[k] - z > r[k]:
+                z, j, s = u[k] - r[k], k, 1.0
+            elif u[k] - z < -r[k]:
+                z, j, s = u[k] + r[k], k, -1.0
             w[k], event[k], sign[k] = z, j, s
+        if j < 0:
+            break
 
 
 @compiled
@@ -70,12 +70,14 @@ def tangent_jacobian(
             is_closed = closed[k]
             while k < n and event[k] == k and sign[k] == s and closed[k] == is_closed:
                 k += 1
-            block = sampling.product_sum[k] - sampling.product_sum[first]
+            by_limit = s * limit_by_v if is_closed else 0.0
             for a in range(nh):
+                row, begin, end = out.jacobian[tangent, a], sampling.product_sum[first, a], sampling.product_sum[k, a]
+                by_u, by_v = row[tangent * nh : (tangent + 1) * nh], row[normal * nh : (normal + 1) * nh]
                 for b in range(nh):
-                    out.jacobian[tangent, a, tangent * nh + b] -= stiffness * block[a, b]
-                    if is_closed and limit_by_v != 0.0:
-                        out.jacobian[tangent, a, normal * nh + b] += s * limit_by_v * block[a, b]
+                    by_u[b] -= stiffness * (end[b] - begin[b])
+                for b in range(nh if by_limit != 0.0 else 0):
+                    by_v[b] += by_limit * (end[b] - begin[b])
             rows = nh
             continue
         while k < n and event[k] == j and event[k] != k:
@@ -86,13 +88,15 @@ def tangent_jacobian(
             j = 0
         whole = k - first == n
         rows = max(rows, 1 if whole else nh)
+        by_limit, moved = s * limit_by_v if closed[j] else 0.0, sampling.instants[j]
         for a in range(1 if whole else nh):
             weight = sampling.projected_sum[k, a] - sampling.projected_sum[first, a]
+            row = out.jacobian[tangent, a]
+            by_u, by_v = row[tangent * nh : (tangent + 1) * nh], row[normal * nh : (normal + 1) * nh]
             for b in range(nh):
-                c = weight * sampling.instants[j, b]
-                out.jacobian[tangent, a, tangent * nh + b] -= stiffness * c
-                if closed[j] and limit_by_v != 0.0:
-                    out.jacobian[tangent, a, normal * nh + b] += s * limit_by_v * c
+                by_u[b] -= stiffness * weight * moved[b]
+            for b in range(nh if by_limit != 0.0 else 0):
+                by_v[b] += by_limit * weight * moved[b]
     if stiffness != reference:
         rows = nh
         for a in range(nh):
