@@ -13,13 +13,16 @@ from numpy.typing import NDArray
 
 from figure.registry import draws
 from figure.style import (
+    HEADING,
     INK,
+    LEFT,
     Axes,
     Figure,
     Headed,
+    add_axes,
     add_heading,
+    bare_figure,
     choose_family_colours,
-    new_figure,
     open_box,
 )
 
@@ -93,8 +96,13 @@ class FrfOverlay(Headed):
     with_phase: bool
 
 
-#: Width of the longest label of the legend [inches].
-LABEL = 2.3
+#: Width of the longest label of the legend, and height of a row of it [inches].
+LABEL, LEGEND_ROW = 2.3, 0.22
+#: Room for the title above a panel, between its axes, left of them for numbers and label, right of them, and below the
+#: last panel for numbers and label [inches].
+TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.12, 0.55
+#: Where the labels end, left of the axes [inches]: numbers of seven characters fit between.
+LABEL_PLACE = 0.72
 
 
 @draws(FrfOverlay, "frf_overlay")
@@ -105,27 +113,8 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     columns = min(result.columns, len(result.panels))
     rows = -(-len(result.panels) // columns)
     ratios = [2.1, 0.8, 1.0] if result.with_phase else [1.6, 0.8]
-    step, height = len(ratios), 4.7 if result.with_phase else 3.2
-    figure = new_figure(max(5.6 * columns, 8.0), 1.3 + height * rows)
-    axes = figure.subplots(step * rows, columns, squeeze=False, sharex=True, height_ratios=ratios * rows)
-    colours = choose_family_colours(len(result.levels))
-    for number in range(rows * columns):
-        row, column = step * (number // columns), number % columns
-        block = axes[row : row + step, column]
-        if number >= len(result.panels):
-            for item in block:
-                item.set_axis_off()
-            continue
-        panel, last = result.panels[number], number + columns >= len(result.panels)
-        _amplitude(block[0], panel, colours)
-        _residual(block[1], panel, colours)
-        if result.with_phase:
-            _phase(block[2], panel, colours)
-        block[-1].tick_params(labelbottom=last)
-        if last:
-            block[-1].set_xlabel("frequency [Hz]")
-        for item in block:
-            open_box(item)
+    width, height = max(5.6 * columns, 8.0), 1.3 + (4.7 if result.with_phase else 3.2) * rows
+    figure, colours = bare_figure(width, height), choose_family_colours(len(result.levels))
     handles = [
         Line2D([], [], color=colour, linewidth=2, label=level)
         for colour, level in zip(colours, result.levels, strict=True)
@@ -143,12 +132,35 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
         ),
         Line2D([], [], color=INK, linewidth=1.4, label="predicted"),
     ]
+    ncols = min(len(handles), int(width // LABEL))
     figure.legend(
-        handles=handles,
-        frameon=False,
-        loc="outside lower left",
-        ncols=min(len(handles), int(figure.get_figwidth() // LABEL)),
-    )
+        handles=handles, frameon=False, loc="lower left", ncols=ncols, bbox_to_anchor=(LEFT / 2 / width, 0),
+        borderaxespad=0.2,
+    )  # fmt: skip
+    foot = FOOT + LEGEND_ROW * -(-len(handles) // ncols)
+    across, down = width / columns, (height - HEADING - foot) / rows
+    heights = (down - TITLE_ROOM - BETWEEN * (len(ratios) - 1)) * np.array(ratios) / sum(ratios)
+    tops = TITLE_ROOM + np.concatenate([[0.0], np.cumsum(heights + BETWEEN)[:-1]])
+    first = None
+    for number, panel in enumerate(result.panels):
+        row, column = divmod(number, columns)
+        block = []
+        for top, tall in zip(tops, heights, strict=True):
+            axes = add_axes(
+                figure, column * across + SIDE, HEADING + row * down + top, across - SIDE - END, tall, sharex=first
+            )
+            first = first or axes
+            axes.yaxis.set_label_coords(-LABEL_PLACE / (across - SIDE - END), 0.5)
+            axes.tick_params(labelbottom=False)
+            open_box(axes)
+            block.append(axes)
+        _amplitude(block[0], panel, colours)
+        _residual(block[1], panel, colours)
+        if result.with_phase:
+            _phase(block[2], panel, colours)
+        if number + columns >= len(result.panels):
+            block[-1].tick_params(labelbottom=True)
+            block[-1].set_xlabel("frequency [Hz]")
     add_heading(figure, result)
     return figure
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Axes, Figure, Headed, add_heading, evenly, new_figure
+from figure.style import HEADING, INK, Axes, Figure, Headed, add_axes, add_heading, bare_figure, evenly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,11 @@ STEPS = (0, 2, 3, 5, 10, 20, 50)
 COLOURS = ("#f4f6f8", "#fee5b8", "#fdbb6c", "#f68a3c", "#d94a1e", "#a11a14", "#5a0a1e")
 #: Frequencies named along an axis, at most.
 MOST_TICKS = 7
+#: Width of a panel and height of a level in it; room for its title, for frequencies below it, and between panels; width
+#: of a character of a level [inches].
+PANEL_WIDTH, CELL, TITLE_ROOM, FOOT, BETWEEN, CHARACTER = 3.4, 0.27, 0.26, 0.36, 0.28, 0.075
+#: Room left and right of all panels; height of the scale, of its numbers and label, and of all of it [inches].
+SIDE, END, BAR, BAR_FOOT, BAR_ROOM = 0.2, 0.1, 0.18, 0.5, 0.85
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,32 +78,34 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     by_place = {(panel.sensor, panel.harmonic): panel for panel in result.panels}
     colours = ListedColormap(COLOURS[:-1]).with_extremes(over=COLOURS[-1], bad=NOTHING)
     norm = BoundaryNorm(STEPS, len(COLOURS) - 1)
-    height = 0.62 + 0.21 * len(result.levels)
-    figure = new_figure(max(1.4 + 3.7 * len(harmonics), 7.5), 1.9 + height * len(sensors))
-    axes = figure.subplots(len(sensors), len(harmonics), squeeze=False, sharex=True, sharey=True)
-    ticks = evenly(len(result.frequency), MOST_TICKS)
     bottom = {
         harmonic: max(row for row, sensor in enumerate(sensors) if (sensor, harmonic) in by_place)
         for harmonic in harmonics
     }
-    # Shared axes have the same ticks.
-    axes[0, 0].set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
-    axes[0, 0].set_yticks(range(len(result.levels)), result.levels)
+    side = SIDE + CHARACTER * max(len(level) for level in result.levels)
+    across, cells = PANEL_WIDTH, CELL * len(result.levels)
+    tall = [TITLE_ROOM + cells + (FOOT if row in bottom.values() else 0.0) for row in range(len(sensors))]
+    width = max(side + (across + BETWEEN) * len(harmonics) + END, 7.5)
+    figure = bare_figure(width, HEADING + sum(tall) + BAR_ROOM)
+    ticks, shared = evenly(len(result.frequency), MOST_TICKS), None
     for row, sensor in enumerate(sensors):
         first = next(harmonic for harmonic in harmonics if (sensor, harmonic) in by_place)
         for column, harmonic in enumerate(harmonics):
-            axis, panel = axes[row, column], by_place.get((sensor, harmonic))
-            if panel is None:
-                axis.set_axis_off()
+            if (panel := by_place.get((sensor, harmonic))) is None:
                 continue
+            left, top = side + column * (across + BETWEEN), HEADING + sum(tall[:row]) + TITLE_ROOM
+            axis = add_axes(figure, left, top, across, cells, sharex=shared, sharey=shared)
+            if shared is None:
+                axis.set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
+                axis.set_yticks(range(len(result.levels)), result.levels)
+                shared = axis
             _cells(axis, panel, colours, norm)
             axis.tick_params(labelleft=harmonic == first, labelbottom=row == bottom[harmonic])
             if row == bottom[harmonic]:
                 axis.set_xlabel("frequency [Hz]", fontsize=9)
-    height = figure.get_figheight()
     bar = figure.colorbar(
-        ScalarMappable(norm=norm, cmap=colours), ax=axes, location="bottom", shrink=0.8, aspect=45, extend="max",
-        fraction=0.4 / height, pad=0.1 / height,
+        ScalarMappable(norm=norm, cmap=colours), orientation="horizontal", extend="max",
+        cax=add_axes(figure, 0.1 * width, HEADING + sum(tall) + BAR_ROOM - BAR_FOOT - BAR, 0.8 * width, BAR),
     )  # fmt: skip
     bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
     bar.outline.set_visible(False)

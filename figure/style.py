@@ -45,6 +45,19 @@ def new_figure(width: float, height: float, *, wspace: float | None = None, hspa
     return Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace, hspace=hspace))
 
 
+def bare_figure(width: float, height: float) -> Figure:
+    """An empty figure [inches] whose axes stand where `add_axes` puts them: quick to draw where there are many."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height))
+
+
+def add_axes(figure: Figure, left: float, top: float, width: float, height: float, **shared: Axes | None) -> Axes:
+    """Axes of a size and place [inches from the left and from the top]; `sharex` and `sharey` as in matplotlib."""
+    across, down = figure.get_size_inches()
+    return figure.add_axes((left / across, 1 - (top + height) / down, width / across, height / down), **shared)
+
+
 def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
     """Leave only the two lines that have numbers, and draw a pale grid behind all else."""
     axes.grid(axis=grid, color=GRID, linewidth=0.8)
@@ -63,10 +76,9 @@ def choose_family_colours(count: int) -> list[str]:
 def add_heading(figure: Figure, result: Headed) -> None:
     """Write title and subtitle at the top left, and keep the axes of a constrained layout below them."""
     width, height = figure.get_size_inches()
-    engine = figure.get_layout_engine()
-    assert engine is not None
     margin = LEFT / width
-    engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - HEADING / height))  # type: ignore[call-arg]
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - HEADING / height))  # type: ignore[call-arg]
     figure.text(
         margin, 1 - TITLE / height, result.title, ha="left", va="top", fontsize=13, fontweight="bold", color=INK
     )
