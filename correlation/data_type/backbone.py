@@ -19,8 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import brentq
 
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
@@ -72,6 +70,8 @@ def predict_backbone(model: Model, sensor: str, near: float, amplitudes: Real) -
     CampaignError
         The model has no such sensor of motion, or the sensor does not see the mode.
     """
+    from scipy.interpolate import PchipInterpolator
+
     seen = next((item for item in model.sensors if item.name == sensor and isinstance(item, Sensor)), None)
     if seen is None:
         raise CampaignError(f'the model has no sensor of motion "{sensor}": add it to the case')
@@ -152,6 +152,8 @@ def _phase_resonance(
     mode: _Mode, balance: HarmonicBalance, omega: float, damping: float, before: SteadyState | None
 ) -> SteadyState | None:
     """The state at which the modal coordinate lags by a quarter of a period; none if no search arrives there."""
+    from scipy.optimize import brentq
+
     last: list[SteadyState] = [] if before is None else [before]
 
     def lead(at: float) -> float:

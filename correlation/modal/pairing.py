@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from correlation.modal.assurance import Criterion, Shapes, modal_assurance
 
@@ -80,6 +79,8 @@ def pair_modes(
     CampaignError
         Other numbers of sensors, or a shape of zeros.
     """
+    from scipy.optimize import linear_sum_assignment
+
     assurance = modal_assurance(measured, model)
     first, second = np.asarray(measured_frequency), np.asarray(model_frequency)
     ratio = np.abs(np.log(second[None, :] / first[:, None]))

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 from scipy.special import chdtri
 
 from correlation.errors import CampaignError
@@ -224,11 +223,22 @@ def _pooled(
         )
         share = np.zeros(2)
         for _ in range(ROUNDS):
-            share, _ = nnls(table / fitted[:, None], np.minimum(v / fitted, TAIL))
+            share = _two_shares(table / fitted[:, None], np.minimum(v / fitted, TAIL))
             share *= np.median(v / np.maximum(table @ share, 1e-12 * mean)) / MEDIAN
             fitted = np.maximum(table @ share, 1e-12 * mean)
         pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
     return pooled
+
+
+def _two_shares(table: Float[NDArray[np.float64], "m 2"], values: Variance) -> Float[NDArray[np.float64], "2"]:
+    """Least squares for two shares that are not negative."""
+    share = np.asarray(np.linalg.lstsq(table, values)[0])
+    if share.min() >= 0:
+        return share
+    # One of them is zero: the better of both alone.
+    square = np.maximum((table**2).sum(axis=0), np.finfo(float).tiny)
+    alone = np.diag(np.maximum(table.T @ values / square, 0.0))
+    return np.asarray(alone[((table @ alone - values[:, None]) ** 2).sum(axis=0).argmin()])
 
 
 def _amplitudes(

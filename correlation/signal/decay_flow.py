@@ -17,7 +17,6 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n p"]
@@ -61,6 +60,8 @@ class Flow:
 
     def basis(self, logarithm: Vector, derivative: int = 0) -> Matrix:
         """Values of the basis functions at some a, or slopes by a, shape (n, b); constant beyond the breaks."""
+        from scipy.interpolate import BSpline
+
         if self.degree == 0:
             return np.ones((len(logarithm), 1)) if derivative == 0 else np.zeros((len(logarithm), 1))
         knots = np.concatenate([[self.breaks[0]] * self.degree, self.breaks, [self.breaks[-1]] * self.degree])

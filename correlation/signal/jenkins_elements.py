@@ -20,7 +20,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from correlation.signal.mean_loop import MeanLoop
 
@@ -96,6 +95,8 @@ class _Grid:
 
     def fit(self, force: Vector, count: int | None = None) -> tuple[Elements, float]:
         """Stiffnesses of the first elements of the grid, and the sum of squares that they leave."""
+        from scipy.optimize import nnls
+
         root = np.sqrt(self.weight)
         stiffness, norm = nnls(self.columns[:, :count] * root[:, None], force * root)
         return stiffness / self.scale, float(norm**2)
@@ -194,6 +195,8 @@ def _bootstrap(
     loop: MeanLoop, grids: tuple[_Grid, _Grid], stiffness: Elements, noise: float, random: np.random.Generator
 ) -> Float[NDArray[np.float64], "b 5"]:
     """Numbers of fits to the model with new noise of the force, and of the displacement through the local slope."""
+    from scipy.optimize import nnls
+
     grid, whole = grids
     model, root = grid.force(stiffness), np.sqrt(loop.weight)
     m = len(model)
