@@ -151,15 +151,17 @@ class Registry(Generic[M]):
         RegistryError
             There is none; the message lists those that there are.
         """
-        if name not in self._entries:
-            self._discover()
-        if name not in self._entries:
+        if name not in self:
             failed = "".join(f"; {failure}" for failure in self._failures)
             raise RegistryError(f'there is no {self.kind} "{name}": choose {", ".join(sorted(self._entries))}{failed}')
         return self._entries[name].member
 
     def __contains__(self, name: object) -> bool:
-        return name in self.names()
+        if name not in self._entries:
+            self._import_namesake(name)
+        if name not in self._entries:
+            self._discover()
+        return name in self._entries
 
     def __iter__(self) -> Iterator[M]:
         return iter([self._entries[name].member for name in self.names()])
@@ -214,6 +216,13 @@ class Registry(Generic[M]):
     def _is_own(self, entry: Entry[M]) -> bool:
         own = importlib.import_module(self.package).__path__
         return any(Path(entry.file).resolve().is_relative_to(Path(folder).resolve()) for folder in own)
+
+    def _import_namesake(self, name: object) -> None:
+        """Import the file of the product that is called as a member: others need not be imported for it."""
+        if isinstance(name, str) and name.isidentifier() and not self._complete:
+            module = f"{self.package}.{name}"
+            if importlib.util.find_spec(module) is not None:
+                importlib.import_module(module)
 
     def _discover(self) -> None:
         """Import the product's own members and those of installed packages, once."""
