@@ -185,10 +185,8 @@ def derivatives(
     g = np.zeros((p, *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
         loads[number], g[number] = _change(at_level, state, forces, parameter)
-    right = np.array(
-        [real_from_complex(item) for item in structure.displacements(condensed, loads) @ structure.directions.T]
-    )
-    right = right.reshape(g.shape)
+    right, loaded = np.zeros_like(g), loads.any(axis=(1, 2))
+    right[loaded] = real_from_complex(structure.displacements(condensed, loads[loaded]) @ structure.directions.T)
     for number in range(p):
         right[number] -= apply_receptance(condensed.receptance, g[number])
     dx, answer = _answers(at_level, forces, condensed, right)
