@@ -173,7 +173,7 @@ def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
         colour = colours[curve.level]
         axes.plot(curve.line_frequency, drawn(curve.line), color=colour, linewidth=1.3, zorder=2)
         _points(axes, curve.frequency, drawn(curve.measured), curve.deviation, colour)
-    axes.set_title(panel.label, fontsize=10, loc="left", color=INK)
+    axes.set_title(panel.label, fontsize=10, loc="left", color=INK, y=1.0)
     unit = panel.unit.replace("um", "µm")
     axes.set_ylabel(f"static part [{unit}]" if panel.is_static else f"amplitude [{unit}]")
     if not panel.is_static:

@@ -24,7 +24,7 @@ COLOURS = ("#f4f6f8", "#fee5b8", "#fdbb6c", "#f68a3c", "#d94a1e", "#a11a14", "#5
 MOST_TICKS = 7
 #: Width of a panel and height of a level in it; room for its title, for frequencies below it, and between panels; width
 #: of a character of a level [inches].
-PANEL_WIDTH, CELL, TITLE_ROOM, FOOT, BETWEEN, CHARACTER = 3.4, 0.27, 0.26, 0.36, 0.28, 0.075
+PANEL_WIDTH, CELL, TITLE_ROOM, FOOT, BETWEEN, CHARACTER = 3.5, 0.28, 0.26, 0.36, 0.28, 0.065
 #: Room left and right of all panels; height of the scale, of its numbers and label, and of all of it [inches].
 SIDE, END, BAR, BAR_FOOT, BAR_ROOM = 0.2, 0.1, 0.18, 0.5, 0.85
 
@@ -121,4 +121,4 @@ def _cells(axes: Axes, panel: MapPanel, colours: "Colormap", norm: "BoundaryNorm
     axes.tick_params(which="both", length=0, labelsize=8, colors=INK)
     axes.spines[:].set_visible(False)
     words = f"harmonic {panel.harmonic}" if panel.harmonic else "static"
-    axes.set_title(f"{panel.sensor}, {words}", fontsize=9, loc="left", color=INK, pad=3)
+    axes.set_title(f"{panel.sensor}, {words}", fontsize=9, loc="left", color=INK, pad=3, y=1.0)

@@ -1,6 +1,7 @@
 """Numbers as a page holds them: few digits, and none where there is no number."""
 
 from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +12,7 @@ Numbers = Float[NDArray[np.float64], " n"]
 
 def round_list(values: Numbers | Sequence[float], digits: int = 5) -> list[float | None]:
     """Numbers with so many significant digits; None for those that are not finite."""
-    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
+    return [float(f"{value:.{digits}g}") if isfinite(value) else None for value in np.asarray(values).tolist()]
 
 
 def bin_image(image: Float[NDArray[np.float64], "r f"], steps: Sequence[float]) -> list[list[int | None]]:
