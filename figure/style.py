@@ -54,7 +54,7 @@ def bare_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height))
 
 
-def add_axes(figure: Figure, left: float, top: float, width: float, height: float, **shared: Axes | None) -> Axes:
+def add_axes(figure: Figure, left: float, top: float, width: float, height: float, **shared: Any) -> Axes:
     """Axes of a size and place [inches from the left and from the top]; `sharex` and `sharey` as in matplotlib."""
     across, down = figure.get_size_inches()
     return figure.add_axes((left / across, 1 - (top + height) / down, width / across, height / down), **shared)

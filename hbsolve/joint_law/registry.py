@@ -33,7 +33,7 @@ Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8, 11 and 12.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -42,7 +42,7 @@ from geometry.registry import Registry
 from reduction.array_type import Real, Whole
 
 # Numbers of numpy, for which numba does not compile every law once for each of the three.
-FORCE, JACOBIAN, PARAMETERS = np.arange(3)
+FORCE, JACOBIAN, PARAMETERS = cast("tuple[int, int, int]", tuple(np.arange(3)))
 #: Most directions that a joint may have.
 MAX_DIRECTION = 3
 #: State of a contact at an instant.
