@@ -14,6 +14,7 @@ from study.campaign.draft_frequency import (
     responses_with_phases,
 )
 from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.time_history import FLAT, share_near_limit
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -160,13 +161,27 @@ def _clipping(judged: JudgedTable) -> list[str]:
     sentences = []
     for column in judged.of_role(Role.RESPONSE, Role.FORCE):
         values = column.values.real
-        for limit in (values.max(), values.min()):
-            share = float(np.mean(values == limit))
-            # A sine that is sampled in step with its period has its largest value often, but not in a row.
-            in_a_row = bool(((values[2:] == limit) & (values[1:-1] == limit) & (values[:-2] == limit)).any())
-            if share > CLIPPED and in_a_row and abs(limit) > 0:
-                sentences.append(
-                    f'{judged.table.file.path.name}: "{column.name}" is {limit:.4g} in {100 * share:.1f} % of its '
-                    "samples: does it clip?"
-                )
+        is_force = judged.columns[column.name].role is Role.FORCE
+        asked = "does the drive clip, or this channel?" if is_force else "does it clip?"
+        name = f'{judged.table.file.path.name}: "{column.name}"'
+        flat = [
+            f"{name} is {limit:.4g} in {100 * share:.1f} % of its samples: {asked}"
+            for limit in (values.max(), values.min())
+            if (share := _share_at(values, limit)) > CLIPPED
+        ]
+        near = share_near_limit(values)
+        if not flat and is_force and judged.kind is Kind.STEADY_STATE and near > FLAT:
+            flat = [
+                f"{name} is within 10 % of its largest value in {100 * near:.0f} % of its samples, where a sine is in "
+                f"29 %: {asked}"
+            ]
+        sentences += flat
     return sentences
+
+
+def _share_at(values: Series, limit: float) -> float:
+    """Share of samples with a value [-]; 0 if no three of them follow each other, or for the value 0."""
+    there = values == limit
+    # A sine that is sampled in step with its period has its largest value often, but not in a row.
+    in_a_row = bool((there[2:] & there[1:-1] & there[:-2]).any())
+    return float(np.mean(there)) if in_a_row and limit != 0 else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from correlation.file.column import Column
 from study.campaign.column_role import MOTIONS, Recognised, Role, name_words, recognise_column
 from study.campaign.table import Table, file_stem
-from study.campaign.time_history import distortion, judge_history
+from study.campaign.time_history import distortion, judge_history, turns_with
 
 
 class Kind(Enum):
@@ -207,10 +207,14 @@ def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     if len(displacements) != 1 or len(forces) != 1:
         return ""
     moved, answer = (np.asarray(column.values.real[mask]) for column in (displacements[0], forces[0]))
-    of_motion, of_force = (distortion(values - values.mean()) for values in (moved, answer))
-    if of_force < DISTORTED or of_force < 2 * of_motion:
+    moved, answer = moved - moved.mean(), answer - answer.mean()
+    of_motion, of_force = distortion(moved), distortion(answer)
+    if of_force < DISTORTED or of_force < 2 * of_motion or not turns_with(moved, answer):
         return ""
-    return f"the force is less harmonic ({100 * of_force:.1f} % beside its first line) than the displacement"
+    return (
+        f"the force is less harmonic ({100 * of_force:.1f} % beside its first line) than the displacement, and turns "
+        "where it does"
+    )
 
 
 def _judge_time(judged: JudgedTable) -> JudgedTable:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.signal import hilbert
 from scipy.stats import spearmanr
 
 Samples = Float[NDArray[np.float64], " n"]
@@ -16,6 +17,14 @@ DECAYED, EARLY, FALLING = 0.3, 5, -0.85
 STEADY, IN_LINES = 0.1, 0.9
 #: A pulse has a peak of so many root mean squares, among the first share of the record.
 CREST, SOON = 8.0, 0.3
+#: Classes of the phase of a motion.
+PHASES = 72
+#: A joint's force is at least this share of its largest where its displacement turns round [-]. A sixth of the way to
+#: the other turn a spring has lost 7 % of its range, and friction more; a drive at its limit has lost less than this.
+AT_TURN, LOST = 0.9, 0.05
+#: A sine is within 10 % of its largest value in 2 arccos(0.9) / pi = 29 % of its samples; one whose tops are cut off by
+#: 7 % in this share [-].
+NEAR_LIMIT, FLAT = 0.9, 0.37
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,6 +113,36 @@ def distortion(signal: Samples) -> float:
     peak = int(np.argmax(power))
     total = float(power.sum())
     return 1.0 - float(power[max(0, peak - 3) : peak + 4].sum()) / total if total else 0.0
+
+
+def turns_with(displacement: Samples, force: Samples) -> bool:
+    """Whether a force answers a displacement as a joint's does: it is largest where the displacement turns, then falls.
+
+    A drive that clips or is distorted does not turn where the displacement does, or stays at its limit beyond the turn.
+
+    Parameters
+    ----------
+    displacement, force
+        Samples of both without their means, shape (n,) each.
+    """
+    phase = np.angle(np.asarray(hilbert(displacement))) * PHASES / (2 * np.pi)
+    number = np.rint(phase).astype(np.int64) % PHASES
+    mean = np.bincount(number, force, PHASES) / np.maximum(np.bincount(number, minlength=PHASES), 1)
+    both_ways = (mean - np.roll(mean, -PHASES // 2)) / 2
+    at_turn = both_ways[0]
+    return bool(at_turn > AT_TURN * both_ways.max() and at_turn - both_ways[PHASES // 12] > LOST * 2 * at_turn)
+
+
+def share_near_limit(values: Samples) -> float:
+    """Share of samples within 10 % of the largest distance from the mean [-]; the most extreme ones are noise.
+
+    Parameters
+    ----------
+    values
+        Samples, shape (n,).
+    """
+    low, high = np.quantile(values, [0.005, 0.995])
+    return float(np.mean(np.abs(values - (low + high) / 2) > NEAR_LIMIT * (high - low) / 2))
 
 
 def uniform_rate(time: Samples) -> float | None:

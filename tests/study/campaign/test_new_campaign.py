@@ -374,10 +374,38 @@ def test_a_channel_over_time_that_clips_is_suspected_by_its_name(tmp_path: Path,
     values[clips] = np.clip(values[clips], -0.8 * values[clips].max(), 0.8 * values[clips].max())
     write_csv(tmp_path / "sine.csv", "time [s],force [N],tip [m]", time, values["force"], values["tip"])
     campaign, _ = drafted(tmp_path)
-    assert any(clips in sentence and "does it clip" in sentence for sentence in campaign.suspicions)
+    assert any(clips in sentence and "clip" in sentence for sentence in campaign.suspicions)
     assert not any("channel 0" in sentence for sentence in campaign.suspicions)
     if clips == "tip":
         assert any('sensor "tip"' in sentence and "clipped" in sentence for sentence in campaign.suspicions)
+
+
+@pytest.mark.parametrize("lag", [5.0, 60.0, 90.0, 175.0])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_drive_that_clips_is_a_steady_state_and_no_loop(tmp_path: Path, lag: float, noise: float) -> None:
+    time, rng = np.arange(0, 2, 1 / 2048), np.random.default_rng(5)
+    angle = 2 * np.pi * 20.3 * time
+    force = 10 * np.clip(np.cos(angle), -0.8, 0.8) + 10 * noise * rng.normal(size=len(time))
+    tip = 1e-6 * np.cos(angle - np.radians(lag)) + 1e-6 * noise * rng.normal(size=len(time))
+    write_csv(tmp_path / "sine.csv", "time [s],force [N],tip [m]", time, force, tip)
+    campaign, manifest = drafted(tmp_path)
+    assert "loop" not in manifest
+    assert set(manifest["run"][0]["columns"]) == {"time", "force", "tip"}
+    assert any('"force [N]"' in sentence and "the drive clip" in sentence for sentence in campaign.suspicions)
+
+
+@pytest.mark.parametrize("limit", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("spring", [0.0, 0.3])
+def test_a_friction_slider_is_a_loop_also_without_a_name(tmp_path: Path, limit: float, spring: float) -> None:
+    time = np.arange(0, 2, 1 / 2048)
+    x, slider, force = np.cos(2 * np.pi * 20.3 * time), 0.0, []
+    for value in x:  # an elastic spring in series with a slider, and a spring beside them
+        slider += np.sign(value - slider) * max(abs(value - slider) - limit, 0.0)
+        force.append(value - slider + spring * value)
+    noise = 0.01 * np.random.default_rng(6).normal(size=(2, len(time)))
+    write_csv(tmp_path / "one.csv", "time [s],force [N],tip [mm]", time, np.array(force) + noise[0], x + noise[1])
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["loop"]) == 1
 
 
 def test_files_with_another_drive_than_most_are_left_out(tmp_path: Path) -> None:
