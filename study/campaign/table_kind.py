@@ -8,6 +8,7 @@ import numpy as np
 
 from correlation.file.column import Column
 from study.campaign.column_role import MOTIONS, Recognised, Role, name_words, recognise_column
+from study.campaign.set_point import changes_between_passes
 from study.campaign.table import Table, file_stem
 from study.campaign.time_history import distortion, judge_history, turns_with
 
@@ -151,13 +152,15 @@ def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[s
 
 
 def _steps_of_level(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """A force that has few values beside frequencies is the set point of a level."""
+    """A force that has few values beside frequencies, one in each pass, is the set point of a level."""
     result = dict(columns)
-    if not any(guess.role is Role.FREQUENCY for guess in columns.values()):
+    frequency = next((one.values for one in table.columns if columns[one.name].role is Role.FREQUENCY), None)
+    if frequency is None:
         return result
     for column in table.columns:
         different = len(np.unique(column.values))
-        if columns[column.name].role is Role.FORCE and 2 <= different <= min(20, len(column.values) / 5):
+        few = 2 <= different <= min(20, len(column.values) / 5)
+        if columns[column.name].role is Role.FORCE and few and changes_between_passes(column.values, frequency):
             why = f"it has {different} values: set points of the force"
             result[column.name] = replace(columns[column.name], role=Role.LEVEL, evidence=why)
     return result
@@ -165,15 +168,19 @@ def _steps_of_level(table: Table, columns: Mapping[str, Recognised]) -> dict[str
 
 def _settings(table: Table, columns: Mapping[str, Recognised]) -> tuple[Column, ...]:
     """Columns that name the series of a row: levels, sensors, harmonics, and whatever is constant in blocks."""
-    has_time = any(guess.role is Role.TIME for guess in columns.values())
+    time = next((one.values for one in table.columns if columns[one.name].role is Role.TIME), None)
     settings = []
     for column in table.columns:
         role = columns[column.name].role
         different = len(np.unique(column.values))
-        changes = int(np.count_nonzero(np.diff(column.values)))
-        in_blocks = 1 <= different <= MOST_SETTINGS and changes < len(column.values) / 20
-        named = role in {Role.LEVEL, Role.SENSOR, Role.HARMONIC} and different <= MOST_SETTINGS
-        if named or (has_time and in_blocks and role is not Role.TIME):
+        if role is Role.TIME or different > MOST_SETTINGS:
+            continue
+        named = role in {Role.LEVEL, Role.SENSOR, Role.HARMONIC}
+        in_blocks = np.count_nonzero(np.diff(column.values)) < len(column.values) / 20
+        may_be_measured = role in {Role.FORCE, Role.RESPONSE} and different > 1
+        if named or (
+            time is not None and in_blocks and not (may_be_measured and not changes_between_passes(column.values, time))
+        ):
             settings.append(column)
     return tuple(settings)
 

@@ -408,6 +408,34 @@ def test_a_friction_slider_is_a_loop_also_without_a_name(tmp_path: Path, limit: 
     assert len(manifest["loop"]) == 1
 
 
+def test_a_force_that_drops_near_a_resonance_leaves_one_run(tmp_path: Path) -> None:
+    frequency = np.concatenate([FREQUENCY, FREQUENCY[::-1]])
+    force = np.where(np.abs(frequency - 100) < 4, 7.0, 10.0)
+    x = force * receptance(frequency)
+    write_csv(tmp_path / "sine.csv", "f [Hz],F [N],re [m],im [m]", frequency, force, x.real, x.imag)
+    campaign, manifest = drafted(tmp_path)
+    assert len(manifest["run"]) == 1
+    np.testing.assert_array_equal(np.unique(read_campaign(tmp_path).measurement.force), [7.0, 10.0])
+    assert any("from 7 to 10" in sentence for sentence in campaign.suspicions)
+
+
+def test_levels_are_apart_in_any_order_of_the_rows(tmp_path: Path) -> None:
+    force, frequency = np.repeat([1.0, 2.0], 41), np.tile(FREQUENCY, 2)
+    for order in (np.arange(82), np.lexsort([force, frequency]), np.random.default_rng(8).permutation(82)):
+        x = (force * np.abs(receptance(frequency)))[order]
+        write_csv(tmp_path / "sine.csv", "f [Hz],F [N],tip [m]", frequency[order], force[order], x)
+        draft = draft_campaign(read_folder(tmp_path), Assumptions())
+        assert sorted(run["level"] for run in draft.entries["run"]) == [1.0, 2.0]
+
+
+def test_a_force_that_steps_while_the_time_goes_on_leaves_one_record(tmp_path: Path) -> None:
+    time = np.arange(2000) / 1000
+    x = np.where(time < 1, 1.0, 1.0 + np.exp(-5 * time) * np.sin(300 * time))
+    write_csv(tmp_path / "step.csv", "time [s],F [N],tip [m]", time, np.where(time < 1, 5.0, 0.0), x)
+    draft = draft_campaign(read_folder(tmp_path), Assumptions())
+    assert sum(len(entries) for kind, entries in draft.entries.items() if kind in {"run", "record", "loop"}) == 1
+
+
 def test_files_with_another_drive_than_most_are_left_out(tmp_path: Path) -> None:
     x = receptance(FREQUENCY)
     for number in (1, 2):
