@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import Figure, Headed, add_heading, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, Headed, add_heading, choose_family_colours, legend_columns, new_figure, open_box
 
 Values = Float[NDArray[np.float64], " k"]
 
@@ -27,6 +27,8 @@ class BackboneCurve:
         Shape (k,) [Hz]; deviations are zeros of a prediction.
     damping, damping_deviation
         Damping ratios, shape (k,) [-].
+    reference
+        Frequency whose change is drawn [Hz]: that of a measured mode, also for its model.
     kind
         "decay" for a band, "levels" for points, "model" for a line.
     """
@@ -37,6 +39,7 @@ class BackboneCurve:
     frequency_deviation: Values
     damping: Values
     damping_deviation: Values
+    reference: float
     kind: str = "decay"
 
 
@@ -58,12 +61,14 @@ class Backbones(Headed):
 
 @draws(Backbones, "backbone")
 def backbone_figure(result: Backbones) -> Figure:
-    """Draw frequency and damping side by side; bands and bars are 95 % intervals."""
+    """Draw the change of frequency and the damping side by side; bands and bars are 95 % intervals."""
     figure = new_figure(10.4, 4.6)
     left, right = figure.subplots(1, 2)
-    for curve, colour in zip(result.curves, choose_family_colours(len(result.curves)), strict=True):
+    colours = iter(choose_family_colours(sum(curve.kind != "model" for curve in result.curves)))
+    for curve in result.curves:
+        colour = INK if curve.kind == "model" else next(colours)
         for axes, value, deviation in (
-            (left, curve.frequency, curve.frequency_deviation),
+            (left, 100 * (curve.frequency / curve.reference - 1), 100 * curve.frequency_deviation / curve.reference),
             (right, 100 * curve.damping, 100 * curve.damping_deviation),
         ):
             if curve.kind == "levels":
@@ -79,13 +84,16 @@ def backbone_figure(result: Backbones) -> Figure:
                 )  # fmt: skip
             style = "--" if curve.kind == "model" else "-"
             axes.plot(curve.amplitude, value, color=colour, linestyle=style, linewidth=1.6, label=curve.label)
-    left.set_ylabel("frequency [Hz]")
+    left.set_ylabel("change of frequency [%]")
     right.set_ylabel("damping ratio [%]")
     for axes in (left, right):
         axes.set_xscale("log")
         axes.set_xlabel(result.amplitude_label)
         open_box(axes)
     handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4), frameon=False)
+    # One entry stands for the model of all modes.
+    entries = dict(zip(labels, handles, strict=True))
+    ncols = legend_columns(figure, list(entries), 4)
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=ncols, frameon=False)
     add_heading(figure, result)
     return figure

@@ -8,7 +8,17 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import GRID, PALE, Figure, Headed, add_heading, choose_family_colours, new_figure, open_box
+from figure.style import (
+    GRID,
+    PALE,
+    Figure,
+    Headed,
+    add_heading,
+    choose_family_colours,
+    legend_columns,
+    new_figure,
+    open_box,
+)
 
 Values = Float[NDArray[np.float64], " n"]
 #: Points of the signal that are drawn at most; more would only fill the ink.
@@ -61,6 +71,6 @@ def ring_down_figure(result: DecayDrawing) -> Figure:
     for axes in (above, below):
         open_box(axes)
     handles, labels = below.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4), frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=legend_columns(figure, labels, 4), frameon=False)
     add_heading(figure, result)
     return figure

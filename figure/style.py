@@ -1,5 +1,6 @@
 """How all figures look: inks, colours, headings, numbers, axes without a box around them, and the whole as PNG."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Literal
@@ -27,6 +28,8 @@ CONTACT_STATES = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73"
 FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
 #: A legend longer than this stands beside the curves, or in several rows.
 LONGEST_LEGEND = 6
+#: Widths of a letter of a legend, and of its sign with the gaps around it [inches].
+LETTER, SIGN = 0.085, 0.75
 #: Heading above the axes: its height, and where its two lines stand [inches from the top and from the left].
 HEADING, TITLE, SUBTITLE, LEFT = 0.72, 0.12, 0.42, 0.12
 
@@ -73,6 +76,12 @@ def choose_family_colours(count: int) -> list[str]:
     from matplotlib.colors import to_hex
 
     return [to_hex(colormaps["viridis"](place)) for place in np.linspace(FIRST_COLOUR, LAST_COLOUR, count)]
+
+
+def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
+    """Columns of a legend below the axes: at most so many, and as many as the figure is wide enough for."""
+    column = SIGN + LETTER * max(map(len, labels), default=0)
+    return max(1, min(len(labels), most, int(figure.get_figwidth() / column)))
 
 
 def add_heading(figure: Figure, result: Headed) -> None:

@@ -191,7 +191,7 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
                 curves=curves[:MOST_CURVES],
                 amplitude_label=f"amplitude [{unit}]",
                 title=f"{title}: backbones of free decays",
-                subtitle="bands are 95 % intervals, dashed lines the model",
+                subtitle="bands are 95 % intervals, dashed lines the model; the legend has the frequencies",
             )
     return drawn
 
@@ -211,21 +211,23 @@ def _curves(decay: FreeDecay, predicted: NDArray[np.float64]) -> list[BackboneCu
     for mode in decay.modes:
         rows = chosen_rows(mode)
         own, first = table[first : first + len(rows)], first + len(rows)
-        name = f"{decay.name}, {np.median(mode.frequency):.4g} Hz"
+        reference = float(np.median(mode.frequency))
         curves.append(
             BackboneCurve(
-                label=name, amplitude=mode.amplitude, frequency=mode.frequency,
+                label=f"{decay.name}, {reference:.4g} Hz", amplitude=mode.amplitude, frequency=mode.frequency,
                 frequency_deviation=np.hypot(mode.frequency_deviation, LEAST_FREQUENCY * mode.frequency),
                 damping=mode.damping_ratio,
                 damping_deviation=np.hypot(mode.damping_deviation, LEAST_DAMPING * np.abs(mode.damping_ratio)),
+                reference=reference,
             )
         )  # fmt: skip
         if np.isfinite(own).all(axis=1).sum() > 1:
             none = np.zeros(len(rows))
             curves.append(
                 BackboneCurve(
-                    label=f"{name}: model", amplitude=mode.amplitude[rows], frequency=own[:, 0],
-                    frequency_deviation=none, damping=own[:, 1], damping_deviation=none, kind="model",
+                    label="model", amplitude=mode.amplitude[rows], frequency=own[:, 0],
+                    frequency_deviation=none, damping=own[:, 1], damping_deviation=none, reference=reference,
+                    kind="model",
                 )
             )  # fmt: skip
     return curves

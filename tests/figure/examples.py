@@ -166,7 +166,8 @@ def backbones() -> Backbones:
     amplitude = np.geomspace(1, 100, 30)
     curves = [
         BackboneCurve(
-            label=kind, kind=kind, amplitude=amplitude[::step], frequency=100 - np.log(amplitude[::step]) / 10,
+            label=f"a long name of a ring-down: {kind}", kind=kind, amplitude=amplitude[::step],
+            reference=100.0, frequency=100 - np.log(amplitude[::step]) / 10,
             frequency_deviation=np.full(len(amplitude[::step]), 0.01), damping=0.01 + 1e-5 * amplitude[::step],
             damping_deviation=np.full(len(amplitude[::step]), 1e-4),
         )
