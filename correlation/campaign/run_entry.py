@@ -7,6 +7,7 @@ A run is a stepped sine (a column ``frequency``, a row per steady state) or one 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
+from correlation.campaign.measurable import LEAST, MOST, REMEDY
 from correlation.campaign.measurement import SWEEPS
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
@@ -144,4 +145,6 @@ def _number(table: TomlTable, key: str) -> float | None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
         raise table.problem(key, "must be a number above zero, without a unit")
+    if not LEAST <= value <= MOST:
+        raise table.problem(key, REMEDY)
     return float(value)

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows
 from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
@@ -89,10 +90,7 @@ def read_run_rows(
     file = take_rows(entry.table, files.read(entry.file), entry.columns)
     if "time" in entry.own:
         return _steady_state(entry, file, sensors, test, units)
-    frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).real_values(file, "Hz")
-    if (frequency <= 0).any():
-        row = int(np.argmax(frequency <= 0))
-        raise entry.own["frequency"].problem(f"is {frequency[row]:g} at row {row + 1} of {file.path.name}: not above 0")
+    frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
     sweep, repeat = _passes(entry, file, frequency)
     repeat = _whole(entry, file, "repeat") if "repeat" in entry.own else repeat + entry.repeat
     order = _whole(entry, file, "order") if "order" in entry.own else np.arange(len(frequency))
@@ -187,6 +185,8 @@ def _steady_state(
         result = fit_steady_state(time, values, force, entry.harmonics, frequency=entry.frequency, names=names)
     assert result.reference is not None
     amplitude = float(np.abs(result.reference[1]))
+    if not LEAST <= amplitude <= MOST:
+        raise entry.own["force"].problem(f"has the amplitude {amplitude:g} in {file.path.name}: {REMEDY}")
     level = entry.level * units.level_factor if entry.level is not None else float(f"{amplitude:.{DIGITS}g}")
     one = np.ones(1)
     states = _States(
@@ -247,6 +247,9 @@ def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDAr
     if (np.abs(value) == 0).any():
         row = int(np.argmax(np.abs(value) == 0))
         raise entry.own["force"].problem(f"is 0 at row {row + 1} of {file.path.name}: leave out what was not driven")
+    if (beyond := is_beyond(value)).any():
+        row = int(np.argmax(beyond))
+        raise entry.own["force"].problem(f"is {abs(value[row]):g} at row {row + 1} of {file.path.name}: {REMEDY}")
     return np.conj(value) if units.time_sign < 0 else value
 
 
@@ -255,11 +258,7 @@ def _level(
 ) -> Real:
     if "level" in entry.own:
         signal = entry.own["level"].or_unit(file, units.level_unit)
-        level = signal.real_values(file, units.level_si) * units.peak
-        if (level <= 0).any():
-            row = int(np.argmax(level <= 0))
-            raise signal.problem(f"is {level[row]:g} at row {row + 1} of {file.path.name}: an amplitude is above 0")
-        return level
+        return signal.positive_values(file, units.level_si) * units.peak
     if entry.level is not None:
         return np.full(n, entry.level * units.level_factor)
     assert force is not None

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.measurable import REMEDY, is_beyond, is_too_large
 from correlation.campaign.measurement_unit import si_factor, si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
@@ -89,7 +90,7 @@ class SignalEntry:
         if len(lengths) > 1:
             raise self.problem(f"its columns in {file.path.name} have different lengths {sorted(lengths)}: mend one")
         for column in parts.values():
-            _require_finite(self, file, column)
+            _require_measurable(self, file, column)
         first = next(iter(parts.values()))
         factor = self.sign * self._factor(file, first, si)
         if "column" in parts:
@@ -123,6 +124,29 @@ class SignalEntry:
         if np.iscomplexobj(file.column(next(iter(self.columns.values()))).values):
             raise self.problem("is complex in its file: name a real column")
         return np.asarray(values.real)
+
+    def is_in(self, file: MeasuredFile, si: str) -> bool:
+        """Whether its columns or the manifest state a unit of this kind."""
+        unit = self.unit or file.column(next(iter(self.columns.values()))).unit
+        try:
+            return bool(unit) and not self.sensitivity and si_factor(unit, si) > 0
+        except ValueError:
+            return False
+
+    def positive_values(self, file: MeasuredFile, si: str) -> Float[NDArray[np.float64], " n"]:
+        """Real values in SI that are above zero, such as frequencies and levels, shape (n,); see `real_values`.
+
+        Raises
+        ------
+        CampaignError
+            As `real_values`, or a value that is not above zero or that nothing measures.
+        """
+        values = self.real_values(file, si)
+        for wrong, why in ((~(values > 0), "it must be above 0"), (is_beyond(values), REMEDY)):
+            if wrong.any():
+                row = int(np.argmax(wrong))
+                raise self.problem(f"is {values[row]:g} at row {row + 1} of {file.path.name}: {why}")
+        return values
 
     def suspect_degrees(self, file: MeasuredFile) -> str:
         """Why its phase, said to be in radians, looks like degrees; empty where it does not."""
@@ -204,7 +228,7 @@ def read_signal(table: TomlTable, key: str) -> SignalEntry:
     return result
 
 
-def _require_finite(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:
+def _require_measurable(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:
     wrong = np.flatnonzero(~np.isfinite(column.values))
     if len(wrong) == len(column.values):
         raise entry.problem(f'"{column.name}" of {file.path.name} holds no number: a dead channel; remove it')
@@ -213,3 +237,6 @@ def _require_finite(entry: SignalEntry, file: MeasuredFile, column: Column) -> N
             f'"{column.name}" of {file.path.name} is not finite at {len(wrong)} of {len(column.values)} rows, first '
             f'at row {wrong[0] + 1}: leave these rows out of the file, or add missing = "skip" to its table'
         )
+    if (large := is_too_large(column.values)).any():
+        row = int(np.argmax(large))
+        raise entry.problem(f'"{column.name}" of {file.path.name} is {column.values[row]:g} at row {row + 1}: {REMEDY}')

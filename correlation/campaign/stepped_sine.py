@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.csv_table import CsvTable, read_table
 from correlation.campaign.manifest import MANIFEST, Manifest
+from correlation.campaign.measurable import REMEDY, is_beyond, is_too_large
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Measurement
 from correlation.campaign.measurement_unit import si_factor
 from correlation.errors import CampaignError
@@ -62,6 +63,14 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     _refuse(table, "level", level <= 0, "must be positive: the amplitude of the force")
     _refuse(table, FORCE, (force <= 0) & (force != level), "must be positive: the amplitude that was measured")
     _refuse(table, "frequency", frequency <= 0, "must be positive")
+    for name, wrong in (
+        ("level", is_beyond(level)),
+        (FORCE if FORCE in table.columns else "level", is_beyond(force)),
+        ("frequency", is_beyond(frequency)),
+        ("real", is_too_large(value.real)),
+        ("imag", is_too_large(value.imag)),
+    ):
+        _refuse(table, name, wrong, REMEDY)
     amplitude = np.array([not each.has_phase for each in manifest.sensors])[sensor]
     _refuse(
         table, "imag", amplitude & (value.imag != 0), "its sensor has phase = false: give amplitudes, with imag = 0"

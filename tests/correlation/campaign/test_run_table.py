@@ -158,6 +158,34 @@ def test_a_mistake_is_one_sentence_with_its_key(
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize("size", [8e-275, 1e200])
+@pytest.mark.parametrize("key", ["frequency", "level", "force"])
+def test_a_size_that_nothing_measures_is_refused_with_its_row(tmp_path: Path, key: str, size: float) -> None:
+    values = {"frequency": 10.0, "level": 2.0, "force": 2.0} | {key: size}
+    columns = 'frequency = "f"\nlevel = "l"\nforce = "F"\ntip = { column = "a", unit = "m/s^2" }\n'
+    rows = "f,l,F,a\n9,2,2,1\n" + ",".join(map(repr, values.values())) + ",1\n"
+    with pytest.raises(CampaignError, match=r"at row 2.*damaged") as error:
+        read(tmp_path, rows, "", columns)
+    assert key in str(error.value)
+    assert f"{size:g}" in str(error.value)
+
+
+def test_a_force_over_time_that_nothing_measures_is_refused(tmp_path: Path) -> None:
+    time = np.arange(2000) / 1000
+    wave = np.cos(2 * np.pi * 20 * time)
+    rows = "\n".join(f"{t},{1e-60 * value},{value}" for t, value in zip(time, wave, strict=True))
+    columns = 'time = "t"\nforce = "F"\ntip = { column = "a", unit = "m/s^2" }\n'
+    with pytest.raises(CampaignError, match=r"force.*damaged"):
+        read(tmp_path, f"t,F,a\n{rows}\n", "", columns)
+
+
+def test_a_response_may_vanish_and_is_no_larger_than_any_reading(tmp_path: Path) -> None:
+    columns = 'frequency = "f"\ntip = { real = "re", imag = "im", unit = "m/s^2" }\n'
+    assert len(read(tmp_path, "f,re,im\n9,1,1e-200\n10,0,1\n", "level = 2.0", columns)) == 2
+    with pytest.raises(CampaignError, match=r'"im" of data.csv is .* at row 1'):
+        read(tmp_path, "f,re,im\n9,1,1e200\n10,0,1\n", "level = 2.0", columns)
+
+
 def test_values_that_are_missing_are_skipped_on_request_alone(tmp_path: Path) -> None:
     text = "f,a,p\n10,2,90\n11,,180\n12,1,0\n"
     with pytest.raises(CampaignError, match=r'"a" of data.csv is not finite at 1 of 3 rows.*row 2.*missing = "skip"'):
