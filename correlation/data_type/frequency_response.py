@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.measurable import LEAST, MOST, REMEDY
 from correlation.campaign.measured_files import take_rows
 from correlation.campaign.measurement import CONFIGURATIONS, SI_UNIT, MeasuredSensor, Measurement
 from correlation.campaign.measurement_unit import si_quantity
@@ -127,13 +128,16 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     table.known.add("level")
     if level is not None and (isinstance(level, bool) or not isinstance(level, int | float) or not level > 0):
         raise table.problem("level", "must be a number above zero in the unit of the campaign's levels")
+    if level is not None and not LEAST <= level <= MOST:
+        raise table.problem("level", REMEDY)
     tests = [test.name for test in context.tests]
     test = tests.index(table.choice("test", tests)) if "test" in table.values else -1
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
     suspicions: tuple[str, ...] = ()
     if "frequency" in own:
         frequency = own["frequency"].or_unit(file, "Hz").real_values(file, "Hz")
-        value = np.array([_per_force(signals[sensor.name], file, sensor, context) for sensor in sensors])
+        force = own.get("force")
+        value = np.array([_per_force(signals[sensor.name], force, file, sensor, context) for sensor in sensors])
         coherence = np.array(
             [
                 coherent[sensor.name].real_values(file, "") if sensor.name in coherent else np.ones(len(frequency))
@@ -167,13 +171,24 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
 
 
 def _per_force(
-    signal: SignalEntry, file: MeasuredFile, sensor: MeasuredSensor, context: DataContext
+    signal: SignalEntry, force: SignalEntry | None, file: MeasuredFile, sensor: MeasuredSensor, context: DataContext
 ) -> Complex[NDArray[np.complex128], " f"]:
-    """A response per unit of force, in SI as far as it is calibrated."""
-    if not (sensor.calibrated and context.units.level_si):
+    """A response per unit of force, in SI as far as it is calibrated: as it is in the file, or over its force."""
+    unit, level_si = sensor.unit if sensor.calibrated else "", context.units.level_si
+    if force is not None:
+        driven = force.or_unit(file, context.units.level_unit).complex_values(file, level_si)
+        if (driven == 0).any():
+            row = int(np.argmax(driven == 0))
+            raise force.problem(f"is 0 at row {row + 1} of {file.path.name}: leave out what was not driven")
+        return np.asarray(signal.complex_values(file, unit) / driven)
+    if not (unit and level_si):
         return signal.complex_values(file, "")
-    si = f"({sensor.unit})/({context.units.level_si})"
-    return signal.complex_values(file, si)
+    if signal.is_in(file, unit):
+        raise signal.problem(
+            f"is a response in {unit} or a multiple of it, not per {level_si}, and the force is missing: add "
+            'force = "COLUMN" beside it, or give a response per force'
+        )
+    return signal.complex_values(file, f"({unit})/({level_si})")
 
 
 def _estimate(

@@ -106,6 +106,24 @@ def test_frequency_responses_count_as_steady_states_of_their_level(
     assert (np.abs(table.frequency - np.sqrt(STIFFNESS / MASS) / (2 * np.pi)) < 5).mean() > 0.6
 
 
+def test_spectra_of_response_and_force_make_a_frequency_response(tmp_path: Path) -> None:
+    frequency = np.linspace(80, 120, 41)
+    response, force = np.exp(1j * frequency / 7), 3 - 4j * frequency / 100
+    own = 'force = { real = "Fr", imag = "Fi", unit = "kN" }\n'
+    moved = 1e3 * force * response / 9.80665
+    data = columns("f,re,im,Fr,Fi", frequency, moved.real, moved.imag, force.real, force.imag)
+    (frf,) = read_campaign(write(tmp_path, FRF.format(sign="+").replace("g_n/N", "g_n") + own, frf=data)).data
+    # Ten digits are written.
+    assert frf.value[0] == pytest.approx(response, rel=1e-6)
+
+
+def test_a_frequency_response_without_its_force_asks_for_it(tmp_path: Path) -> None:
+    frequency = np.linspace(80, 120, 41)
+    data = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
+    with pytest.raises(CampaignError, match=r"frf\[1\].columns.accelerometer.*the force is missing: add force = "):
+        read_campaign(write(tmp_path, FRF.format(sign="+").replace("g_n/N", "mm/s^2"), frf=data))
+
+
 CELLS = """[convention]
 time = "exp(+i omega t)"
 amplitude = "peak"
