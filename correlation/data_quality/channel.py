@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement, Suspicion
+from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
 from correlation.data_quality.conjugate import find_conjugate_repeats
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
@@ -82,16 +83,14 @@ def _phase_over_peak(table: Measurement) -> float | None:
 
 
 def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
-    table = campaign.measurement
     for test in range(len(campaign.tests)):
+        table = campaign.measurement.where(campaign.measurement.test == test)
         for i, first in enumerate(campaign.sensors):
             for j in range(i):
                 second = campaign.sensors[j]
                 if (first.quantity, first.component) != (second.quantity, second.component):
                     continue
-                here = (table.test == test) & (table.harmonic == 1)
-                one, other = (_by_repeat(table.where(here & (table.sensor == number))) for number in (i, j))
-                for repeat, own, swapped in _compare_repeats(one, other):
+                for repeat, own, swapped in _compare_repeats(*arrange_by_repeat(table, (i, j))):
                     if own > SWAPPED and swapped < AFTER_SWAPPING * own:
                         yield Suspicion(
                             where=f'test "{campaign.tests[test].name}", repeat {repeat}',
@@ -101,32 +100,16 @@ def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                         )
 
 
-def _by_repeat(table: Measurement) -> dict[tuple[float, float, int], dict[int, float]]:
-    """Ln |X| by repeat, for each level, frequency and sweep."""
-    found: dict[tuple[float, float, int], dict[int, float]] = {}
-    columns = (table.level, table.frequency, table.sweep, table.repeat, np.abs(table.value))
-    for level, frequency, sweep, repeat, size in zip(*(column.tolist() for column in columns), strict=True):
-        if size > 0:
-            found.setdefault((level, frequency, sweep), {})[repeat] = float(np.log(size))
-    return found
-
-
-def _compare_repeats(
-    one: dict[tuple[float, float, int], dict[int, float]], other: dict[tuple[float, float, int], dict[int, float]]
-) -> Iterator[tuple[int, float, float]]:
-    """Each repeat, how far both sensors are from their other repeats, and how far when swapped (medians)."""
-    points = [point for point in one if point in other]
-    repeats = sorted({repeat for point in points for repeat in one[point]})
-    if len(repeats) < 3 or len(points) < 3:
+def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[int, float, float]]:
+    """Each repeat, how far both sensors are from their other repeats in ln |X|, and how far when swapped (medians)."""
+    size = np.abs(values)
+    table = np.log(np.where(size > 0, size, np.nan))
+    table = table[:, np.isfinite(table).any(axis=2).all(axis=0)]
+    if len(repeats) < 3 or table.shape[1] < 3:
         return
-    table = np.full((2, len(points), len(repeats)), np.nan)
-    for number, sensor in enumerate((one, other)):
-        for row, point in enumerate(points):
-            for column, repeat in enumerate(repeats):
-                table[number, row, column] = sensor[point].get(repeat, np.nan)
     for column, repeat in enumerate(repeats):
         rest = np.delete(table, column, axis=2)
-        rows = np.isfinite(rest).any(axis=(0, 2)) & np.isfinite(table[:, :, column]).all(axis=0)
+        rows = np.isfinite(rest).any(axis=2).all(axis=0) & np.isfinite(table[:, :, column]).all(axis=0)
         if rows.sum() >= 3:
             usual = np.nanmedian(rest[:, rows], axis=2)
             own = np.abs(table[:, rows, column] - usual)

@@ -13,6 +13,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.data_quality.by_repeat import arrange_by_repeat
 from correlation.feature.table import FeatureTable
 
 #: Phases are suspected if values with the other sign agree so well, and their own so much less [-]: near a resonance,
@@ -70,20 +71,16 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign with several repeats.
     """
-    table = campaign.measurement
     for number, test in enumerate(campaign.tests):
+        table = campaign.measurement.where(campaign.measurement.test == number)
         found: dict[tuple[int, str], list[tuple[str, tuple[str, float, float]]]] = {}
         for index, sensor in enumerate(campaign.sensors):
-            rows = np.flatnonzero((table.test == number) & (table.sensor == index) & (table.harmonic == 1))
-            if len(rows) and sensor.has_phase:
-                columns = np.column_stack([table.level, table.frequency, table.sweep])[rows]
-                point = np.asarray(np.unique(columns, axis=0, return_inverse=True)[1]).ravel()
-                repeats, column = np.unique(table.repeat[rows], return_inverse=True)
-                values = np.full((point.max() + 1, len(repeats)), np.nan, dtype=np.complex128)
-                values[point, column] = table.value[rows]
-                for place, repeat in enumerate(repeats.tolist()):
-                    if judged := _judge(values[:, place], _mean(np.delete(values, place, axis=1))):
-                        found.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
+            if not sensor.has_phase:
+                continue
+            repeats, (values,) = arrange_by_repeat(table, [index])
+            for column, repeat in enumerate(repeats):
+                if judged := _judge(values[:, column], _mean(np.delete(values, column, axis=1))):
+                    found.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
         for (repeat, explanation), sensors in found.items():
             names = ", ".join(f'"{name}"' for name, _ in sensors)
             judged = min((each for _, each in sensors), key=lambda each: each[1])

@@ -14,6 +14,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
+from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
 from correlation.feature.table import FeatureTable
 
 #: Two forces can be told apart at a point where they differ by this many times the scatter of the repeats [-],
@@ -27,8 +28,6 @@ OTHERS = 2
 
 #: Values of two forces, shape (2, n).
 Pair = Complex[NDArray[np.complex128], "2 n"]
-#: The same by repeat, shape (2, n, r).
-Repeats = Complex[NDArray[np.complex128], "2 n r"]
 
 
 def find_swapped_forces(
@@ -72,14 +71,11 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     """
     for test in range(len(campaign.tests)):
         table = campaign.measurement.where(campaign.measurement.test == test)
-        repeats = np.unique(table.repeat).tolist()
+        harmonics = np.unique(table.harmonic).tolist()
         for i, j in _pairs(campaign):
-            values = {
-                harmonic: _by_repeat(table, (i, j), harmonic, repeats)
-                for harmonic in np.unique(table.harmonic).tolist()
-            }
+            values = {harmonic: arrange_by_repeat(table, (i, j), harmonic)[1] for harmonic in harmonics}
             found = []
-            for column, repeat in enumerate(repeats):
+            for column, repeat in enumerate(np.unique(table.repeat).tolist()):
                 evidence = _beside_others(values, column)
                 if clearest := _swapped(evidence):
                     found.append((clearest, repeat))
@@ -136,18 +132,6 @@ def _swapped(evidence: list[tuple[int, float, float]]) -> tuple[int, float, floa
 def _words(found: tuple[int, float, float]) -> str:
     quantity = "their means are" if found[0] == 0 else f"their harmonics {found[0]} are"
     return f"{quantity} off by {found[1]:.0%} of the distance"
-
-
-def _by_repeat(table: Measurement, sensors: tuple[int, int], harmonic: int, repeats: list[int]) -> Repeats:
-    """Values of two sensors by point and repeat, NaN where one is not measured."""
-    rows = np.flatnonzero((table.harmonic == harmonic) & np.isin(table.sensor, sensors))
-    points = np.column_stack([table.level, table.frequency, table.sweep])[rows]
-    point = np.asarray(np.unique(points, axis=0, return_inverse=True)[1]).ravel()
-    values = np.full((2, point.max(initial=-1) + 1, len(repeats)), np.nan, dtype=np.complex128)
-    values[(table.sensor[rows] == sensors[1]).astype(int), point, np.searchsorted(repeats, table.repeat[rows])] = (
-        table.value[rows]
-    )
-    return values
 
 
 def _scatter(measurement: Measurement, table: FeatureTable) -> Float[NDArray[np.float64], " k"]:
