@@ -14,7 +14,6 @@ there is no majority, none of them can be used.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -68,9 +67,8 @@ class Branches:
         return np.asarray((there & self.out).any(axis=0) & ~(there & ~self.out).any(axis=0))
 
 
-@lru_cache(maxsize=1)
 def find_branches(campaign: Campaign) -> tuple[Branches, ...]:
-    """Branches of each configuration and level; stored, as a comparison asks for them in several places."""
+    """Branches of each configuration and level."""
     return tuple(separate(curves) for curves in list_curves(campaign))
 
 
