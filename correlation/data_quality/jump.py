@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import SAME_FREQUENCY, Campaign, Suspicion
+from correlation.campaign.measurement import SAME_FREQUENCY, SWEEPS, Campaign, Suspicion
 from correlation.feature.branch import Branches, find_branches
 from correlation.prediction import Points
 
@@ -46,7 +46,32 @@ def _sentence(of: Branches, state: int) -> str:
             "repeats scatter far more than at the frequencies beside it: the response jumps between two steady "
             "states; the point is left out of every fit"
         )
-    repeats = ", ".join(str(number) for number in np.unique(of.curves.repeat[of.out[:, state]]))
-    return (
-        f"repeat {repeats} is on another branch than the others: it jumped at another frequency, and is left out here"
-    )
+    curves, there = of.curves, np.isfinite(of.curves.value[:, state])
+    ways_of: dict[tuple[tuple[int, ...], bool], list[str]] = {}
+    for way in np.unique(curves.sweep[there]).tolist():
+        own = there & (curves.sweep == way)
+        out = own & of.out[:, state]
+        key = (tuple(np.unique(curves.repeat[out]).tolist()), bool((out == own).all()))
+        ways_of.setdefault(key, []).append(SWEEPS[way])
+    clauses = []
+    for (repeats, whole), ways in ways_of.items():
+        of_sweep = "" if len(ways_of) == 1 else f" of the sweep {' and '.join(ways)}"
+        if whole:
+            clauses.append(f"all repeats{of_sweep} scatter between two steady states and are left out here")
+        elif repeats:
+            they, are = ("it", "is") if len(repeats) == 1 else ("they", "are")
+            clauses.append(
+                f"{_numbered(repeats)}{of_sweep} {are} on another branch than most: {they} jumped at another "
+                f"frequency and {are} left out here"
+            )
+    return "; ".join(clauses)
+
+
+def _numbered(repeats: tuple[int, ...]) -> str:
+    """Repeats in words, such as "repeats 1 to 5"."""
+    first, last = repeats[0], repeats[-1]
+    if len(repeats) == 1:
+        return f"repeat {first}"
+    if len(repeats) > 2 and last - first == len(repeats) - 1:
+        return f"repeats {first} to {last}"
+    return f"repeats {', '.join(map(str, repeats[:-1]))} and {last}"

@@ -79,7 +79,18 @@ def test_a_repeat_that_jumped_alone_is_recognised(small: Model, paper: ModuleTyp
     there = (seen.points.free == FREE) & (seen.points.frequency == FREQUENCY) & (seen.points.level == LEVEL)
     np.testing.assert_array_equal(np.isnan(seen.repeat), there[:, None] & (np.arange(1, 5) == 2))
     (suspicion,) = find_jump_suspicions(campaign)
-    assert suspicion.sentence.startswith("repeat 2 ")
+    assert suspicion.sentence.startswith("repeat 2 is ")
+
+
+def test_repeats_that_are_left_out_in_one_sweep_alone_are_told_with_it(small: Model, paper: ModuleType) -> None:
+    """Where other repeats jump in each sweep no repeat is free of it, and none is beside others."""
+    campaign = paper.make_campaign(small, seed=3, n_repeat=6, held=())
+    up, down = (jumped(campaign, repeats).measurement for repeats in ((1, 2), (4, 5)))
+    ways = [replace(each, sweep=np.full_like(each.sweep, way)) for way, each in ((1, up), (-1, down))]
+    both = replace(up, **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(up)})
+    (suspicion,) = find_jump_suspicions(replace(campaign, measurement=both))
+    assert "repeats 1 and 2 of the sweep up are on" in suspicion.sentence
+    assert "repeats 4 and 5 of the sweep down are on" in suspicion.sentence
 
 
 @pytest.mark.parametrize(("apart", "found"), [(1.1, True), (1.0, False)])
