@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from correlation.data_type.loop import ForceLoop
 from correlation.errors import CampaignError
@@ -51,8 +51,10 @@ class Estimated:
         Those that are written into the case, as factors.
     missing
         What could not be estimated, with what to measure for it.
+    suspicions
+        What looks wrong in the data that the estimates are read from.
     warnings
-        Suspicious data, contradictions, and data that could not be used, in words.
+        Contradictions, and data that could not be used, in words.
     lines
         Change of the case file, as lines of a diff.
     written
@@ -63,6 +65,7 @@ class Estimated:
     estimates: tuple[FirstEstimate, ...]
     chosen: tuple[FirstEstimate, ...]
     missing: tuple[str, ...]
+    suspicions: tuple[Suspicion, ...]
     warnings: tuple[str, ...]
     lines: tuple[str, ...]
     written: bool
@@ -77,6 +80,7 @@ class Estimated:
                 for item in self.estimates
             ],
             "missing": list(self.missing),
+            "suspicions": [str(item) for item in self.suspicions],
             "warnings": list(self.warnings),
             "lines": list(self.lines),
             "written": self.written,
@@ -94,7 +98,8 @@ class Estimated:
             )
             lines += [f"         {sentence}" for sentence in item.bias]
         lines += ["", *self.missing] if self.missing else []
-        lines += ["", *self.warnings] if self.warnings else []
+        remarks = [*map(str, self.suspicions), *self.warnings]
+        lines += ["", *remarks] if remarks else []
         if self.lines:
             head = f"Written into {self.case}:" if self.written else f"--write makes this change of {self.case}:"
             lines += ["", head, *self.lines]
@@ -125,7 +130,9 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         campaign = read_campaign(folder)
     setup = read_case(opened, campaign, run).setup
     model, accepted = setup.model, {item.name for item in setup.accepted}
-    warnings = [str(item) for item in find_all_suspicions(campaign, with_sensors(setup.complete, campaign))]
+    with run.progress.step("suspicions", expected=2):
+        suspicions = find_all_suspicions(campaign, with_sensors(setup.complete, campaign))
+    warnings: list[str] = []
     with run.progress.step("estimates", expected=2):
         estimates = tuple(estimate_all(model, campaign, warnings))
     chosen = tuple(item for name in WRITTEN if name in accepted and (item := choose(estimates, name)))
@@ -140,6 +147,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         estimates=estimates,
         chosen=chosen,
         missing=missing,
+        suspicions=suspicions,
         warnings=(*warnings, *contradictions(estimates)),
         lines=tuple(difference(before, after, case.name)),
         written=write and after != before,

@@ -203,5 +203,5 @@ def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
             '[[run]]\ntest = "sine"\nfile = "sine.csv"\nlevel = 1\n[run.columns]\nfrequency = "f"\n'
             'end = { amplitude = "x", phase = "angle", unit = "m", phase_unit = "rad" }\n'
         )
-    warnings = run(folder, capfdbinary)["warnings"]
-    assert any("174 rad" in sentence and "sine.csv" in sentence for sentence in warnings)  # type: ignore[union-attr, attr-defined]
+    suspicions: list[str] = run(folder, capfdbinary)["suspicions"]  # type: ignore[assignment]
+    assert any("174 rad" in sentence and "sine.csv" in sentence for sentence in suspicions)
