@@ -4,7 +4,7 @@ The static load bounds the friction forces at rest. Vibration raises normal forc
 stays there while the vibration goes on, at other frequencies too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,7 +18,13 @@ MARGIN = 1.25
 
 
 def dragged_reach(
-    problem: LimitProblem, angular_frequency: Real, levels: Sequence[float], *, count: int = N_KIND, seed: int = 0
+    problem: LimitProblem,
+    angular_frequency: Real,
+    levels: Sequence[float],
+    *,
+    count: int = N_KIND,
+    seed: int = 0,
+    report: Callable[[float, float], None] | None = None,
 ) -> float:
     """Distance from the centre of the box that sliders of some tests reach [m], at least that of the box.
 
@@ -37,10 +43,12 @@ def dragged_reach(
         Tests at each level, half of them swept up first [-].
     seed
         Of their first sliders.
+    report
+        Called with the number of frequencies that are done, and of all on the way of all tests.
     """
     random, box = np.random.default_rng(seed), problem.box
     rising = range(len(angular_frequency))
-    furthest = 0.0
+    furthest, done, total = 0.0, 0, 4 * len(levels) * len(angular_frequency)
     for level in levels:
         curve = LimitCurve(problem=problem, level=level, angular_frequency=angular_frequency)
         for first, way in enumerate((rising, rising[::-1])):
@@ -56,6 +64,9 @@ def dragged_reach(
                         # The place of a slider that slips is no memory.
                         drift = np.abs(state.carried - box.nominal)[state.sticking]
                         furthest = max(furthest, float(drift.max(initial=0.0)))
+                done += 1
+                if report is not None:
+                    report(done, total)
     return box.reach if furthest <= (1 + ON_BOUND) * box.reach else MARGIN * furthest
 
 

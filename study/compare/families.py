@@ -23,7 +23,7 @@ from hbsolve.limits.search import LimitSettings
 from pipeline.checkpoint import StoredTasks
 from pipeline.parallel import process_pool
 from study.case.structure import Structure
-from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits
+from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits, find_reach
 from study.compare.family_pictures import family_figures
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
@@ -137,8 +137,9 @@ def compare_families(
         return nothing
     nominal = None if structure.histories is None else structure.histories(1, 0)[0]
     search = family_search(model, budget, campaign, chosen, table, nominal)
+    step = run.step("reach of the sliders", expected=30)
     try:
-        search = search.boxed()
+        search = search.boxed(lambda rest: step.run(find_reach, rest, report=step.report))
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = _searched(search, stem, run, executor)

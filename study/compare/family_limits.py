@@ -88,8 +88,13 @@ class FamilySearch:
         objective = objective_of(model, sensors[name], harmonic)
         return limit_problem(balance, objective, nominal=self.nominal, reach=self.reach)
 
-    def boxed(self) -> "FamilySearch":
+    def boxed(self, drag: "Callable[[FamilySearch], float] | None" = None) -> "FamilySearch":
         """The same with the box in numbers, so that nothing depends on what another process finds.
+
+        Parameters
+        ----------
+        drag
+            `find_reach`, or the same with a store and progress.
 
         Raises
         ------
@@ -101,7 +106,13 @@ class FamilySearch:
             return replace(self, nominal=box.nominal)
         # Rest may lie at an end of Coulomb's cone: its other end is then two radii away.
         rest = replace(self, nominal=box.nominal, reach=2 * float(box.radius.max()))
-        return replace(rest, reach=dragged_reach(rest.problem(), rest.angular_frequency, rest.levels))
+        return replace(rest, reach=(drag or find_reach)(rest))
+
+
+@stage("reach of the sliders", ignore=("report",))
+def find_reach(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> float:
+    """How far a test drags the sliders from the box of a search [m]; see `dragged_reach`."""
+    return dragged_reach(rest.problem(), rest.angular_frequency, rest.levels, report=report)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

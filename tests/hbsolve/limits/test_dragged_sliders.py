@@ -29,7 +29,12 @@ def problem(damped: JointedSystem) -> LimitProblem:
 
 
 def test_without_slip_the_box_at_rest_is_enough(problem: LimitProblem) -> None:
-    assert dragged_reach(problem, 2 * np.pi * FREQUENCY, [1e-6]) == problem.box.reach
+    seen: list[tuple[float, float]] = []
+    reach = dragged_reach(problem, 2 * np.pi * FREQUENCY, [1e-6], report=lambda done, total: seen.append((done, total)))
+    assert reach == problem.box.reach
+    # Half of the tests go up and back, the others down and back.
+    n = 4 * len(FREQUENCY)
+    assert seen == [(done, n) for done in range(1, n + 1)]
 
 
 def test_sliders_that_stick_in_a_test_integrated_in_time_lie_in_the_box(
