@@ -192,6 +192,8 @@ def _legend(figure: Figure, result: FamiliesOverLimits, colours: dict[int, str])
         "lower limit": Line2D([], [], color=LIMITS[0], linewidth=1.6),
         "all friction histories": Patch(color=PALE, alpha=0.18),
     }
+    if any(panel.jump.any() for row in result.rows for panel in row.panels):
+        entries["jump of a limit"] = Line2D([], [], color=INK, linestyle=":", linewidth=1.2)
     for sweep in sorted({curve.sweep for curve in curves}, reverse=True):
         style = SWEEP[sweep] | {"markersize": 4, "linewidth": 1}
         entries[f"measured, {WAYS[sweep]}"] = Line2D([], [], color=INK, **style)
