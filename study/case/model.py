@@ -214,9 +214,10 @@ def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> Row
     unknown = not structure.dofs or any(dof.direction == "modal" for dof in structure.dofs)
     if unknown:
         raise JointError(
-            f'base = "{base}": the inertia load of a base needs every degree of freedom along an axis, and a reduced '
-            "structure keeps motions of its inside that have none: take unreduced matrices with a table of degrees of "
-            "freedom, or give base as a list of the motion of each degree of freedom"
+            f'base = "{base}": the inertia load of a base needs the mass of every degree of freedom along an axis, '
+            'which a reduced structure has not kept: give the unreduced matrices as kind = "matrices" with a table of '
+            "degrees of freedom; or, for matrices that you have reduced by x = T q, give base as the list "
+            "M_r^-1 T^T M r, with the motion r of all degrees of freedom with the base"
         )
     row = np.array([float(dof.direction == base) for dof in structure.dofs])
     if not row.any():

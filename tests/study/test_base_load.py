@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from correlation.model import Dof
 from reduction.errors import JointError
@@ -29,6 +30,21 @@ def test_a_base_moves_what_moves_along_its_axis() -> None:
 def test_a_base_that_is_not_known_is_one_sentence(directions: tuple[str, ...], base: object, says: str) -> None:
     with pytest.raises(JointError, match=says):
         find_base_motion(structure(*directions), base)  # type: ignore[arg-type]
+
+
+def test_the_list_that_the_refusal_names_moves_reduced_matrices_as_the_full_ones() -> None:
+    n, omega = 8, 300.0
+    stiffness = 1e6 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    mass, motion = np.diag(np.linspace(1.0, 2.0, n)), np.ones(n)
+    basis = scipy.linalg.eigh(stiffness, mass)[1][:, :4]
+    small_mass, small_stiffness = (basis.T @ matrix @ basis for matrix in (mass, stiffness))
+    kept = StructureMatrices(mass=small_mass, damping=np.zeros((4, 4)), stiffness=small_stiffness)
+    listed = np.linalg.solve(small_mass, basis.T @ mass @ motion)
+    load = -small_mass @ find_base_motion(Structure(matrices=kept, dofs=(Dof(),) * 4), tuple(listed))
+    full = np.linalg.solve(stiffness - omega**2 * mass, -mass @ motion)
+    reduced = basis @ np.linalg.solve(small_stiffness - omega**2 * small_mass, load)
+    # What the four modes leave out is still at this frequency: their share falls with the fourth power of their number.
+    np.testing.assert_allclose(reduced, full, atol=0.01 * np.abs(full).max())
 
 
 def test_a_load_is_a_force_at_a_place_or_a_base() -> None:
