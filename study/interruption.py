@@ -2,8 +2,9 @@
 
 Python raises `KeyboardInterrupt` where it happens to be, and that may be a callback of compiled code or the import of
 a compiled module, which swallow it or turn it into another error. So a signal is remembered, and raised again until it
-has come through. At the end of the process Python would take down libraries in the state that the signal left them in,
-which may crash: an interrupted process ends without.
+has come through. Compiled code that makes named tuples of its results does not notice an error in one within another,
+and crashes: there the signal waits for the next line of Python. At the end of the process Python would take down
+libraries in the state that the signal left them in, which may crash: an interrupted process ends without.
 """
 
 import atexit
@@ -18,6 +19,8 @@ from typing import NoReturn
 
 #: Until a signal that was swallowed is raised again: where Python says so, and where it does not [s].
 SOON, LATER = 0.05, 10.0
+#: Modules whose Python runs while compiled code makes named tuples of its results.
+RESULTS = ("namedtuple_", "numba.core.serialize")
 
 
 class Interrupted(KeyboardInterrupt):
@@ -50,10 +53,15 @@ class Interruption:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def _raise(self, _number: int, _frame: FrameType | None) -> NoReturn:
+    def _raise(self, _number: int, frame: FrameType | None) -> None:
         self.has_come = True
         signal.setitimer(signal.ITIMER_REAL, LATER)
-        raise Interrupted
+        outside = _outside_results(frame)
+        if outside is None or outside is frame:
+            raise Interrupted
+        # Python calls the trace function of a frame at its next line, if tracing is on at all.
+        outside.f_trace = _at_next_line
+        sys.settrace(lambda *_: None)
 
     @staticmethod
     def _swallowed(unraisable: "sys.UnraisableHookArgs") -> None:
@@ -61,6 +69,21 @@ class Interruption:
             signal.setitimer(signal.ITIMER_REAL, SOON)
         else:
             sys.__unraisablehook__(unraisable)
+
+
+def _outside_results(frame: FrameType | None) -> FrameType | None:
+    """The innermost frame that does not belong to the making of a result of compiled code."""
+    outside = above = frame
+    while above is not None:
+        name, above = str(above.f_globals.get("__name__")), above.f_back
+        if name.startswith(RESULTS):
+            outside = above
+    return outside
+
+
+def _at_next_line(_frame: FrameType, _event: str, _argument: object) -> NoReturn:
+    sys.settrace(None)
+    raise Interrupted
 
 
 def end_process(exit_code: int) -> NoReturn:
