@@ -95,9 +95,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
         for times in HARMONICS
     ]
     finely = [Configuration.from_model(item, False, None) for item in finer]
-    errors = make_error_tangents(model, budget)
-    # The first two are shifts of the frequency, of the jointed and of the free structure.
-    tangents, size = errors.tangents[2:], errors.size[2:]
+    errors = make_error_tangents(model, budget, 1.0)
+    tangents, size = errors.tangents[errors.n_frequency :], errors.size[errors.n_frequency :]
     result = []
     for states in wanted:
         value, deviation, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
@@ -12,7 +13,7 @@ from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.latin_hypercube import latin_hypercube
-from correlation.prediction import Prediction, Predictor
+from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 from reduction.joint_law.friction_contact import friction_contacts
@@ -24,16 +25,20 @@ NOTHING = ModelParameter()
 ROUGH_PER_HARMONIC, ROUGH_LEAST, ROUGH_TOLERANCE = 16, 64, 1e-6
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9
+#: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
+#: like a spring, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
+REACHED = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Budget:
-    """Numerical error of a model, estimated from models alone and never from measurements.
+    """Errors of a model that are expected before anything is measured.
 
     Parameters
     ----------
     frequency
-        Standard deviation of the relative error of natural frequencies, of either configuration [-].
+        Standard deviation of the relative error of natural frequencies: of each mode by itself, and of either
+        configuration [-].
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
     shares
@@ -97,7 +102,8 @@ class NuisanceModes(NamedTuple):
 
 def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
-    presses, errors = nominal.model.presses, make_error_tangents(nominal.model, budget)
+    presses = nominal.model.presses
+    errors = make_error_tangents(nominal.model, budget, highest_frequency(nominal.features.points))
     jitter = [*_frequency_shifts(nominal.model, by_exciter=True), *(_press(nominal.model, group) for group in presses)]
     # Each state is linearised once for all of them.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
@@ -115,17 +121,33 @@ class ErrorTangents(NamedTuple):
 
     tangents: list[Tangent]
     size: Float[NDArray[np.float64], " n"]
+    n_frequency: int
+    """How many of them, the first ones, are errors of natural frequencies."""
     whole: int
     """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
 
 
-def make_error_tangents(model: Model, budget: Budget) -> ErrorTangents:
-    """Tangents of the discretisation errors of a model."""
-    shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
+def make_error_tangents(model: Model, budget: Budget, highest: float) -> ErrorTangents:
+    """Tangents of the discretisation errors of a model.
+
+    Parameters
+    ----------
+    model, budget
+        Model, and the standard deviations of its errors.
+    highest
+        Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
+    """
+    frequencies = [*_frequency_shifts(model, by_exciter=False), *_mode_errors(model, REACHED * highest)]
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
-    numbers = [len(shifts), len(softer), len(patterns)]
+    patterns = _share_patterns(model)
+    numbers = [len(frequencies), len(softer), len(patterns)]
     size = np.repeat([budget.frequency, budget.compliance, budget.shares], numbers)
-    return ErrorTangents([*shifts, *softer, *patterns], size, len(shifts) + len(softer))
+    return ErrorTangents([*frequencies, *softer, *patterns], size, numbers[0], numbers[0] + numbers[1])
+
+
+def highest_frequency(points: Points) -> float:
+    """Highest frequency of the readings, harmonics included [Hz]."""
+    return float((points.frequency * np.maximum(points.harmonic, 1)).max())
 
 
 def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
@@ -214,6 +236,32 @@ def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
         Tangent(jointed=shift, free=NOTHING, gain={}, shift=read[0]),
         Tangent(jointed=NOTHING, free=shift, gain={}, shift=read[1]),
     ]
+
+
+def _mode_errors(model: Model, highest: float) -> list[Tangent]:
+    r"""A relative error of each natural frequency of the structure without its contacts, by itself.
+
+    With mode shapes of unit modal mass, :math:`\delta K = 2 e\, \omega^2 (M \phi) (M \phi)^T`. An error common to all
+    modes, such as that of Young's modulus, moves no mode against another; a mesh that is too coarse does.
+
+    Parameters
+    ----------
+    model
+        Model.
+    highest
+        Highest natural frequency that is taken, positive [Hz].
+    """
+    mass, most = model.system.mass, (2 * np.pi * highest) ** 2
+    # M phi = mu (K + s M) phi with mu = 1 / (omega^2 + s): neither M nor K needs to be regular. A degree of freedom
+    # that has neither without its contacts gets round-off.
+    shifted = model.system.stiffness + most * mass
+    shifted = shifted + np.eye(len(mass)) * (np.finfo(np.float64).eps * np.abs(shifted).max())
+    size, shapes = scipy.linalg.eigh(mass, shifted, subset_by_value=(0.5 / most, np.inf))
+    rates = [
+        ModelParameter(matrices=MatrixParameter(stiffness=2 * (1 / each - most) / each * np.outer(weighted, weighted)))
+        for each, weighted in zip(size, (mass @ shapes).T, strict=True)
+    ]
+    return [Tangent(jointed=rate, free=rate, gain={}) for rate in rates]
 
 
 def _press(model: Model, group: tuple[str, ...]) -> Tangent:

@@ -16,7 +16,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.nuisance import left_by, make_error_tangents
+from correlation.noise.nuisance import highest_frequency, left_by, make_error_tangents
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import join_tables
 from diagnosis.fit.arrangement import Arrangement
@@ -157,7 +157,7 @@ class Simulation:
         """Change of each feature by one standard deviation of numerical errors: common to all levels, and per level."""
         arrangement = self.arrangement
         fit, before = arrangement.fit, self._prediction
-        errors = make_error_tangents(fit.model, arrangement.budget)
+        errors = make_error_tangents(fit.model, arrangement.budget, highest_frequency(self._predictor.points))
         rates = self._predictor.derivatives(fit.model, before, errors.tangents)
         slopes = self._features.slopes(before.value, rates) * errors.size
         apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]

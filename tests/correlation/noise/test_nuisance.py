@@ -6,6 +6,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model, Sensor
@@ -24,6 +25,8 @@ from reduction.jointed_system import FrictionContact, along
 #: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.
 NEAR = 1e-4
 STEP = 1e-5
+#: Errors of natural frequencies: of either configuration, and of each of the four modes.
+N_FREQUENCY = 2 + 4
 
 
 class Bench:
@@ -112,10 +115,24 @@ def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
         return make_nuisance_modes(bench.nominal, budget, ()).budget
 
     one = modes(Budget(frequency=1e-3, compliance=0.01))
-    assert one.shape == (len(bench.features.row), 2 + 4)
+    assert one.shape == (len(bench.features.row), N_FREQUENCY + 4)
     twice = modes(Budget(frequency=2e-3, compliance=0.03))
     # A product.
-    np.testing.assert_allclose(twice, one * np.array([2, 2, 3, 3, 3, 3]), rtol=1e-12)
+    np.testing.assert_allclose(twice, one * np.array([2.0] * N_FREQUENCY + [3.0] * 4), rtol=1e-12)
+
+
+def test_each_natural_frequency_is_off_by_itself(bench: Bench) -> None:
+    """The second one 1e-5 higher, with mode shapes and damping as they are."""
+    modes = make_nuisance_modes(bench.nominal, Budget(frequency=1.0), ()).budget
+    system = bench.model.system
+    squared, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
+    weighted = system.mass @ shapes
+    ends = []
+    for side in (1, -1):
+        moved = squared * (1 + 2 * side * STEP * (np.arange(len(squared)) == 1))
+        ends.append(bench.model.with_system(stiffness=weighted * moved @ weighted.T))
+    # Modes fall with mu = 1 / (omega^2 + s), so that the highest comes first.
+    same(modes[:, N_FREQUENCY - 2], bench.change(*ends), bench)
 
 
 def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench) -> None:
@@ -137,12 +154,12 @@ def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
         bench.model.with_joints({name: {"tangential_stiffness": 5e3 * (1 + side * STEP)} for name in names})
         for side in (1, -1)
     ]
-    same(modes[:, 2], bench.change(*ends), bench)
+    same(modes[:, N_FREQUENCY], bench.change(*ends), bench)
 
 
 def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
     finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
-    modes = make_nuisance_modes(bench.nominal, Budget(), [finer]).budget[:, 6:]
+    modes = make_nuisance_modes(bench.nominal, Budget(), [finer]).budget[:, N_FREQUENCY + 4 :]
     values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
     change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
     level = bench.features.points.level[bench.features.row]
@@ -200,7 +217,7 @@ def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, 
 def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
     field, n_level = SHARED[number], len(paper.LEVELS)
     modes = make_nuisance_modes(long.nominal, Budget(shares=1.0), ()).budget
-    assert modes.shape[1] == 2 + 4 + len(SHARED) * n_level
+    assert modes.shape[1] == N_FREQUENCY + 4 + len(SHARED) * n_level
     pattern, ends = bulge(WEIGHT), []
     for side in (1, -1):
         values, static = {}, np.array(long.model.system.static)
@@ -214,7 +231,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
         ends.append(long.model.with_joints(values).with_system(static_load=static))
     change, level = long.change(*ends), long.features.points.level[long.features.row]
     for place, each in enumerate(paper.LEVELS):
-        mode = modes[:, 6 + number * n_level + place]
+        mode = modes[:, N_FREQUENCY + 4 + number * n_level + place]
         expected = np.where(level == each, change, 0.0)
         if np.abs(expected).max() > 1e-6:
             same(mode, expected, long)
