@@ -26,6 +26,8 @@ WHAT = {
     "E": "Young's modulus of all parts.",
     "bearing": "Distance of all contacts from the middle of their lines.",
 }
+#: Standard deviations of the prior beyond which no fit goes: once in two million draws is a value further off.
+MOST_PULLED = 5.0
 #: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
 BOUNDS = {
     "kt": (0.1, 10.0),
@@ -111,6 +113,7 @@ def list_calibration_parameters(
 
 def _factor(test_models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
     lower, upper = BOUNDS[name]
+    lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
     for each in test_models if name == "bearing" else ():
         lower, upper = contact_position_bounds(each, lower, upper)
     typical = min(1 + deviation, upper)
