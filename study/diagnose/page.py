@@ -12,6 +12,7 @@ from figure.registry import pictures
 from figure.waterfall import Waterfall
 from study.compare.report import side_by_side
 from study.diagnose.curves import curves, maps
+from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.report import advice, headline, threshold_in_words
 from study.diagnose.round import Round, errors
@@ -97,6 +98,7 @@ def page(result: Round, history: History) -> str:
         campaign=result.campaign.title,
         finding=result.diagnosis.verdict.finding.value,
         headline=headline(result),
+        doubts=list_doubts(result),
         advice=advice(result),
         threshold=threshold_in_words(result),
         cards=_cards(listed),

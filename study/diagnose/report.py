@@ -7,6 +7,7 @@ from typing import Any
 
 from diagnosis.decision.verdict import INTERVAL, Finding
 from study.compare.report import side_by_side
+from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, Errors, Step
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
@@ -34,7 +35,7 @@ ADVICE = {
 
 
 def in_words(result: Round) -> str:
-    """For people: the verdict in three lines; then calibration, candidates, and what cannot be tested."""
+    """For people: verdict in three lines with doubts; then calibration, candidates, and what cannot be tested."""
     return "\n".join(
         [*_verdict(result), "", *_fitted(result), "", *_candidates(result), *_places(result), *_untestable(result)]
     )
@@ -91,6 +92,7 @@ def document(result: Round) -> dict[str, Any]:
         "campaign": result.campaign.title,
         "finding": diagnosis.verdict.finding.value,
         "verdict": diagnosis.verdict.sentence,
+        "doubts": list_doubts(result),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
@@ -171,6 +173,8 @@ def _verdict(result: Round) -> Iterator[str]:
     yield side_by_side(result.setup.title, result.campaign.title)
     yield ""
     yield headline(result)
+    for doubt in list_doubts(result):
+        yield from fill(f"! {doubt}", 118, initial_indent="  ", subsequent_indent="    ").splitlines()
     yield f"  {threshold_in_words(result)}"
     yield f"  next: {advice(result)}"
 

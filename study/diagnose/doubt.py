@@ -1,0 +1,48 @@
+"""Doubts about a diagnosis, said before anything else: parameters that ran away, a calibration that does harm."""
+
+from collections.abc import Iterator
+
+from study.diagnose.round import Round
+
+#: Standard deviations of its prior beyond which a calibration parameter is in doubt.
+FAR = 3.0
+#: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter.
+WORSE = 4.0
+
+
+def list_doubts(result: Round) -> list[str]:
+    """Doubts in sentences, the gravest first.
+
+    Parameters
+    ----------
+    result
+        The round.
+    """
+    return [*_harm(result), *_strayed(result)]
+
+
+def _harm(result: Round) -> Iterator[str]:
+    """A calibration that makes the held-out data worse; both errors are by the same covariance."""
+    drawn, before = result.drawn, result.diagnosis.before
+    rise = (before.held_chi2 - drawn.held_chi2) * len(result.diagnosis.arrangement.settled.measured)
+    if rise > WORSE and before.held_error > drawn.held_error:
+        what = "Calibration with the added effects" if result.setup.added else "Calibration"
+        yield (
+            f"{what} makes the held-out error worse: {100 * drawn.held_error:.3g} % as drawn, "
+            f"{100 * before.held_error:.3g} % with it."
+        )
+
+
+def _strayed(result: Round) -> Iterator[str]:
+    """Calibration parameters at a bound, or far from where their priors put them."""
+    fit = (result.best or result.diagnosis.before).fit
+    for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
+        (factor,) = parameter.parameters
+        pull = abs(value - factor.vanishes) / parameter.deviation
+        if not factor.lower < value < factor.upper:
+            yield f"{parameter.name} x {value:.4g} is as far as a fit may go: something else may be what differs."
+        elif pull > FAR:
+            yield (
+                f"{parameter.name} x {value:.4g} is {pull:.1f} standard deviations of its prior from the case: "
+                "something else may be what differs."
+            )

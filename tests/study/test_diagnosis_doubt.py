@@ -1,0 +1,42 @@
+"""Doubts of a diagnosis: what is named, and what is not."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from study.diagnose.doubt import list_doubts
+
+
+def result(values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0) -> Any:
+    factor = SimpleNamespace(vanishes=1.0, lower=0.95, upper=1.05)
+    parameter = SimpleNamespace(name="E", deviation=0.01, parameters=(factor,))
+    calibration = tuple(parameter for _ in values)
+    arrangement = SimpleNamespace(calibration=calibration, settled=SimpleNamespace(measured=np.zeros(100)))
+    fitted = SimpleNamespace(held_chi2=1.0 + chi2, held_error=before, fit=SimpleNamespace(values=np.array(values)))
+    return SimpleNamespace(
+        drawn=SimpleNamespace(held_chi2=1.0, held_error=drawn), best=None, setup=SimpleNamespace(added=()),
+        diagnosis=SimpleNamespace(before=fitted, arrangement=arrangement),
+    )  # fmt: skip
+
+
+def test_a_calibration_that_helps_is_not_in_doubt() -> None:
+    assert list_doubts(result((1.01,))) == []
+
+
+@pytest.mark.parametrize(("chi2", "doubted"), [(0.05, True), (0.03, False)])
+def test_a_calibration_that_harms_is_named_with_both_errors(chi2: float, doubted: bool) -> None:
+    """Of 100 held-out numbers chi^2 rises by 5, or by 3, which is below 4."""
+    doubts = list_doubts(result(drawn=0.25, before=0.49, chi2=chi2))
+    assert len(doubts) == doubted
+    if doubted:
+        assert "25 %" in doubts[0]
+        assert "49 %" in doubts[0]
+
+
+@pytest.mark.parametrize(("value", "words"), [(1.035, "3.5 standard deviations"), (0.95, "as far as a fit may go")])
+def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> None:
+    (doubt,) = list_doubts(result((value,)))
+    assert doubt.startswith("E x ")
+    assert words in doubt
