@@ -168,7 +168,7 @@ def test_its_bounds_leave_a_finer_model_possible(beam: Model) -> None:
     (alone,), (both,) = (
         [
             each.parameters[0]
-            for each in list_calibration_parameters(beam, deviation={"bearing": 0.05}, finer=models)
+            for each in list_calibration_parameters(beam, deviation={"bearing": 0.1}, finer=models)
             if each.name == "bearing"
         ]
         for models in ([], [finer])
