@@ -22,6 +22,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
+from correlation.noise.variance import fit_two_shares
 
 Variance = Float[NDArray[np.float64], " m"]
 
@@ -223,22 +224,11 @@ def _pooled(
         )
         share = np.zeros(2)
         for _ in range(ROUNDS):
-            share = _two_shares(table / fitted[:, None], np.minimum(v / fitted, TAIL))
+            share = fit_two_shares(table.T, np.minimum(v, TAIL * fitted), 1 / fitted**2)
             share *= np.median(v / np.maximum(table @ share, 1e-12 * mean)) / MEDIAN
             fitted = np.maximum(table @ share, 1e-12 * mean)
         pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
     return pooled
-
-
-def _two_shares(table: Float[NDArray[np.float64], "m 2"], values: Variance) -> Float[NDArray[np.float64], "2"]:
-    """Least squares for two shares that are not negative."""
-    share = np.asarray(np.linalg.lstsq(table, values)[0])
-    if share.min() >= 0:
-        return share
-    # One of them is zero: the better of both alone.
-    square = np.maximum((table**2).sum(axis=0), np.finfo(float).tiny)
-    alone = np.diag(np.maximum(table.T @ values / square, 0.0))
-    return np.asarray(alone[((table @ alone - values[:, None]) ** 2).sum(axis=0).argmin()])
 
 
 def _amplitudes(

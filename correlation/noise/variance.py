@@ -90,7 +90,7 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
     share = np.zeros(2)
     for _ in range(ITERATIONS):
         cut = np.minimum(scatter, limit * variance) / kept
-        share = _non_negative(columns, cut, dof / variance**2)
+        share = fit_two_shares(columns, cut, dof / variance**2)
         # Never below a millionth of the largest: such a point would have all the weight.
         before, variance = variance, share @ columns
         variance = np.maximum(variance, 1e-6 * variance.max())
@@ -122,8 +122,16 @@ def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> floa
     return float(max(ratio, 1.0))
 
 
-def _non_negative(columns: Float[NDArray[np.float64], "2 k"], target: Column, weight: Column) -> Column:
-    """Weighted least squares of two columns with coefficients that are not negative, shape (2,)."""
+def fit_two_shares(columns: Float[NDArray[np.float64], "2 k"], target: Column, weight: Column) -> Column:
+    """Weighted least squares of two columns with shares that are not negative, shape (2,).
+
+    Parameters
+    ----------
+    columns
+        Shape (2, k).
+    target, weight
+        What they are to sum up to, and weights, shape (k,).
+    """
     normal = (columns * weight) @ columns.T
     right = (columns * weight) @ target
     determinant = normal[0, 0] * normal[1, 1] - normal[0, 1] ** 2
