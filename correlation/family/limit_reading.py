@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
 from correlation.model import LineSensor, Model, Sensor
-from correlation.noise.nuisance import Budget, make_error_tangents
+from correlation.noise.nuisance import Budget, make_contact_errors
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
@@ -95,8 +95,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
         for times in HARMONICS
     ]
     finely = [Configuration.from_model(item, False, None) for item in finer]
-    errors = make_error_tangents(model, budget, 1.0)
-    tangents, size = errors.tangents[errors.n_frequency :], errors.size[errors.n_frequency :]
+    errors = make_contact_errors(model, budget)
+    tangents = errors.tangents
     result = []
     for states in wanted:
         value, deviation, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
@@ -111,8 +111,12 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             value[side, at] = readings[-1]
             sampled[side, at] = (readings[1] - readings[0]) / (SAMPLES - 1)
             last[side, at], moved[side, at] = readings[-1] - readings[-2], readings[-1] - readings[0]
-            rates = _rates(states, state, seen, curve.point(at).condensed, tangents) if tangents else np.zeros(0)
-            deviation[side, at] = np.linalg.norm([*np.nan_to_num(size * rates), error])
+            rates = (
+                _rates(states, state, seen, curve.point(at).condensed, errors.tangents)
+                if errors.tangents
+                else np.zeros(0)
+            )
+            deviation[side, at] = np.linalg.norm([*np.nan_to_num(errors.size * rates), error])
         # At one frequency a change may be 0 by chance.
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
         deviation = np.sqrt(deviation**2 + np.square(by_chance).sum(axis=0))

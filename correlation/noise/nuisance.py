@@ -121,14 +121,12 @@ class ErrorTangents(NamedTuple):
 
     tangents: list[Tangent]
     size: Float[NDArray[np.float64], " n"]
-    n_frequency: int
-    """How many of them, the first ones, are errors of natural frequencies."""
     whole: int
     """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
 
 
 def make_error_tangents(model: Model, budget: Budget, highest: float) -> ErrorTangents:
-    """Tangents of the discretisation errors of a model.
+    """Tangents of the discretisation errors of a model: of its natural frequencies, then of its contacts.
 
     Parameters
     ----------
@@ -137,12 +135,21 @@ def make_error_tangents(model: Model, budget: Budget, highest: float) -> ErrorTa
     highest
         Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
     """
-    frequencies = [*_frequency_shifts(model, by_exciter=False), *_mode_errors(model, REACHED * highest)]
+    modes = _mode_errors(model, REACHED * highest) if budget.frequency else []
+    frequencies, contacts = [*_frequency_shifts(model, by_exciter=False), *modes], make_contact_errors(model, budget)
+    return ErrorTangents(
+        [*frequencies, *contacts.tangents],
+        np.concatenate([np.full(len(frequencies), budget.frequency), contacts.size]),
+        len(frequencies) + contacts.whole,
+    )
+
+
+def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:
+    """Tangents of the discretisation errors of contact lines."""
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
     patterns = _share_patterns(model)
-    numbers = [len(frequencies), len(softer), len(patterns)]
-    size = np.repeat([budget.frequency, budget.compliance, budget.shares], numbers)
-    return ErrorTangents([*frequencies, *softer, *patterns], size, numbers[0], numbers[0] + numbers[1])
+    size = np.repeat([budget.compliance, budget.shares], [len(softer), len(patterns)])
+    return ErrorTangents([*softer, *patterns], size, len(softer))
 
 
 def highest_frequency(points: Points) -> float:

@@ -96,9 +96,9 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     (best,) = heavy.verdict.effects
     assert best is heavy.refits[0]
     # Normal: 4 standard deviations once in 16 000. The interval, 1.3 times that of the draws, is small enough for the
-    # test to mean something; the root of a mean of eight squares is good to a quarter.
+    # test to mean something.
     assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
-    assert best.deviation < 0.04 * MASS
+    assert best.deviation < 0.03 * MASS
     # The noise of single readings, of 1e-3 in each part.
     assert best.held_error < 0.003 < heavy.before.held_error
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
