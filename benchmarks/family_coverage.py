@@ -28,10 +28,8 @@ patience       60 s of processor time to measure a campaign, most take 5: a moti
 import argparse
 import json
 import multiprocessing
-import signal
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -39,6 +37,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.processor_time import TimeUp, limited
 from benchmarks.random_systems import random_problem
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.family.family import measured_families
@@ -201,22 +200,6 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     return judge_families(chosen, limits, estimate_repeat_errors(measured, families), budget, search)
 
 
-@contextmanager
-def patience(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError after so much processor time [s]."""
-
-    def stop(*_: object) -> None:
-        raise TimeoutError(f"not done within {seconds:g} s of processor time")
-
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
-
-
 def run(job: tuple[int, str, float, bool]) -> Mapping[str, Any]:
     """One system."""
     seed, change, jitter, gaps = job
@@ -225,10 +208,10 @@ def run(job: tuple[int, str, float, bool]) -> Mapping[str, Any]:
     if model is None:
         return {"seed": seed}
     try:
-        with patience(PATIENCE):
+        with limited(PATIENCE):
             measured = measure(model, np.random.default_rng([20261124, seed]), change, jitter)
         verdicts = verdicts_of(model, measured)
-    except (TransientError, TimeoutError, ValueError) as error:
+    except (TransientError, TimeUp, ValueError) as error:
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
     rows = [
         {

@@ -1,7 +1,13 @@
-"""A clock for calls that take less than a second."""
+"""Processor time: a clock for calls that take less than a second, and a limit for those that may take for ever."""
 
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+class TimeUp(BaseException):
+    """The limit of processor time is reached; no handler of errors may take it for one."""
 
 
 def processor_time(job: Callable[[], object], repeats: int) -> float:
@@ -13,3 +19,19 @@ def processor_time(job: Callable[[], object], repeats: int) -> float:
             job()
         rounds.append((time.process_time() - start) / repeats)
     return min(rounds)
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Raise `TimeUp` after so much processor time of this process [s]."""
+
+    def stop(*_: object) -> None:
+        raise TimeUp(f"not done after {seconds:g} s")
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)

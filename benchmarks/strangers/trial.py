@@ -5,18 +5,16 @@ times for its thresholds alone. A structure that hides two effects is diagnosed 
 and added (`stickslip add`), at most `ROUNDS` times.
 """
 
-import signal
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import numpy as np
 
+from benchmarks.processor_time import TimeUp, limited
 from benchmarks.strangers.campaign import make
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.decision.verdict import INTERVAL
@@ -28,26 +26,6 @@ from study.diagnose.run import diagnose_file
 
 #: Processor time of one diagnosis [s]; |cos| from which on two effects do the same; rounds; gains that are kept.
 LIMIT, SAME, ROUNDS, MOST = 300.0, 0.95, 3, 10
-
-
-class TimeUp(BaseException):
-    """The limit of processor time is reached; no handler of errors may take it for one."""
-
-
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """Raise `TimeUp` after so much processor time of this process [s]."""
-
-    def stop(_signal: int, _frame: FrameType | None) -> None:
-        raise TimeUp
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
 
 
 def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, Any]:
@@ -77,8 +55,8 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
                 with limited(LIMIT):
                     found = diagnose_file(stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials)
                     done = round_of(found.last.diagnosis, names)
-            except TimeUp:
-                done = {"finding": "failed", "failure": f"not done after {LIMIT:g} s"}
+            except TimeUp as end:
+                done = {"finding": "failed", "failure": str(end)}
             except Exception as error:
                 done = {"finding": "failed", "failure": _told(error)}
             record["rounds"].append({**done, "seconds": time.process_time() - begin})
