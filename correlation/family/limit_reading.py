@@ -96,7 +96,6 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     ]
     finely = [Configuration.from_model(item, False, None) for item in finer]
     errors = make_contact_errors(model, budget)
-    tangents = errors.tangents
     result = []
     for states in wanted:
         value, deviation, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
