@@ -22,6 +22,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
+from correlation.noise.rice import remove_bias
 from correlation.noise.variance import fit_two_shares
 
 Variance = Float[NDArray[np.float64], " m"]
@@ -46,6 +47,8 @@ MEDIAN = 0.84
 CAUTION = 0.8
 #: Degrees of freedom with which the curves of a single repeat tell its noise, which widen it as `CAUTION` says.
 SINGLE = 20
+#: Prior standard deviation of what differs between repeats, preloads above all [-].
+LARGEST = 0.2
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -119,7 +122,8 @@ def estimate_scatter(
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
-    return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances, noise)
+    modes = np.column_stack([shared, budget, _bias(features, y, noise)])
+    return Scatter(Whitening(deviation=deviation, modes=modes), covariances, noise)
 
 
 class Scatter(NamedTuple):
@@ -151,8 +155,16 @@ def _without_repeats(
         )
     deviation = np.sqrt(_margin(SINGLE) * noise**2 + ROUGH**2 * (history**2).sum(axis=1))
     none = [np.zeros((block.shape[1], block.shape[1])) for block in jitter]
-    modes = np.column_stack([*(np.zeros_like(block) for block in jitter), history, budget])
+    bias = _bias(features, features.of_values(observed.mean), noise)
+    modes = np.column_stack([*(np.zeros_like(block) for block in jitter), history, budget, bias])
     return Scatter(Whitening(deviation=deviation, modes=modes), none, noise)
+
+
+def _bias(features: FeatureVector, value: Variance, noise: Variance) -> Float[NDArray[np.float64], "m g"]:
+    """How much noise adds to each modulus without a phase, one mode for each sensor and harmonic."""
+    moduli, group = (features.amplitude & (features.reference >= 0))[features.row], _groups(features)
+    bias = np.where(moduli, value - remove_bias(value, noise), 0.0)
+    return np.where(group[:, None] == np.unique(group[moduli]), np.nan_to_num(bias)[:, None], 0.0)
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
@@ -234,10 +246,15 @@ def _pooled(
 def _amplitudes(
     apart: Float[NDArray[np.float64], "m R"], modes: Float[NDArray[np.float64], "m q"], weights: Whitening
 ) -> Float[NDArray[np.float64], "q R"]:
-    """Generalised least squares of each repeat's difference along the modes; friction histories are no jitter."""
-    amplitudes = np.zeros((modes.shape[1], apart.shape[1]))
+    """Generalised least squares of each repeat's difference along the modes; friction histories are no jitter.
+
+    A mode that changes next to nothing, such as the preload of a contact that sticks, has no jitter that could be seen:
+    its prior keeps it from being anything.
+    """
+    amplitudes, prior = np.zeros((modes.shape[1], apart.shape[1])), np.eye(modes.shape[1]) / LARGEST
     for number, column in enumerate(apart.T):
         there = np.isfinite(column)
         seen, difference = np.where(there[:, None], modes, 0.0), np.where(there, column, 0.0)
-        amplitudes[:, number] = np.linalg.lstsq(weights(seen), weights(difference), rcond=1e-10)[0]
+        table = np.concatenate([weights(seen), prior])
+        amplitudes[:, number] = np.linalg.lstsq(table, np.pad(weights(difference), (0, len(prior))), rcond=1e-10)[0]
     return amplitudes

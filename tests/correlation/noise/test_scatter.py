@@ -11,8 +11,8 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.nuisance import Budget, ModelFeatures, make_nuisance_modes
-from correlation.noise.scatter import POOLED, STATE, Scatter, _unrest, estimate_scatter
-from correlation.prediction import Prediction, Predictor
+from correlation.noise.scatter import POOLED, STATE, Scatter, _bias, _unrest, estimate_scatter
+from correlation.prediction import Points, Prediction, Predictor
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
 JITTER = (4e-4, 2e-4)
@@ -211,3 +211,15 @@ def test_numbers_without_repeats_say_nothing_of_their_state() -> None:
     # They are as uncertain as the rest of it all the same; round-off.
     np.testing.assert_allclose(factor[:2], (alike + 27) / (alike + 3), rtol=1e-14)
     np.testing.assert_array_equal(factor[2:], 1.0)
+
+
+def test_moduli_without_a_phase_have_a_mode_of_their_bias() -> None:
+    k, ones = 2, np.ones(2)
+    points = Points(
+        free=np.zeros(k, dtype=bool), level=ones, frequency=ones, sensor=np.array(["tip", "tip"]),
+        harmonic=np.array([1, 3]),
+    )  # fmt: skip
+    moduli = FeatureVector.choose(points, ones.astype(complex), np.ones(k, bool), np.zeros(k, bool))
+    np.testing.assert_allclose(_bias(moduli, 3 * ones, 2 * ones), [[0.0], [3.0]])
+    phased = FeatureVector.choose(points, ones.astype(complex), np.ones(k, bool))
+    assert _bias(phased, np.ones(4), np.ones(4)).shape == (4, 0)
