@@ -275,7 +275,7 @@ class Predictor:
         Shape (k, p); NaN where there is no state.
         """
         slopes = np.full((len(self.points), len(tangents)), np.nan, dtype=np.complex128)
-        for free, levels in self._configurations:
+        for free, levels in self._configurations if tangents else ():
             solver = self._solver(model, free)
             for level, groups in levels.items():
                 for frequency, rows in groups:

@@ -10,11 +10,11 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.judgement import Criteria, judge, second_look
-from diagnosis.decision.rules import worse_than_noise
-from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.fit.arrangement import Added, Arrangement, arrange
+from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.verdict import Verdict
+from diagnosis.fit.arrangement import Added, Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration_parameter import CalibrationParameter
+from diagnosis.fit.finalist import Finalist, weigh_each
 from diagnosis.fit.problem import Problem, Refit
 from diagnosis.fit.refit import baseline_fit, choose_finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
 from diagnosis.localisation import Place, localise
@@ -37,6 +37,7 @@ class Shares:
     screening: float
     fits: float
     tests: float
+    weights: float
     places: float
     left: float
     intervals: float
@@ -48,8 +49,8 @@ class Shares:
 
 
 #: Timed on campaigns of the shipped beam: usual ones, and those whose fits need many starts.
-USUAL = Shares(screening=0.26, fits=0.41, tests=0.57, places=0.66, left=0.69, intervals=0.78)
-LONG = Shares(screening=0.17, fits=0.26, tests=0.85, places=0.87, left=0.88, intervals=0.92)
+USUAL = Shares(screening=0.26, fits=0.41, tests=0.57, weights=0.62, places=0.8, left=0.83, intervals=0.88)
+LONG = Shares(screening=0.17, fits=0.26, tests=0.8, weights=0.83, places=0.9, left=0.91, intervals=0.94)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +121,7 @@ def screen_and_refit(
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
     refits, last = [], choose_finalists(multistart_fits(problem, fits, run_step), problem.effort)
     for number, (score, fit) in enumerate(last):
-        report(f"test of {score.effect.name}", shares.between("tests", "places", number / len(last)))
+        report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
     return scores, before, refits
 
@@ -179,31 +180,35 @@ def diagnose(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
-    scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, shares)
+    searched = _choose_searched(arrangement, run_step)
+    scores, before, refits = screen_and_refit(searched, catalogue.candidates, run_step, report, shares)
     thresholds = thresholds or compute_linear_thresholds(scores)
+    report("own covariances", shares.weights)
+    finalists = weigh_each(campaign, arrangement, before, refits, find_catalogue, run_step)
+    before = before if searched is arrangement else baseline_fit(arrangement)
+    nothing = Finalist(refit=before, arrangement=arrangement)
     report("unknown forces", shares.places)
     places = run_step("places", lambda: localise(arrangement))
     report("what is left", shares.left)
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds)
-    judgement = judge(arrangement, before, refits, places, criteria, run_step)
-    if judgement.verdict.finding is Finding.UNKNOWN and worse_than_noise(arrangement):
-        report_left = partial(_report_at, report, shares.left)
-        judgement = second_look(campaign, judgement, criteria, find_catalogue, run_step, report_left)
-    arrangement, before, verdict = judgement.arrangement, judgement.before, judgement.verdict
+    finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
     report("intervals", shares.intervals)
-    best, fits = (*verdict.effects, before)[0], [before, *judgement.refits]
-    where = judgement.weighed or best.name
-    widened = run_step(f"intervals beside {where}", lambda: widen_intervals(campaign, arrangement, best, fits))
+    by_name = {each.name: each for each in (nothing, *finalists)}
+    best = by_name[(*verdict.effects, before)[0].name]
+    widened = run_step(f"intervals beside {best.name}", lambda: widen_intervals(campaign, best, list(by_name.values())))
     # By name: stored fits may be in another order, which depends on the thresholds.
-    by_name = {fit.name: fit for fit in widened}
-    before, ranked = by_name[before.name], [by_name[refit.name] for refit in judgement.refits]
-    verdict = replace(verdict, before=before, effects=tuple(by_name[refit.name] for refit in verdict.effects))
+    wide = {fit.name: fit for fit in widened}
+    before, ranked = wide[before.name], [wide[each.name] for each in finalists]
+    verdict = replace(verdict, before=before, effects=tuple(wide[each.name] for each in verdict.effects))
     report("done", 1.0)
     return Diagnosis(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(ranked),
-        places=judgement.places, thresholds=thresholds, verdict=verdict,
+        places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 
 
-def _report_at(report: Report, share: float, step: str) -> None:
-    report(step, share)
+def _choose_searched(arrangement: Arrangement, run_step: RunStep) -> Arrangement:
+    """Arrangement by which effects are screened and fitted: a model error beyond any may be an effect."""
+    if not arrangement.left.is_far:
+        return arrangement
+    return run_step("usual model error", lambda: expect_usual_error(arrangement))

@@ -19,6 +19,7 @@ Phases of the missing force relative to the displacement: 180 deg spring, 0 deg 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -26,8 +27,12 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.model import Model
+from correlation.noise.covariance import Whitening
+from correlation.noise.model_error import NO_ERROR
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.screening import make_calibration_basis
+from diagnosis.fit.calibration import Matrix, Vector
+from diagnosis.fit.comparison import NOT_FOUND
+from diagnosis.fit.weighting import resize_model_error
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
@@ -35,6 +40,8 @@ NOTHING = ModelParameter()
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
 #: Least standard deviation of an exponent that they give, so far apart.
 COARSE = 0.3
+#: Shares of the model error beside which unknown forces are fitted as well [-].
+LESS_ERROR = (0.1, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,11 +97,25 @@ class Place:
         )
 
 
+class _Weights(NamedTuple):
+    """A covariance by which unknown forces are fitted, with all that is fitted beside projected out."""
+
+    whitening: Whitening
+    basis: Matrix
+    residual: Vector
+    surplus: float
+    """-2 ln p of the model without a force beyond that of the best covariance [-]."""
+
+    def across(self, changes: Matrix) -> Matrix:
+        """Whitened changes, shape (m, c), as rows of all data and priors."""
+        whitened = np.pad(self.whitening(changes), ((0, len(self.residual) - len(changes)), (0, 0)))
+        return np.asarray(whitened - self.basis @ (self.basis.T @ whitened))
+
+
 def localise(arrangement: Arrangement) -> list[Place]:
     """Places ranked by the gain of an unknown force there, best first."""
     fit = arrangement.fit
-    basis = make_calibration_basis(arrangement)
-    residual = fit.residual - basis @ (basis.T @ fit.residual)
+    weights = _list_weights(arrangement)
     points = arrangement.train.features.points
     places = []
     for name, row in fit.model.places.items():
@@ -112,10 +133,35 @@ def localise(arrangement: Arrangement) -> list[Place]:
             for exponent in EXPONENTS:
                 changes = _changes(arrangement, free, levels, largest, slopes, motion, exponent)
                 chosen = changes if with_third else changes[:, : 2 * len(levels)]
-                across = chosen - basis @ (basis.T @ chosen)
-                found.append(_place(name, free, levels, np.array([each for each, _ in largest]), across, residual))
+                amplitude = np.array([each for each, _ in largest])
+                by_weights = [_place(name, free, levels, amplitude, chosen, each) for each in weights]
+                found.append(max(by_weights, key=lambda place: place.gain))
             places.append(_best(found))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
+
+
+def _list_weights(arrangement: Arrangement) -> list[_Weights]:
+    """Covariances with model error of the size that is left without a force, and with less of it.
+
+    A force that explains what was taken for model error leaves less: each place is judged by what suits it best.
+    """
+    train, fit = arrangement.train, arrangement.fit
+    m, there = fit.n_number, train.has_prediction(fit.prediction)
+    difference = train.difference(fit.prediction)
+    jacobian, prior = train.whitening.undo(fit.jacobian[:m]), fit.jacobian[m:]
+    listed = [train]
+    if train.model_error is not None and train.model_error.size != NO_ERROR:
+        listed += [resize_model_error(train, share) for share in LESS_ERROR]
+    weights: list[_Weights] = []
+    costs = []
+    for each in listed:
+        scaled = np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size
+        basis = np.asarray(np.linalg.qr(scaled[:, scaled.any(axis=0)])[0])
+        residual = np.concatenate([np.where(there, each.whitening(difference), NOT_FOUND), fit.residual[m:]])
+        across = residual - basis @ (basis.T @ residual)
+        costs.append(float(across @ across) + each.log_weight)
+        weights.append(_Weights(each.whitening, basis, across, costs[-1] - costs[0]))
+    return weights
 
 
 def _changes(
@@ -127,7 +173,7 @@ def _changes(
     motion: NDArray[np.complex128],
     exponent: float,
 ) -> NDArray[np.float64]:
-    """Whitened change with the parts of kappa and of lambda at each level's largest amplitude, shape (m + p, 4 l)."""
+    """Change with the parts of kappa and of lambda at each level's largest amplitude, shape (m, 4 l)."""
     fit, train = arrangement.fit, arrangement.train
     points, kappa, third = train.features.points, [], []
     for level, (most, omega) in zip(levels, largest, strict=True):
@@ -150,8 +196,8 @@ def _changes(
     columns = []
     for parts in (*kappa, *third):
         features = train.features.slopes(fit.prediction.value, np.where(np.isfinite(parts), parts, 0.0))
-        columns.append(train.whitening(np.where(np.isfinite(features), features, 0.0)))
-    return np.concatenate([np.concatenate(columns, axis=1), np.zeros((len(fit.values), 4 * len(levels)))])
+        columns.append(np.where(np.isfinite(features), features, 0.0))
+    return np.concatenate(columns, axis=1)
 
 
 def _tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangent]:
@@ -193,9 +239,10 @@ def _place(
     free: bool,
     levels: NDArray[np.float64],
     amplitude: NDArray[np.float64],
-    across: NDArray[np.float64],
-    residual: NDArray[np.float64],
+    changes: Matrix,
+    weights: _Weights,
 ) -> Place:
+    across, residual = weights.across(changes), weights.residual
     solution, *_ = np.linalg.lstsq(across, residual, rcond=1e-10)
     covariance = np.linalg.pinv(across.T @ across, hermitian=True)
     parts, spread = solution[0::2] + 1j * solution[1::2], np.sqrt(np.diag(covariance)[0::2])
@@ -211,7 +258,7 @@ def _place(
     force = -parts[largest] if largest < n else parts[largest]
     return Place(
         name=name,
-        gain=float(residual @ across @ solution),
+        gain=float(residual @ across @ solution) - weights.surplus,
         n_number=len(solution),
         level=levels,
         amplitude=amplitude,

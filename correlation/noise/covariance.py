@@ -48,6 +48,19 @@ class Whitening:
         shrink = self._shrink if difference.ndim == 1 else self._shrink[:, None]
         return np.asarray(scaled - self._basis @ (shrink * (self._basis.T @ scaled)))
 
+    def undo(self, whitened: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
+        """S^(1/2) times one difference, shape (m,), or several, shape (m, n): the inverse of a call."""
+        one = whitened.ndim == 1
+        scale = self.deviation if one else self.deviation[:, None]
+        stretch = self._shrink / (1 - self._shrink)
+        along = (stretch if one else stretch[:, None]) * (self._basis.T @ whitened)
+        return np.asarray(scale * (whitened + self._basis @ along))
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of det S."""
+        return float(2 * np.log(self.deviation).sum() - 2 * np.log1p(-self._shrink).sum())
+
     def with_modes(self, more: Float[NDArray[np.float64], "m j"]) -> "Whitening":
         """With more modes, after those that there are."""
         modes = more if self.modes is None else np.column_stack([self.modes, more])

@@ -46,12 +46,20 @@ class Budget:
     refined
         Models with more elements, stations or harmonics: their difference is one standard deviation; where parameters
         are calibrated, the difference after calibration.
+    model
+        Usual relative error of readings by all else that is wrong with the model [-]. A larger one is believed if the
+        measurements show it, see `correlation.noise.model_error`; zero for a model that has none.
+    fitted
+        Numbers of the modes whose errors are fitted as parameters, the lowest mode first: they are no part of the
+        covariance, and neither is an error common to all natural frequencies.
     """
 
     frequency: float = 2e-4
     compliance: float = 0.01
     shares: float = 0.05
     refined: Sequence[Model] = ()
+    model: float = 0.0
+    fitted: Sequence[int] = ()
 
 
 class ModelFeatures(NamedTuple):
@@ -135,8 +143,10 @@ def make_error_tangents(model: Model, budget: Budget, highest: float) -> ErrorTa
     highest
         Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
     """
-    modes = _mode_errors(model, REACHED * highest) if budget.frequency else []
-    frequencies, contacts = [*_frequency_shifts(model, by_exciter=False), *modes], make_contact_errors(model, budget)
+    modes = make_mode_errors(model, REACHED * highest) if budget.frequency else []
+    apart = [mode for number, mode in enumerate(modes) if number not in budget.fitted]
+    common = [] if budget.fitted else _frequency_shifts(model, by_exciter=False)
+    frequencies, contacts = [*common, *apart], make_contact_errors(model, budget)
     return ErrorTangents(
         [*frequencies, *contacts.tangents],
         np.concatenate([np.full(len(frequencies), budget.frequency), contacts.size]),
@@ -245,8 +255,8 @@ def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
     ]
 
 
-def _mode_errors(model: Model, highest: float) -> list[Tangent]:
-    r"""A relative error of each natural frequency of the structure without its contacts, by itself.
+def make_mode_errors(model: Model, highest: float) -> list[Tangent]:
+    r"""A relative error of each natural frequency of the structure without its contacts, the lowest one first.
 
     With mode shapes of unit modal mass, :math:`\delta K = 2 e\, \omega^2 (M \phi) (M \phi)^T`. An error common to all
     modes, such as that of Young's modulus, moves no mode against another; a mesh that is too coarse does.
@@ -266,7 +276,7 @@ def _mode_errors(model: Model, highest: float) -> list[Tangent]:
     size, shapes = scipy.linalg.eigh(mass, shifted, subset_by_value=(0.5 / most, np.inf))
     rates = [
         ModelParameter(matrices=MatrixParameter(stiffness=2 * (1 / each - most) / each * np.outer(weighted, weighted)))
-        for each, weighted in zip(size, (mass @ shapes).T, strict=True)
+        for each, weighted in zip(size[::-1], (mass @ shapes).T[::-1], strict=True)
     ]
     return [Tangent(jointed=rate, free=rate, gain={}) for rate in rates]
 

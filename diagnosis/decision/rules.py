@@ -1,22 +1,24 @@
 r"""Rules that lead from refits to a verdict.
 
-An effect passes if chi^2 of the training data falls by more than the detection threshold, and that of the held-out data
-falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by
-both falls together. Effects so close to the best that the data cannot distinguish them are named with it. Then the
+An effect passes if chi^2 of the training data falls by more than the detection threshold, and that of the held-out
+data falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked
+by both falls together. Effects so close to the best that the data cannot distinguish them are named with it. Then the
 remaining residual is examined: if an unknown force or another effect explains a good part of the gain of the best one,
 that one only stands in for it, and none of the known effects is the cause.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
+from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_effect
 from diagnosis.localisation import Place, localise
@@ -28,10 +30,6 @@ from diagnosis.threshold.detection_threshold import Thresholds
 BEHIND = 6.0
 #: Share of the gain of the best effect that others may gain beyond the threshold.
 STAND_IN = 0.15
-#: Standard deviations of chi^2 by which a fit must be worse than noise for its weights to be in doubt.
-BEYOND = 5.0
-#: Reduced chi-squared above which a fit is bad in any case, and the share of the excess that may stay.
-BAD, LEFT = 2.0, 0.1
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
 
@@ -125,105 +123,86 @@ def find(gate: Gate, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
     return (Finding.AMBIGUOUS if len(alike) > 1 else Finding.MISSING), alike
 
 
-def gain(arrangement: Arrangement, refit: Refit) -> float:
-    """Fall of chi^2 of the training data."""
-    return arrangement.fit.chi2 - refit.fit.chi2
+def support(refit: Refit) -> float:
+    """Falls of chi^2 of the training and the held-out data together."""
+    return refit.gain + refit.held_gain
 
 
-def held_gain(arrangement: Arrangement, before: Refit, refit: Refit) -> float:
-    """Fall of chi^2 of the held-out data."""
-    return (before.held_chi2 - refit.held_chi2) * len(arrangement.settled.measured)
-
-
-def support(arrangement: Arrangement, before: Refit, refit: Refit) -> float:
-    """Fall of chi^2 of both."""
-    return gain(arrangement, refit) + held_gain(arrangement, before, refit)
-
-
-def passes(arrangement: Arrangement, before: Refit, refit: Refit, thresholds: Thresholds) -> bool:
+def passes(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether an effect is significant in the training data and improves the held-out data."""
-    return gain(arrangement, refit) > thresholds.gain and held_gain(arrangement, before, refit) > 0
+    return refit.gain > thresholds.gain and refit.held_gain > 0
 
 
 def decide(
-    arrangement: Arrangement,
     catalogue: Catalogue,
     scores: Sequence[Score],
     before: Refit,
-    refits: Sequence[Refit],
+    finalists: Sequence[Finalist],
     places: Sequence[Place],
     thresholds: Thresholds,
     run_step: RunStep,
+    left: ErrorSize = NO_ERROR,
 ) -> Verdict:
     """Verdict.
 
     Parameters
     ----------
-    arrangement, catalogue, scores, before, places, thresholds
+    catalogue, scores, before, places, thresholds
         See `diagnosis.diagnose.Diagnosis`.
-    refits
-        Refits, best first, see `diagnosis.diagnose.Diagnosis`.
+    finalists
+        Finalists, best first.
     run_step
         Looks up the stored result of a step, or computes it.
+    left
+        Model error that is left without an effect; where one passes, that which is left beside it counts.
     """
-    gate = _ChanceGate(arrangement, catalogue, before, places, thresholds, run_step)
-    finding, effects = find(gate, refits)
+    gate = _ChanceGate({each.name: each.arrangement for each in finalists}, catalogue, places, thresholds, run_step)
+    finding, effects = find(gate, [each.refit for each in finalists])
+    passed = (each.arrangement.left for each in finalists if gate.passes(each.refit))
+    left = next(passed, left)
+    if left.is_far:
+        finding, effects = Finding.NOT_CLOSE, []
+    found = places and finding is Finding.UNKNOWN and misfit(places[0]) > thresholds.misfit
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
-        place=places[0] if places and finding is Finding.UNKNOWN else None,
+        place=places[0] if found else None, model_error=left,
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class _ChanceGate:
-    """Gains of chi^2 compared with the detection thresholds, in training and held-out data."""
+    """Gains compared with the detection thresholds, in training and held-out data."""
 
-    arrangement: Arrangement
+    arrangements: Mapping[str, Arrangement]
     catalogue: Catalogue
-    before: Refit
     places: Sequence[Place]
     thresholds: Thresholds
     run_step: RunStep
 
     def passes(self, refit: Refit) -> bool:
-        return passes(self.arrangement, self.before, refit, self.thresholds)
+        return passes(refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
         rest = self.run_step(
             f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
             lambda: find_leftover(
-                with_effect(self.arrangement, refit), self.catalogue.candidates, self.thresholds.gain
+                with_effect(self.arrangements[refit.name], refit), self.catalogue.candidates, self.thresholds.gain
             ),
         )
-        stands_in = _stand_in(gain(self.arrangement, refit), rest, self.thresholds)
-        return not (stands_in or _bad(self.arrangement, self.before, refit))
+        return not _stand_in(refit.gain, rest, self.thresholds)
 
     def is_alike(self, best: Refit, other: Refit) -> bool:
-        least = support(self.arrangement, self.before, best) - BEHIND
-        return support(self.arrangement, self.before, other) > least
+        return support(other) > support(best) - BEHIND
 
     def is_unexplained(self) -> bool:
         return bool(self.places) and misfit(self.places[0]) > self.thresholds.misfit
 
 
-def worse_than_noise(arrangement: Arrangement) -> bool:
-    """Whether the model without an effect fits so badly that its covariance is in doubt."""
-    n = arrangement.fit.n_number
-    return arrangement.fit.chi2 > n + BEYOND * float(np.sqrt(2 * n))
-
-
 def misfit(place: Place) -> float:
     """Gain of an unknown force beyond the number of its parameters."""
     return place.gain - place.n_number
-
-
-def _bad(arrangement: Arrangement, before: Refit, refit: Refit) -> bool:
-    """Whether a good part of the misfit stays, far beyond noise, in the training or the held-out data."""
-    n = refit.fit.n_number
-    pairs = (refit.fit.chi2 / n, arrangement.fit.chi2 / n), (refit.held_chi2, before.held_chi2)
-    return any(left > BAD + LEFT * max(was - BAD, 0.0) for left, was in pairs)
 
 
 def _stand_in(explained: float, rest: Leftover, thresholds: Thresholds) -> bool:

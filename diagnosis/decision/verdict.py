@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -22,7 +23,7 @@ MOST_DIGITS = 6
 
 
 class Finding(Enum):
-    """The four verdicts."""
+    """The five verdicts."""
 
     MISSING = "missing"
     """One effect is missing."""
@@ -32,6 +33,8 @@ class Finding(Enum):
     """Nothing is missing beyond noise and numerical error."""
     UNKNOWN = "unknown"
     """Something is missing, and none of the known effects is it."""
+    NOT_CLOSE = "not close"
+    """The model is too far from the measurements for what is missing to be told."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +57,8 @@ class Verdict(Tabular):
         Detection threshold of the fall of chi^2; none where another gate decides.
     place
         Place of the missing force, if the cause is unknown.
+    model_error
+        Model error that is left beside noise, without an effect.
     reason
         Finding in words where no effect is named; derived from threshold and place if it is empty.
     """
@@ -65,6 +70,7 @@ class Verdict(Tabular):
     units: Mapping[str, str]
     threshold: float | None = None
     place: Place | None = None
+    model_error: ErrorSize = NO_ERROR
     reason: str = ""
 
     def to_pandas(self) -> "pandas.DataFrame":
@@ -86,9 +92,15 @@ class Verdict(Tabular):
         """Verdict in one sentence."""
         if self.finding in {Finding.NOTHING, Finding.UNKNOWN} and self.reason:
             return self.reason
-        if self.finding is Finding.NOTHING:
+        if self.finding is Finding.NOT_CLOSE:
             return (
-                "Nothing is missing beyond noise and numerical error: no candidate lowers chi^2 by more than chance "
+                f"The model is not close enough to be diagnosed: beside noise it errs by {self.model_error.words}, and "
+                "neither calibration nor a known effect explains that."
+            )
+        if self.finding is Finding.NOTHING:
+            error = f" and model error ({self.model_error.words})" if self.model_error.words else " and numerical error"
+            return (
+                f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than chance "
                 f"does ({self.threshold:.3g}) and the held-out error with it."
             )
         if self.finding is Finding.UNKNOWN:

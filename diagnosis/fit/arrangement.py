@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_sweep_directions, split_held_out
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
+from correlation.noise.model_error import NO_ERROR, ErrorSize
 from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
 from correlation.prediction import Prediction
@@ -22,12 +23,21 @@ from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.jitter import list_jitter
 from diagnosis.fit.problem import Effort, Refit
-from diagnosis.fit.weighting import DRAWS, Measured, weighted
+from diagnosis.fit.weighting import (
+    DRAWS,
+    Measured,
+    allow_model_error,
+    leave_out_model_error,
+    update_model_error,
+    weighted,
+)
 
 Report = Callable[[str, float], None]
 
 #: Friction histories in the covariance of each calibration; each covariance is that at the model of the one before.
 HISTORIES = (4, DRAWS)
+#: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
+ROUNDS, SETTLED = 6, 0.1
 #: Reduced chi-squared beyond which a calibration may have missed the minimum.
 ASTRAY = 1.5
 
@@ -76,7 +86,15 @@ class Arrangement:
     budget: Budget
     finer: tuple[FinerModel, ...]
 
-    effort: ClassVar[Effort] = Effort()
+    @property
+    def effort(self) -> Effort:
+        """Selection of the effects that are fitted."""
+        return Effort(patient=not self.budget.model)
+
+    @property
+    def left(self) -> ErrorSize:
+        """Model error that the fit leaves."""
+        return _size(self.train)
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; added effects and the given ones without."""
@@ -89,6 +107,8 @@ class Arrangement:
         return Refit(
             effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
             error=_relative(self.train, fit.prediction), held_error=_relative(self.settled, settled.prediction),
+            n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
+            held_stated_chi2=_stated_chi2(self.settled, settled.prediction),
         )  # fmt: skip
 
 
@@ -164,7 +184,8 @@ def _compared(
     for n_draw in HISTORIES:
         refined = [each.compose(values) for each in finer]
         comparison, _ = weighted(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
-        fit = _calibrated(comparison, unknowns, values, prediction, _with_step(report, "calibration"))
+        step = _with_step(report, "calibration")
+        comparison, fit = _fit_with_model_error(comparison, unknowns, values, model, prediction, budget.model, step)
         model, prediction, values = fit.model, fit.prediction, fit.values
         if not known:
             finer = [each.calibrated(comparison, fit) for each in finer]
@@ -174,35 +195,54 @@ def _compared(
         "train": comparison,
         "fit": fit,
         "finer": tuple(finer),
-        **_unseen(held_out, model, prediction, budget, refined),
+        **_unseen(held_out, model, prediction, budget, refined, _size(comparison)),
     }
 
 
-def weigh_beside(
-    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
-) -> Arrangement:
-    """The same measurements with the covariance of the model with an effect; the fit is still that without it.
+def expect_usual_error(arrangement: Arrangement) -> Arrangement:
+    """The same training data with model error of its usual size, which hides no large effect, and the fit by it."""
+    of, usual = arrangement.fit, ErrorSize.usual(arrangement.budget.model)
+    train = allow_model_error(
+        leave_out_model_error(arrangement.train), of.model, of.prediction, arrangement.budget.model, usual
+    )
+    fit = calibrate(train, of.unknowns, of.values, of.prediction, quick=True)
+    return replace(arrangement, train=train, fit=fit)
 
-    The modes of friction histories, jitter and a coarse mesh depend on where contacts slip, and so on the model. Where
-    the model without an effect is far from the measurements, its covariance is wrong as well.
+
+def weigh_beside(
+    campaign: Campaign,
+    arrangement: Arrangement,
+    effect: Effect | None,
+    fit: Fit,
+    catalogue_of: Callable[[Model], Catalogue],
+) -> Arrangement:
+    """The same measurements by the covariance of the model with an effect, and the fit by it, effect included.
+
+    The modes of friction histories, jitter and a coarse mesh depend on where contacts slip, and so on the model; and
+    what is model error without the effect may be none with it. What outlies stays the same, so that no effect gains by
+    what it leaves out.
 
     Parameters
     ----------
     campaign, arrangement
         Measurements and model.
     effect, fit
-        Effect and its fit, with the calibration parameters and the added effects.
+        Effect, or none, and its fit with the calibration parameters and the added effects.
     catalogue_of
         As in `arrange`.
     """
     of = arrangement
     train, held_out = _sides(campaign)
-    finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
+    finer = list(of.finer)
+    if effect is not None:
+        finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
-    comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined)
-    without = _calibrated(comparison, of.unknowns([]), of.fit.values, of.fit.prediction, None)
-    rest = _unseen(held_out, fit.model, fit.prediction, of.budget, refined)
-    return replace(of, train=comparison, fit=without, **rest)
+    comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined, like=of.train)
+    comparison, fit = _fit_with_model_error(
+        comparison, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, None, of.left
+    )
+    rest = _unseen(held_out, fit.model, fit.prediction, of.budget, refined, _size(comparison), of.held_out)
+    return replace(of, train=comparison, fit=fit, **rest)
 
 
 def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
@@ -213,12 +253,69 @@ def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
 
 
 def _unseen(
-    held_out: Measured, model: Model, near: Prediction, budget: Budget, refined: Sequence[Model]
+    held_out: Measured,
+    model: Model,
+    near: Prediction,
+    budget: Budget,
+    refined: Sequence[Model],
+    size: ErrorSize,
+    like: Comparison | None = None,
 ) -> dict[str, Any]:
-    """Fields of an arrangement for the held-out data."""
-    tested, apart = weighted(held_out, model, held_out.predictor.predict(model, near), budget, refined)
+    """Fields of an arrangement for the held-out data, with model error of a size that others have told."""
+    prediction = held_out.predictor.predict(model, near)
+    tested, apart = weighted(held_out, model, prediction, budget, refined, like=like)
+    tested = allow_model_error(tested, model, prediction, budget.model, size)
     settled, shifts = _settled(tested, apart, model)
     return {"held_out": tested, "settled": settled, "jitter": tuple(shifts)}
+
+
+def _fit_with_model_error(
+    comparison: Comparison,
+    unknowns: Unknowns,
+    values: Values,
+    model: Model,
+    prediction: Prediction,
+    usual: float,
+    report: Callable[[float], None] | None,
+    size: ErrorSize | None = None,
+) -> tuple[Comparison, Fit]:
+    """Fit, and the comparison with the model error that it leaves.
+
+    Where a fit without model error ends badly, another one begins with the error of the start, so that it need not
+    explain what it cannot; the more probable of both is taken. One size alone is begun with where it is given.
+    """
+    plain = allow_model_error(comparison, model, prediction, usual, size or NO_ERROR)
+    if usual:
+        fit = calibrate(plain, unknowns, values, prediction, report, quick=True)
+        found = [_settle(plain, fit, report)]
+        if size is None and fit.chi2 > ASTRAY * fit.n_number:
+            wide = update_model_error(plain, prediction)
+            found.append(_settle(wide, calibrate(wide, unknowns, values, prediction, report, quick=True), report))
+        plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
+        if _size(plain) != NO_ERROR:
+            return plain, calibrate(
+                plain, unknowns, fit.values, fit.prediction, report, slopes=fit.jacobian, exact=True
+            )
+        values, prediction = fit.values, fit.prediction
+    return plain, _calibrated(plain, unknowns, values, prediction, report)
+
+
+def _settle(comparison: Comparison, fit: Fit, report: Callable[[float], None] | None) -> tuple[Comparison, Fit]:
+    """Size of the model error and quick fit in turn, by which -2 ln p of both falls, until neither changes."""
+    for _ in range(ROUNDS):
+        resized = update_model_error(comparison, fit.prediction)
+        if _size(resized).is_near(_size(comparison), SETTLED):
+            break
+        m = fit.n_number
+        data = resized.whitening(comparison.whitening.undo(fit.jacobian[:m]))
+        slopes = np.concatenate([data, fit.jacobian[m:]])
+        comparison = resized
+        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, report, slopes=slopes, quick=True)
+    return comparison, fit
+
+
+def _size(comparison: Comparison) -> ErrorSize:
+    return NO_ERROR if comparison.model_error is None else comparison.model_error.size
 
 
 def _calibrated(
@@ -252,9 +349,23 @@ def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Compa
     modes = comparison.whitening.modes
     assert modes is not None
     without = Whitening(deviation=comparison.whitening.deviation, modes=modes[:, n_jitter:])
+    error = comparison.model_error
+    if error is not None:
+        assert error.without.modes is not None
+        stated = Whitening(deviation=error.without.deviation, modes=error.without.modes[:, n_jitter:])
+        error = replace(error, without=stated)
     # The jitter of a mean over as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
-    return replace(comparison, whitening=without), list_jitter(model, [each / repeats for each in seen.jitter])
+    return replace(comparison, whitening=without, model_error=error), list_jitter(
+        model, [each / repeats for each in seen.jitter]
+    )
+
+
+def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None:
+    """Reduced chi-squared without model error, if there is any."""
+    if comparison.model_error is None:
+        return None
+    return float(np.mean(leave_out_model_error(comparison).residual(prediction) ** 2))
 
 
 def _relative(comparison: Comparison, prediction: Prediction) -> float:

@@ -6,6 +6,7 @@ prior. They are applied before the effects, so that zeta does not scale an added
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -59,6 +60,9 @@ class CalibrationParameter:
     parameters: tuple[EffectParameter, ...]
     kind: str = "calibration"
     signature: str = "It is calibrated with every effect, and with none."
+
+    #: Whether a case can have a value of it.
+    is_of_case: ClassVar[bool] = True
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model with the factor; 1 changes nothing, and a test without contacts has none to change."""

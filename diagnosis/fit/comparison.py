@@ -1,6 +1,6 @@
 """Measured features beside those of a model, in units of what noise and numerical error explain."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
+from correlation.noise.model_error import ModelError
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -44,6 +45,10 @@ class Comparison:
         Predictor of the same points.
     noise
         Standard deviation of each number in a single repeat by noise alone, shape (m,).
+    model_error
+        Model error in the covariance, if it has any.
+    faded
+        Factors on the deviations of outlying numbers in the covariance, shape (m,); None where none outlies.
     """
 
     observed: Observation
@@ -52,6 +57,8 @@ class Comparison:
     whitening: Whitening
     predictor: Predictor
     noise: Vector
+    model_error: ModelError | None = None
+    faded: Vector | None = None
 
     search: ClassVar[Search] = Search()
 
@@ -76,6 +83,23 @@ class Comparison:
         there = np.isfinite(predicted)
         residual = self.whitening(np.where(there, self.measured - predicted, 0.0))
         return np.where(there, residual, NOT_FOUND)
+
+    def difference(self, prediction: Prediction) -> Vector:
+        """Measured less predicted features, zero where there is no prediction, shape (m,)."""
+        return np.nan_to_num(self.measured - self.features.of_values(prediction.value))
+
+    @property
+    def log_weight(self) -> float:
+        """-2 ln of the density of the measurements and the model error, beside chi^2 [-]."""
+        prior = 0.0 if self.model_error is None else self.model_error.prior
+        return self.whitening.log_determinant + prior
+
+    def fade(self, factor: Vector | None) -> "Comparison":
+        """The same with factors on the deviations of numbers, shape (m,), or without any."""
+        if factor is None:
+            return self
+        whitening = replace(self.whitening, deviation=self.whitening.deviation * factor)
+        return replace(self, whitening=whitening, faded=factor if self.faded is None else factor * self.faded)
 
     def has_prediction(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
         """Mask of the numbers that have a prediction."""

@@ -31,6 +31,8 @@ class Effort:
         Number of best effects of the shortlist, and of all its effects [-].
     worthless
         Largest gain of chi^2 that does not deserve a fit [-].
+    patient
+        Whether fits that are lost begin anew at other strengths: not where model error takes up what they leave.
     finalists, far_behind
         Number of effects of the shortlist that are tested, and the largest chi^2 that all but the first two of them may
         be behind the best [-].
@@ -42,6 +44,7 @@ class Effort:
     best: int = 3
     most: int = 6
     worthless: float = 3.0
+    patient: bool = True
     finalists: int = 3
     far_behind: float = 40.0
 
@@ -64,6 +67,13 @@ class Refit:
         The same error of each held-out record, and their names; empty without records.
     blocks
         Mean squared residual of each block of the held-out records, shape (b,).
+    n_held
+        Held-out numbers [-].
+    stated_chi2, held_stated_chi2
+        Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
+    gain, held_gain
+        Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
+        the smaller ones of those by both.
     """
 
     effect: Effect | None
@@ -74,6 +84,11 @@ class Refit:
     held_errors: PerRecord = field(default_factory=lambda: np.zeros(0))
     held_names: tuple[str, ...] = ()
     blocks: Float[NDArray[np.float64], " b"] = field(default_factory=lambda: np.zeros(0))
+    n_held: int = 0
+    stated_chi2: float | None = None
+    held_stated_chi2: float | None = None
+    gain: float = 0.0
+    held_gain: float = 0.0
 
     @property
     def name(self) -> str:

@@ -86,7 +86,7 @@ def is_lost(problem: Problem, fit: Fit) -> bool:
 
 def multistart_fit(problem: Problem, score: Score, quick: Fit) -> Fit:
     """Best quick fit from several strengths where the given one is lost; else the given one."""
-    if is_lost(problem, problem.fit):
+    if problem.effort.patient and is_lost(problem, problem.fit):
         for share in (sign * step for step in LADDER for sign in (1.0, -1.0)):
             if not is_lost(problem, quick):
                 break
@@ -112,7 +112,7 @@ def multistart_fits(
         Looks up the stored result of a step, or computes it.
     """
     ranked = sorted(fits, key=lambda pair: pair[1].chi2)
-    for number, (score, fit) in enumerate(ranked):
+    for number, (score, fit) in enumerate(ranked if problem.effort.patient else ()):
         if not all(is_lost(problem, other) for _, other in ranked):
             break
         wider = run_step(f"wider fit of {score.effect.name}", partial(multistart_fit, problem, score, fit))
@@ -152,12 +152,6 @@ def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
     quick = fit_effect(problem, score) if quick is None else quick
     fit = calibrate(problem.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
     return problem.tested(score.effect, fit)
-
-
-def refit_anew(problem: Problem, earlier: Refit) -> Refit:
-    """Refit of an effect from an earlier one, to measurements with other weights."""
-    fit = calibrate(problem.train, earlier.fit.unknowns, earlier.fit.values, earlier.fit.prediction)
-    return problem.tested(earlier.effect, fit)
 
 
 def _slopes(score: Score, baseline: Fit) -> Matrix | None:

@@ -52,6 +52,8 @@ class UnknownGain(CalibrationParameter):
     sensor: str = ""
     start: float = 1.0
 
+    is_of_case = False
+
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model with the factor; 1 changes nothing."""
         (factor,) = values

@@ -12,8 +12,8 @@ from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import compute_jump_errors, find_astray
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
-from correlation.noise.covariance import Whitening
 from correlation.noise.kink import REACH, Shift, find_departures, make_curvature_modes, make_kink_modes
+from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError
 from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
@@ -24,6 +24,7 @@ from correlation.noise.nuisance import (
 from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import RowTable, join_tables
+from diagnosis.fit.calibration import Vector
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
@@ -59,6 +60,7 @@ def weighted(
     n_draw: int = DRAWS,
     *,
     fitted: bool = True,
+    like: Comparison | None = None,
 ) -> tuple[Comparison, Scatter]:
     """Comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
@@ -76,8 +78,11 @@ def weighted(
         Number of friction histories.
     fitted
         Whether the model is calibrated, so that states far from their neighbours get less weight.
+    like
+        Another comparison of the same measurements, whose outliers count.
     """
-    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
+    likes = None if like is None else [like]
+    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted, likes=likes)[0]
 
 
 def weigh_together(
@@ -89,6 +94,7 @@ def weigh_together(
     n_draw: int = DRAWS,
     *,
     fitted: bool = True,
+    likes: Sequence[Comparison] | None = None,
 ) -> list[tuple[Comparison, Scatter]]:
     """`weighted` for several sets of measurements of one campaign, such as training and held-out data.
 
@@ -103,6 +109,8 @@ def weigh_together(
         At the points of all sets, see `join_measured`.
     model, budget, refined, n_draw, fitted
         As for `weighted`.
+    likes
+        `like` of each set.
     """
     together = join_measured(sides)
     nominal = ModelFeatures(together.predictor.share(model), together.features, model, prediction)
@@ -126,9 +134,67 @@ def weigh_together(
     # The free structure is linear.
     departures[0] = np.where(free[:, None], 0.0, departures[0])
     return [
-        _finished(side, at, scatter, bent, departures, take_prediction(prediction, sides, number), fitted=fitted)
+        _finished(
+            side,
+            at,
+            scatter,
+            bent,
+            departures,
+            take_prediction(prediction, sides, number),
+            fitted,
+            None if likes is None else likes[number],
+        )
         for number, (side, at, scatter) in enumerate(zip(sides, rows, seen, strict=True))
     ]
+
+
+def allow_model_error(
+    comparison: Comparison, model: Model, prediction: Prediction, usual: float, size: ErrorSize = NO_ERROR
+) -> Comparison:
+    """Comparison with model error in its covariance, where there is any.
+
+    Parameters
+    ----------
+    comparison
+        Comparison without it.
+    model, prediction
+        Model where its patterns are taken, and its prediction.
+    usual
+        Usual error of readings [-]; zero for none.
+    size
+        Its size.
+    """
+    if not usual:
+        return comparison
+    of = comparison
+    error = ModelError(
+        without=of.whitening,
+        patterns=ErrorPatterns.at(of.features, of.predictor, model, prediction, of.measured),
+        usual=ErrorSize.usual(usual),
+        size=size,
+    )
+    return replace(of, whitening=error.whitening, model_error=error)
+
+
+def update_model_error(comparison: Comparison, prediction: Prediction) -> Comparison:
+    """Comparison with the size of its model error, if it has one, estimated from the difference to a prediction."""
+    if comparison.model_error is None:
+        return comparison
+    error = comparison.model_error.estimated(comparison.difference(prediction))
+    return replace(comparison, whitening=error.whitening, model_error=error)
+
+
+def resize_model_error(comparison: Comparison, share: float) -> Comparison:
+    """Comparison with a share of its model error."""
+    assert comparison.model_error is not None
+    error = replace(comparison.model_error, size=comparison.model_error.size.scaled(share))
+    return replace(comparison, whitening=error.whitening, model_error=error)
+
+
+def leave_out_model_error(comparison: Comparison) -> Comparison:
+    """Comparison by noise and stated errors alone: what is beyond these shows."""
+    error = comparison.model_error
+    return comparison if error is None else replace(comparison, whitening=error.without, model_error=None)
 
 
 def join_measured(sides: Sequence[Measured]) -> Measured:
@@ -173,43 +239,36 @@ def _finished(
     bent: Modes,
     departures: Sequence[Modes],
     prediction: Prediction,
-    *,
     fitted: bool,
+    like: Comparison | None,
 ) -> tuple[Comparison, Scatter]:
     """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
     n_repeat = float(np.median(side.observed.count))
     kinks = make_kink_modes(
         side.features.state, [item[rows] for item in departures], scatter.whitening.deviation, n_repeat
     )
-    whitening = scatter.whitening.with_modes(np.column_stack([bent[rows], kinks]))
-    scatter = scatter._replace(whitening=_without_astray(side, prediction, whitening))
     comparison = Comparison(
         observed=side.observed,
         features=side.features,
         measured=side.features.of_repeats(side.observed.repeat, side.observed.taken),
-        whitening=scatter.whitening,
+        whitening=scatter.whitening.with_modes(np.column_stack([bent[rows], kinks])),
         predictor=side.predictor,
         noise=scatter.noise,
     )
-    if fitted:
-        comparison = _steadied(comparison, prediction)
+    if like is not None:
+        comparison = comparison.fade(like.faded)
+    else:
+        comparison = comparison.fade(_fade_astray(side, prediction))
+        if fitted:
+            comparison = comparison.fade(weigh_outliers(comparison.features, comparison.residual(prediction)))
     return comparison, scatter._replace(whitening=comparison.whitening)
 
 
-def _without_astray(side: Measured, prediction: Prediction, whitening: Whitening) -> Whitening:
+def _fade_astray(side: Measured, prediction: Prediction) -> Vector | None:
     """Next to no weight for the points between a measured jump and the predicted one; their distance is the error."""
     errors = compute_jump_errors(side.observed, prediction, side.predictor.sweeps)
     astray = find_astray(side.observed, errors)[side.features.row]
-    return (
-        replace(whitening, deviation=np.where(astray, FAINT, 1.0) * whitening.deviation) if astray.any() else whitening
-    )
-
-
-def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
-    """The comparison with less weight for outlying states."""
-    factor = weigh_outliers(comparison.features, comparison.residual(prediction))
-    whitening = Whitening(deviation=comparison.whitening.deviation * factor, modes=comparison.whitening.modes)
-    return replace(comparison, whitening=whitening)
+    return np.where(astray, FAINT, 1.0) if astray.any() else None
 
 
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:

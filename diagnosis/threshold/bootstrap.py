@@ -15,15 +15,18 @@ Modeling of Extreme Values (2001), section 3.1.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import gain, held_gain, misfit
+from diagnosis.decision.rules import misfit
 from diagnosis.fit.arrangement import arrange_anew
+from diagnosis.fit.finalist import weigh_each
 from diagnosis.fit.refit import baseline_fit, choose_finalists, fit_effect, refit, shortlist
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
@@ -69,14 +72,16 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     seed
         Seed of the simulation; trials of different seeds are independent.
     """
-    drawn = arrange_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
+    campaign = simulation.draw(np.random.default_rng(seed))
+    drawn = arrange_anew(simulation.arrangement, campaign)
     before = baseline_fit(drawn)
     fits = [(score, fit_effect(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
     refits = [refit(drawn, score, fit) for score, fit in choose_finalists(fits, drawn.effort)]
-    gains = [gain(drawn, each) for each in refits if held_gain(drawn, before, each) > 0]
-    return Trial(
-        seed=seed, gain=max(gains, default=0.0), misfit=max((misfit(place) for place in localise(drawn)), default=0.0)
-    )
+    find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
+    finalists = weigh_each(campaign, drawn, before, refits, find_catalogue)
+    gains = [each.refit.gain for each in finalists if each.refit.held_gain > 0]
+    misfits = [misfit(place) for place in localise(drawn)]
+    return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 
 
 def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:

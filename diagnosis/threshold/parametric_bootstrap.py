@@ -20,6 +20,7 @@ from diagnosis.decision.verdict import INTERVAL
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit, Vector, inverse
 from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.problem import Refit
 from diagnosis.threshold.simulation import Simulation
@@ -33,30 +34,31 @@ BEYOND = 1.3
 FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
 
 
-def widen_intervals(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: Sequence[Refit]) -> list[Refit]:
+def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:
     """Refits with the deviations over campaigns simulated with the best of them, where those are larger.
 
     The covariance of calibration parameters is widened by finer models as well.
 
     Parameters
     ----------
-    campaign, arrangement
-        Measurements and model.
+    campaign
+        Measurements.
     best
-        Refit whose model campaigns are simulated with.
-    refits
-        Fits of the same measurements.
+        Fit whose model campaigns are simulated with.
+    fits
+        Fits of the same measurements, each with its own covariance.
     """
-    differences = _simulate_differences(campaign, replace(arrangement, fit=best.fit))
-    fits = [carry_over(each.fit, differences) for each in refits]
-    fits = [replace(fit, covariance=BEYOND**2 * fit.covariance) for fit in fits]
-    return [
-        replace(each, fit=widen_by_finer_models(fit, arrangement.finer)) for each, fit in zip(refits, fits, strict=True)
-    ]
+    differences = _simulate_differences(campaign, replace(best.arrangement, fit=best.refit.fit))
+    widened = []
+    for each in fits:
+        fit = carry_over(each.refit.fit, each.arrangement.train.whitening(differences))
+        fit = replace(fit, covariance=BEYOND**2 * fit.covariance)
+        widened.append(replace(each.refit, fit=widen_by_finer_models(fit, each.arrangement.finer)))
+    return widened
 
 
 def _simulate_differences(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:
-    """Whitened differences between campaigns that are simulated with a model and its prediction."""
+    """Differences of features between campaigns that are simulated with a model and its prediction."""
     train, prediction = arrangement.train, arrangement.fit.prediction
     simulation = Simulation(campaign=campaign, arrangement=arrangement, held_out=False)
     generator = np.random.default_rng(SEED)
@@ -65,9 +67,9 @@ def _simulate_differences(campaign: Campaign, arrangement: Arrangement) -> Float
     drawn = []
     for _ in range(DRAWS):
         read = average_readings(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
-        drawn.append(train.whitening(_difference(train, read, predicted)))
+        drawn.append(_difference(train, read, predicted))
     # A simulated campaign further from the model than the measured one varies more than the structure does.
-    sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(each))) for each in drawn]
+    sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(train.whitening(each)))) for each in drawn]
     return np.column_stack([size * each for size, each in zip(sizes, drawn, strict=True)])
 
 

@@ -5,6 +5,7 @@ noise; the numerical error of the model is the same in all repeats. Histories ar
 their effect on a single state is far from normally distributed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,9 +17,11 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
+from correlation.noise.model_error import NO_ERROR, ErrorPatterns
 from correlation.noise.nuisance import highest_frequency, left_by, make_error_tangents
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import join_tables
+from diagnosis.candidate.catalogue import Extra
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
 
@@ -35,11 +38,14 @@ class Simulation:
         Arrangement of this campaign: the fitted model, and the differences between repeats.
     held_out
         Whether held-out data are simulated as well; without them it takes less than half the time.
+    extra
+        The user's own effects, see `diagnosis.candidate.catalogue`.
     """
 
     campaign: Campaign
     arrangement: Arrangement
     held_out: bool = True
+    extra: Sequence[Extra] = ()
 
     def draw(self, generator: np.random.Generator) -> Campaign:
         """One campaign."""
@@ -144,9 +150,10 @@ class Simulation:
         return model
 
     def _error(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
-        """Numerical error of each feature."""
+        """Numerical error and model error of each feature."""
         common, apart = self._errors
         error = common @ generator.standard_normal(common.shape[1])
+        error = error + self._model_errors @ generator.standard_normal(self._model_errors.shape[1])
         levels, number = np.unique(self._predictor.points.level, return_inverse=True)
         for change in apart.T:
             error = error + change * generator.standard_normal(len(levels))[number[self._features.row]]
@@ -165,6 +172,17 @@ class Simulation:
         return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
         )
+
+    @cached_property
+    def _model_errors(self) -> Float[NDArray[np.float64], "m c"]:
+        """Change of each feature by one standard deviation of the errors that the fitted model was found to have."""
+        fit, features, size = self.arrangement.fit, self._features, self.arrangement.left
+        if size == NO_ERROR:
+            return np.zeros((len(features.row), 0))
+        predicted = features.of_values(self._prediction.value)
+        patterns = ErrorPatterns.at(features, self._predictor, fit.model, self._prediction, predicted)
+        reading = size.reading * np.diag(patterns.reading)
+        return np.nan_to_num(np.column_stack([patterns.modes(size), reading]))
 
     def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""

@@ -84,6 +84,7 @@ class NumericalErrorTable(CaseModel):
 
     frequency: NotNegative = 2e-4
     compliance: NotNegative = 0.01
+    model: NotNegative = 1e-3
     shares: NotNegative = 0.05
     refined: tuple[str, ...] = ()
 

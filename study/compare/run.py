@@ -24,7 +24,13 @@ from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.feature_comparison import fit_together
 from diagnosis.fit.finer_model import widen_by_finer_models
-from diagnosis.fit.weighting import Measured, join_measured, take_prediction, weigh_together
+from diagnosis.fit.weighting import (
+    Measured,
+    join_measured,
+    leave_out_model_error,
+    take_prediction,
+    weigh_together,
+)
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
@@ -236,8 +242,8 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
         fit = fit_together(arrangement.train, fit, training_data(campaign, fit.model))
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
         sides = [
-            Side(comparison=arrangement.train, prediction=fit.prediction),
-            Side(comparison=arrangement.held_out, prediction=held_out),
+            Side(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
+            Side(comparison=leave_out_model_error(arrangement.held_out), prediction=held_out),
         ]
         n = len(setup.accepted)
         result = zip(setup.accepted, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)

@@ -13,7 +13,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import gain, held_gain, support
+from diagnosis.decision.rules import support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added
@@ -98,7 +98,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     # Normal: 4 standard deviations once in 16 000. The interval, 1.3 times that of the draws, is small enough for the
     # test to mean something.
     assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
-    assert best.deviation < 0.03 * MASS
+    assert best.deviation < 0.04 * MASS
     # The noise of single readings, of 1e-3 in each part.
     assert best.held_error < 0.003 < heavy.before.held_error
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
@@ -110,16 +110,16 @@ def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench, n_repeat: in
     campaign = bench.campaign((WHERE, 6e-4), seed=seed, n_repeat=n_repeat, held=(n_repeat,))
     found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload"])
     assert WHERE in names(found)
-    assert held_gain(found.arrangement, found.before, found.refits[0]) < 0.25 * gain(found.arrangement, found.refits[0])
+    assert found.refits[0].held_gain < 0.25 * found.refits[0].gain
 
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
-    found = [support(heavy.arrangement, heavy.before, each) for each in heavy.refits]
+    found = [support(each) for each in heavy.refits]
     assert len(found) > 1
     assert found == sorted(found, reverse=True)
     for each in heavy.refits:
         assert each.fit.chi2 < heavy.arrangement.fit.chi2
-        assert held_gain(heavy.arrangement, heavy.before, each) < gain(heavy.arrangement, each)
+        assert each.held_gain < each.gain
 
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
@@ -142,7 +142,8 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
         )
     }
     wide = f"intervals beside {heavy.verdict.effects[0].name}"
-    assert set(kept.asked) == {*STEPS, *fits, *refits, left_of(heavy), wide}
+    own = {f"{each.name} by its own covariance" for each in heavy.refits}
+    assert set(kept.asked) == {*STEPS, *fits, *refits, *own, left_of(heavy), wide}
     assert len(kept.asked) == len(set(kept.asked))
 
 

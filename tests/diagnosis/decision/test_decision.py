@@ -1,22 +1,18 @@
 """From hand-made refits to a verdict: each rule alone turns it."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.decision.rules import (
-    BAD,
     BEHIND,
-    LEFT,
     STAND_IN,
     Leftover,
     decide,
-    gain,
-    held_gain,
     misfit,
     passes,
     support,
@@ -32,21 +28,16 @@ N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0
 LIMITS = Thresholds(gain=20.0, misfit=30.0)
 
 
-def arrangement(held: int = 2, train: int = 2) -> Any:
-    """Of so many repeats."""
-    settled = SimpleNamespace(measured=np.zeros(N_HELD), observed=SimpleNamespace(count=np.full(N_HELD, held)))
-    fitted = SimpleNamespace(observed=SimpleNamespace(count=np.full(N_HELD, train)))
-    return SimpleNamespace(fit=SimpleNamespace(chi2=CHI2, n_number=N_TRAIN), settled=settled, train=fitted)
-
-
-ARRANGEMENT = arrangement()
 NO_EFFECT = Leftover(gain=0.0, name="", places=())
 
 
 def refit(name: str, fall: float, held_fall: float, n_number: int = 1000) -> Refit:
     effect: Any = SimpleNamespace(name=name, parameters=(SimpleNamespace(unit="kg"),)) if name else None
     fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number)
-    return Refit(effect=effect, fit=fit, held_chi2=(HELD_CHI2 - held_fall) / N_HELD, error=0.1, held_error=0.1)
+    held = (HELD_CHI2 - held_fall) / N_HELD
+    return Refit(
+        effect=effect, fit=fit, held_chi2=held, n_held=N_HELD, error=0.1, held_error=0.1, gain=fall, held_gain=held_fall
+    )
 
 
 BEFORE = refit("", 0.0, 0.0)
@@ -67,6 +58,7 @@ def decided(
     asked: list[str] | None = None,
     scores: tuple[Score, ...] = (),
     before: Refit = BEFORE,
+    left: ErrorSize = NO_ERROR,
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
@@ -74,21 +66,16 @@ def decided(
             asked.append(name)
         return rest
 
-    ranked = sorted(refits, key=lambda each: -support(ARRANGEMENT, before, each))
+    ranked: list[Any] = [
+        SimpleNamespace(name=each.name, refit=each, arrangement=SimpleNamespace(left=left))
+        for each in sorted(refits, key=lambda each: -support(each))
+    ]
     catalogue: Any = SimpleNamespace(candidates=())
-    return decide(ARRANGEMENT, catalogue, scores, before, ranked, places, LIMITS, run_step)
+    return decide(catalogue, scores, before, ranked, places, LIMITS, run_step, left)
 
 
 def named(verdict: Verdict) -> list[str]:
     return [each.effect.name for each in verdict.effects if each.effect is not None]
-
-
-def test_falls_are_counted_in_chi2_of_their_data() -> None:
-    mass = refit("mass", 100.0, 40.0)
-    # Round-off of a mean times a number.
-    assert gain(ARRANGEMENT, mass) == pytest.approx(100)
-    assert held_gain(ARRANGEMENT, BEFORE, mass) == pytest.approx(40)
-    assert support(ARRANGEMENT, BEFORE, mass) == pytest.approx(140)
 
 
 def test_one_effect_that_explains_is_missing() -> None:
@@ -113,22 +100,17 @@ def test_one_effect_that_explains_is_missing() -> None:
 )
 def test_a_claim_needs_the_limit_and_the_held_out_data(fall: float, held_fall: float, claimed: bool) -> None:
     one = refit("mass", fall, held_fall)
-    assert passes(ARRANGEMENT, BEFORE, one, LIMITS) is claimed
+    assert passes(one, LIMITS) is claimed
     assert decided(one).finding is (Finding.MISSING if claimed else Finding.NOTHING)
 
 
-@pytest.mark.parametrize(("left", "finding"), [(181.0, Finding.UNKNOWN), (179.0, Finding.MISSING)])
-def test_what_leaves_a_bad_fit_is_not_what_is_missing(left: float, finding: Finding) -> None:
-    """50 numbers may leave `BAD` = 2 each, and a tenth of the 800 that chi^2 was beyond that: 180."""
-    assert pytest.approx(180) == BAD * 50 + LEFT * (CHI2 - BAD * 50)
-    assert decided(refit("mass", CHI2 - left, 300, n_number=50), places=(place(0.0),)).finding is finding
-
-
-@pytest.mark.parametrize(("left", "finding"), [(2.81, Finding.UNKNOWN), (2.79, Finding.MISSING)])
-def test_what_predicts_other_tests_badly_is_not_what_is_missing(left: float, finding: Finding) -> None:
-    """As above for the held-out data: 10 a number before leave 2 and a tenth of 8."""
-    before, one = (replace(refit(name, 300, 0), held_chi2=held) for name, held in (("", 10.0), ("mass", left)))
-    assert decided(one, before=before, places=(place(0.0),)).finding is finding
+def test_a_model_that_is_far_off_is_not_diagnosed() -> None:
+    far = ErrorSize(reading=0.3)
+    verdict = decided(left=far)
+    assert verdict.finding is Finding.NOT_CLOSE
+    assert "30 % in the readings" in verdict.sentence
+    # An effect beside which the model is still far off is not what is missing.
+    assert decided(refit("mass", 100, 80), left=far).finding is Finding.NOT_CLOSE
 
 
 def test_no_candidate_means_nothing_or_something_unknown() -> None:

@@ -1,6 +1,5 @@
-"""A second look: by the weights of an effect that is the one it holds, by those of one that is not it does not."""
+"""Finalists are judged by their own covariance: what is hidden holds, and what is not does not."""
 
-from dataclasses import replace
 from functools import partial
 from types import ModuleType
 from typing import Any
@@ -11,11 +10,11 @@ import pytest
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
-from diagnosis.decision.judgement import Criteria, Judgement, judge, second_look
-from diagnosis.decision.rules import worse_than_noise
+from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Finding
-from diagnosis.fit.arrangement import Added, Arrangement, arrange, weigh_beside
+from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
+from diagnosis.fit.finalist import Finalist, fall, weigh_each
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
@@ -49,60 +48,54 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
 
 
 @pytest.fixture(scope="module")
-def known(campaign: Any, small: Model, scores: list[Score]) -> Criteria:
-    return Criteria(
-        catalogue=list_campaign_effects(campaign, small), scores=scores, thresholds=compute_linear_thresholds(scores)
-    )
-
-
-@pytest.fixture(scope="module")
-def first(arrangement: Arrangement, scores: list[Score], known: Criteria) -> Judgement:
+def finalists(campaign: Any, arrangement: Arrangement, scores: list[Score]) -> list[Finalist]:
     refits = [refit(arrangement, score) for score in scores]
-    return judge(arrangement, baseline_fit(arrangement), refits, localise(arrangement), known, compute_step)
+    before = baseline_fit(arrangement)
+    return weigh_each(campaign, arrangement, before, refits, partial(list_campaign_effects, campaign))
 
 
-def doubted(first: Judgement) -> Judgement:
-    return replace(first, verdict=replace(first.verdict, finding=Finding.UNKNOWN, effects=()))
-
-
-def test_a_fit_is_worse_than_noise_only_without_what_is_hidden(first: Judgement, arrangement: Arrangement) -> None:
-    best = first.refits[0]
-    assert worse_than_noise(arrangement)
-    assert not worse_than_noise(replace(arrangement, fit=best.fit))
-
-
-def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
-    campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], first: Judgement
-) -> None:
-    best = first.refits[0]
-    assert best.effect is not None
+def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
+    campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], arrangement: Arrangement,
+    finalists: list[Finalist],
+) -> None:  # fmt: skip
+    found = next(each for each in finalists if each.name == TRUE)
+    assert found.refit.effect is not None
+    added = Added(effect=found.refit.effect, values=found.refit.fit.values[-1:])
     listed = partial(list_campaign_effects, campaign)
-    found = weigh_beside(campaign, first.arrangement, best.effect, best.fit, listed)
-    added = Added(effect=best.effect, values=best.fit.values[-1:])
     other = arrange(campaign, small, free, BUDGET, added=[added], catalogue_of=listed)
-    assert found.fit.values.shape == first.arrangement.fit.values.shape
-    # One is weighed at the fit by the first weights, the other at its own: a small part of what noise there is.
-    ratio = found.train.whitening.deviation / other.train.whitening.deviation
+    # One is weighed at the fit by the first covariance, the other at its own: a small part of what noise there is.
+    ratio = found.arrangement.train.whitening.deviation / other.train.whitening.deviation
     assert np.median(abs(ratio - 1)) < 0.02
-    moved = found.train.whitening.deviation / first.arrangement.train.whitening.deviation
+    moved = found.arrangement.train.whitening.deviation / arrangement.train.whitening.deviation
     assert np.median(abs(moved - 1)) > 2 * np.median(abs(ratio - 1))
 
 
-def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
-    told: list[str] = []
-    listed = partial(list_campaign_effects, campaign)
-    found = second_look(campaign, doubted(first), known, listed, compute_step, told.append)
-    assert (found.verdict.finding, found.weighed) == (Finding.MISSING, TRUE)
-    assert [each.name for each in found.verdict.effects] == [TRUE]
-    assert found.verdict.effects[0].strength == pytest.approx(MASS, abs=3 * found.verdict.effects[0].deviation)
-    assert told[0] == f"weights beside {TRUE}"
-
-
-def test_what_is_not_hidden_does_not_hold_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
-    alone = doubted(replace(first, refits=tuple(each for each in first.refits if each.name == FALSE)))
-    told: list[str] = []
-    assert (
-        second_look(campaign, alone, known, partial(list_campaign_effects, campaign), compute_step, told.append)
-        is alone
+def test_what_is_hidden_is_named_with_its_strength(
+    campaign: Any, small: Model, arrangement: Arrangement, scores: list[Score], finalists: list[Finalist]
+) -> None:
+    criteria = Criteria(
+        catalogue=list_campaign_effects(campaign, small), scores=scores, thresholds=compute_linear_thresholds(scores)
     )
-    assert told == [f"weights beside {FALSE}"]  # it was asked, since it passes as long as nothing else does
+    before = Finalist(refit=baseline_fit(arrangement), arrangement=arrangement)
+    ranked, verdict = judge(before, finalists, localise(arrangement), criteria, compute_step)
+    assert verdict.finding is Finding.MISSING
+    assert [each.name for each in verdict.effects] == [TRUE] == [ranked[0].name]
+    assert verdict.effects[0].strength == pytest.approx(MASS, abs=3 * verdict.effects[0].deviation)
+    assert ranked[0].refit.gain > ranked[1].refit.gain
+
+
+def test_an_effect_leaves_less_model_error(
+    campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], scores: list[Score]
+) -> None:
+    """A model without the mass has errors of frequencies and readings in its place, and one with it smaller ones."""
+    without = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0, model=1e-3))
+    true = next(score for score in scores if score.effect.name == TRUE)
+    listed = partial(list_campaign_effects, campaign)
+    before, first = baseline_fit(without), refit(without, true)
+    (found,) = weigh_each(campaign, without, before, [first], listed)
+    faded = [each.train.faded for each in (without, found.arrangement)]
+    np.testing.assert_array_equal(*faded)
+    assert found.arrangement.left.frequency < 0.2 * without.left.frequency
+    assert found.arrangement.left.reading < without.left.reading
+    # The covariance of the model with it has less model error, by which the model without it is far worse.
+    assert found.refit.gain == pytest.approx(fall(before, first))

@@ -8,10 +8,11 @@ import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision import rules
-from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, gain, misfit, with_effect
+from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, misfit, with_effect
 from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.finalist import fall
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import fit_effect, refit
+from diagnosis.fit.refit import baseline_fit, fit_effect, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 
@@ -53,8 +54,9 @@ def test_after_a_wrong_effect_a_good_part_is_left(
     assert misfit(rest.places[0]) > 10 * limits.misfit
     assert rest.places[0].name == "tip z"
     # What is left, put on top, is about what the right one explains in all; its share is linear and the rest is not.
-    whole = gain(heavy, refits[RIGHT])
-    assert gain(heavy, refits[WRONG]) + rest.gain == pytest.approx(whole, rel=0.15)
+    before = baseline_fit(heavy)
+    whole = fall(before, refits[RIGHT])
+    assert fall(before, refits[WRONG]) + rest.gain == pytest.approx(whole, rel=0.15)
 
 
 def test_the_accepted_effect_counts_as_added(heavy: Arrangement, refits: dict[str, Refit]) -> None:

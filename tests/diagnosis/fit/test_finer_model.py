@@ -14,6 +14,7 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, arrange_anew
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.refit import baseline_fit, refit
@@ -69,7 +70,8 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
         assert fit.deviation[young] < STIFFER / 3
         assert widen_by_finer_models(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
     before, (refitted,) = baseline_fit(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
-    for each in widen_intervals(campaign, found, before, [before, refitted]):
+    fits = [Finalist(refit=each, arrangement=found) for each in (before, refitted)]
+    for each in widen_intervals(campaign, fits[0], fits):
         assert each.fit.deviation[young] >= STIFFER * (1 - FOUND)
 
 

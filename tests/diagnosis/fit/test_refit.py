@@ -142,7 +142,7 @@ def race(monkeypatch: pytest.MonkeyPatch, begun: dict[str, float], wider: dict[s
         return SimpleNamespace(chi2=min(found.chi2, wider[of.effect.name]))
 
     monkeypatch.setattr(refits, "multistart_fit", searching)
-    arrangement: Any = SimpleNamespace(fit=SimpleNamespace(n_number=500))
+    arrangement: Any = SimpleNamespace(fit=SimpleNamespace(n_number=500), effort=EFFORT)
     fits: Any = [(score(1.0, name=name), SimpleNamespace(chi2=chi2)) for name, chi2 in begun.items()]
     return {of.effect.name: fit.chi2 for of, fit in multistart_fits(arrangement, fits)}, asked
 

@@ -11,6 +11,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, inverse
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.threshold.parametric_bootstrap import FEW, carry_over, widen_intervals
 from diagnosis.threshold.simulation import Simulation
@@ -61,14 +62,15 @@ def test_correlations_stay_as_they_are(arrangement: Arrangement) -> None:
 
 def test_values_of_drawn_campaigns_stray_as_the_interval_says(arrangement: Arrangement, campaign: Campaign) -> None:
     before = baseline_fit(arrangement)
-    (wide,) = widen_intervals(campaign, arrangement, before, [before])
+    fitted = Finalist(refit=before, arrangement=arrangement)
+    (wide,) = widen_intervals(campaign, fitted, [fitted])
     np.testing.assert_array_equal(wide.fit.values, before.fit.values)
     assert wide.deviation >= before.deviation
     assert (wide.fit.deviation >= before.fit.deviation).all()
     # Here is little that a linear theory misses; the root of a mean of eight squares is good to a quarter, and five
     # such deviations, with the factor for the few, are out of reach.
     assert (wide.fit.deviation < FEW * (1 + 5 / 4) * before.fit.deviation).all()
-    (again,) = widen_intervals(campaign, arrangement, before, [before])
+    (again,) = widen_intervals(campaign, fitted, [fitted])
     np.testing.assert_array_equal(again.fit.covariance, wide.fit.covariance)
 
 

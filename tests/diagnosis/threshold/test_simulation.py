@@ -89,10 +89,14 @@ def test_numerical_error_is_the_same_in_all_repeats(small: Model, quiet: tuple[C
     simulation = Simulation(
         campaign=campaign, arrangement=replace(arrangement, jitter=(), budget=Budget(frequency=2e-3, compliance=0.0))
     )
-    drawn = arrange_campaign(simulation.draw(np.random.default_rng(2)))
-    plain = arrange_campaign(without_jitter(quiet).draw(np.random.default_rng(2)))
-    free = drawn.points.free & (drawn.points.harmonic == 1)
-    assert np.abs(drawn.value[free] / plain.value[free] - 1).max() > 0.02
+    changes = []
+    for seed in range(4):
+        drawn = arrange_campaign(simulation.draw(np.random.default_rng(seed)))
+        plain = arrange_campaign(without_jitter(quiet).draw(np.random.default_rng(seed)))
+        free = drawn.points.free & (drawn.points.harmonic == 1)
+        changes.append(np.abs(drawn.value[free] / plain.value[free] - 1).max())
+    # On the flank where it matters most an error of 2e-3 changes a reading by several per cent.
+    assert np.sqrt(np.mean(np.square(changes))) > 0.02
     spread = [np.nanstd(each.repeat[free], axis=1) / np.abs(each.value[free]) for each in (drawn, plain)]
     np.testing.assert_allclose(np.median(spread[0]), np.median(spread[1]), rtol=0.3)
 

@@ -1,0 +1,87 @@
+"""Errors of natural frequencies that a fit sets, where readings are no linear function of them.
+
+The error of a mesh moves each natural frequency a little. Next to a sharp resonance a shift by a part of its width
+changes readings by far more than the linear theory of a covariance says; there it is a parameter with a prior.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import Model
+from correlation.noise.model_error import compute_moduli
+from correlation.noise.nuisance import REACHED, Budget, ModelFeatures, highest_frequency, make_mode_errors
+from diagnosis.candidate.effect import EffectParameter
+from diagnosis.fit.calibration_parameter import MOST_PULLED, CalibrationParameter
+from diagnosis.fit.weighting import Measured
+
+#: The standard deviation of an error of a mesh is stated by rule of thumb: fits allow for so many times as much.
+VAGUE = 1.5
+#: An error is fitted if one standard deviation of it changes a reading by more than this share.
+SHARP = 0.1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeCorrection(CalibrationParameter):
+    """Factor on one natural frequency of the structure without its contacts.
+
+    Parameters
+    ----------
+    number
+        Number of the mode, the lowest one first.
+    rate
+        Derivative of the stiffness matrix by the factor, shape (n, n) [N/m].
+    """
+
+    number: int
+    rate: Float[NDArray[np.float64], "n n"]
+
+    is_of_case = False
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """Model with the factor; 1 changes nothing. A finer model has errors of its own."""
+        (factor,) = values
+        stiffness = model.system.stiffness
+        if stiffness.shape != self.rate.shape:
+            return model
+        return model.with_system(stiffness=stiffness + (factor - 1) * self.rate)
+
+
+def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> tuple[ModeCorrection, ...]:
+    """Errors of natural frequencies that measurements need as parameters.
+
+    Parameters
+    ----------
+    measured
+        Measurements.
+    model, budget
+        Model with their sensors, and its numerical error.
+    """
+    if not budget.frequency:
+        return ()
+    prediction = measured.predictor.predict(model)
+    nominal = ModelFeatures(measured.predictor.share(model), measured.features, model, prediction)
+    tangents = make_mode_errors(model, REACHED * highest_frequency(measured.observed.points))
+    features = measured.features
+    size = compute_moduli(features, features.of_values(prediction.value))
+    change = budget.frequency * np.abs(nominal.slopes(tangents)) / np.where(size > 0, size, np.inf)[:, None]
+    moved = np.nan_to_num(change[features.inverse[features.row]]).max(axis=0, initial=0.0)
+    deviation = VAGUE * budget.frequency
+    most = MOST_PULLED * deviation
+    factor = EffectParameter(
+        name="factor", unit="-", lower=1 - most, upper=1 + most, typical=1 + deviation, vanishes=1.0
+    )
+    found = []
+    for number in np.flatnonzero(moved > SHARP).tolist():
+        rate = tangents[number].free.matrices.stiffness
+        assert rate is not None
+        found.append(
+            ModeCorrection(
+                name=f"natural frequency {number + 1}", physics="Error of a natural frequency by the mesh.",
+                deviation=deviation, parameters=(factor,), number=number, rate=rate,
+            )
+        )  # fmt: skip
+    return tuple(found)
