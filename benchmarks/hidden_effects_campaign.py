@@ -156,8 +156,8 @@ def _record(
         without=without,
         finding=verdict.finding.value,
         sentence=verdict.sentence,
-        named=tuple(_fitted(each, before) for each in verdict.effects if each.effect is not None),
-        ranking=tuple(_fitted(each, before) for each in found.refits if each.effect is not None),
+        named=tuple(_fitted(each) for each in verdict.effects if each.effect is not None),
+        ranking=tuple(_fitted(each) for each in found.refits if each.effect is not None),
         scores={score.effect.name: round(float(score.gain), 2) for score in found.scores[:MOST_SCORES]},
         error=float(before.error),
         held_error=float(before.held_error),
@@ -179,7 +179,7 @@ def _record(
     )  # fmt: skip
 
 
-def _fitted(refit: Refit, before: Refit) -> Fitted:
+def _fitted(refit: Refit) -> Fitted:
     effect = refit.effect
     assert effect is not None
     return Fitted(
@@ -188,7 +188,7 @@ def _fitted(refit: Refit, before: Refit) -> Fitted:
         strength=refit.strength,
         deviation=refit.deviation,
         vanishes=float(effect.parameters[0].vanishes),
-        gain=float(before.fit.chi2 - refit.fit.chi2),
+        gain=refit.gain,
         error=float(refit.error),
         held_error=float(refit.held_error),
         held_chi2=float(refit.held_chi2),

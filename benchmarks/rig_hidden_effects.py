@@ -63,7 +63,7 @@ def write_model(folder: Path) -> Path:
         for old, new in (('"2.5 mm"\n', f'"{1e3 * size:g} mm"\n'), ("modes = 150", f"modes = {N_MODE}")):
             assert texts[stem].count(old) == 1
             texts[stem] = texts[stem].replace(old, new)
-    texts[MODEL] += f'\n[numerical_error]\nrefined = ["{FINER}.toml"]\n'
+    texts[MODEL] += f'\n[numerical_error]\nmodel = "0 %"\nrefined = ["{FINER}.toml"]\n'
     for stem, text in texts.items():
         (folder / f"{stem}.toml").write_text(text, encoding="utf-8")
     return folder / f"{MODEL}.toml"

@@ -77,8 +77,8 @@ def round_of(diagnosis: Diagnosis[Arrangement], hidden: list[str]) -> dict[str, 
     return {
         "finding": verdict.finding.value,
         "sentence": verdict.sentence,
-        "named": [_fitted(each, before) for each in verdict.effects if each.effect is not None],
-        "ranking": [_fitted(each, before) for each in diagnosis.refits if each.effect is not None],
+        "named": [_fitted(each) for each in verdict.effects if each.effect is not None],
+        "ranking": [_fitted(each) for each in diagnosis.refits if each.effect is not None],
         "scores": {score.effect.name: float(score.gain) for score in diagnosis.scores[:MOST]},
         "alike": {
             name: [
@@ -97,13 +97,13 @@ def round_of(diagnosis: Diagnosis[Arrangement], hidden: list[str]) -> dict[str, 
     }
 
 
-def _fitted(refit: Refit, before: Refit) -> dict[str, Any]:
+def _fitted(refit: Refit) -> dict[str, Any]:
     assert refit.effect is not None
     return {
         "name": refit.name,
         "strength": refit.strength,
         "half": INTERVAL * refit.deviation,
-        "gain": float(before.fit.chi2 - refit.fit.chi2),
+        "gain": refit.gain,
         "held_chi2": float(refit.held_chi2),
         "chi2": float(refit.fit.chi2 / refit.fit.n_number),
         "finite": bool(np.isfinite([refit.strength, refit.deviation]).all()),

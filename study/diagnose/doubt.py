@@ -18,13 +18,13 @@ def list_doubts(result: Round) -> list[str]:
     result
         The round.
     """
-    return [*_harm(result), *_strayed(result)]
+    return [*_harm(result), *_strayed(result), *_model_error(result), *result.remarks]
 
 
 def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse; both errors are by the same covariance."""
     drawn, before = result.drawn, result.diagnosis.before
-    rise = (before.held_chi2 - drawn.held_chi2) * len(result.diagnosis.arrangement.settled.measured)
+    rise = (before.held_chi2 - drawn.held_chi2) * before.n_held
     if rise > WORSE and before.held_error > drawn.held_error:
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
@@ -46,3 +46,13 @@ def _strayed(result: Round) -> Iterator[str]:
                 f"{parameter.name} x {value:.4g} is {pull:.1f} standard deviations of its prior from the case: "
                 "something else may be what differs."
             )
+
+
+def _model_error(result: Round) -> Iterator[str]:
+    """What the model without an effect errs by, beside what the case states."""
+    words = result.diagnosis.verdict.model_error.words
+    if words:
+        yield (
+            f"Beside noise and the errors that the case states the model errs by {words} (standard deviations); "
+            "intervals and thresholds allow for it."
+        )

@@ -110,7 +110,7 @@ def page(result: Round, history: History) -> str:
         held_before=f"{100 * result.diagnosis.before.held_error:.3g}",
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=result.diagnosis.places,
-        accepted=result.setup.accepted,
+        accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
         now=factors(result, result.diagnosis.before),
         then={} if result.best is None else factors(result, result.best),

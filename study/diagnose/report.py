@@ -6,12 +6,13 @@ from textwrap import fill
 from typing import Any
 
 from diagnosis.decision.verdict import INTERVAL, Finding
+from diagnosis.fit.unknown_gain import describe_gain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, Errors, Step
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
-from study.diagnose.table import Row, digits, factors, interval, rows, short, strengths
+from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -30,6 +31,7 @@ ADVICE = {
     Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so by itself',
     Finding.AMBIGUOUS: 'plan a test that separates them, or add one of them: stickslip add "{effect}"',
     Finding.NOTHING: "none; the case explains these measurements",
+    Finding.NOT_CLOSE: "check supports, masses and loads of the case, and units and places of the sensors",
     Finding.UNKNOWN: "inspect that place, or describe an effect of your own (docs/effects.md)",
 }
 
@@ -79,8 +81,8 @@ def threshold_in_words(result: Round) -> str:
     thresholds = result.diagnosis.thresholds
     origin = f"{thresholds.n_trial} simulated ones" if thresholds.n_trial else "linear theory, with a margin"
     return (
-        f"detection threshold: chi^2 falls by more than {thresholds.gain:.3g} in {100 * thresholds.false_alarms:.2g} % "
-        f"of campaigns without a missing effect ({origin})"
+        f"detection threshold: chi^2 falls by more than {thresholds.gain:.3g} in "
+        f"{100 * thresholds.false_alarms:.2g} % of campaigns without a missing effect ({origin})"
     )
 
 
@@ -93,6 +95,7 @@ def document(result: Round) -> dict[str, Any]:
         "finding": diagnosis.verdict.finding.value,
         "verdict": diagnosis.verdict.sentence,
         "doubts": list_doubts(result),
+        "model_error": vars(diagnosis.verdict.model_error),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
@@ -106,6 +109,8 @@ def document(result: Round) -> dict[str, Any]:
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
             for name, (factor, deviation) in factors(result, diagnosis.before).items()
         },
+        "frequency_shifts": frequency_shifts(result, diagnosis.before),
+        "gains": {name: _estimate(*numbers, "gain") for name, numbers in gains(result, diagnosis.before).items()},
         "added": [
             {
                 "effect": effect.name,
@@ -187,6 +192,10 @@ def _fitted(result: Round) -> Iterator[str]:
         for name, (value, deviation) in factors(result, before).items()
     ]
     yield f"Calibrated: {', '.join(named) or 'the case has no calibration parameters'}"
+    if found := [describe_gain(name, *numbers) for name, numbers in gains(result, before).items()]:
+        yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
+    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result, before).items()]:
+        yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"
     for (effect, strength, deviation), was in zip(strengths(result, before), result.setup.added, strict=True):
         parameter = effect.parameters[0]
         now = interval(strength, deviation, parameter)

@@ -7,15 +7,20 @@ from typing import Any, TypeVar
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
+from correlation.feature.observation import Observation, find_sweep_directions, take_training_part
 from correlation.metric.misfit import Misfit
 from correlation.model import Model
+from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
+from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
+from diagnosis.fit.unknown_gain import has_unknown_gains
+from diagnosis.fit.weighting import Measured, leave_out_model_error
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
@@ -24,6 +29,7 @@ from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
 from study.case.setup import Setup
 from study.compare.run import Side
+from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
@@ -47,6 +53,8 @@ class Round:
         The case without anything that was calibrated or added.
     run_step
         Looks up or computes further steps of this round.
+    remarks
+        What the data cannot tell of gains that nobody stated, in sentences.
     """
 
     setup: Setup
@@ -54,6 +62,7 @@ class Round:
     diagnosis: Diagnosis[Arrangement]
     drawn: Refit
     run_step: RunStep
+    remarks: Sequence[str] = ()
 
     @property
     def best(self) -> Refit | None:
@@ -61,8 +70,9 @@ class Round:
         return next(iter(self.diagnosis.verdict.effects), None)
 
     def misfit(self, refit: Refit) -> Misfit:
-        """Misfit of a fit to the training data."""
-        return Side(comparison=self.diagnosis.arrangement.train, prediction=refit.fit.prediction).misfit
+        """Misfit of a fit to the training data, by noise and stated errors alone."""
+        train = leave_out_model_error(self.diagnosis.arrangement.train)
+        return Side(comparison=train, prediction=refit.fit.prediction).misfit
 
 
 def diagnose_case(
@@ -102,9 +112,9 @@ def diagnose_case(
     EffectError
         An unknown kind, or an effect of one's own that fails.
     """
-    setup = beside(setup, campaign)
-    without = tuple(sorted({*setup.without, *without}))
     store, progress = store or Store(None), progress or SilentProgress()
+    setup, remarks = beside(setup, campaign, store)
+    without = tuple(sorted({*setup.without, *without}))
     run_step = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
@@ -123,7 +133,7 @@ def diagnose_case(
             report=shown.report,
         )
         drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
-    return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step)
+    return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks)
 
 
 def bootstrap(
@@ -156,28 +166,58 @@ def bootstrap(
     added = {item.effect.name for item in setup.added}
     effects = [item for item in known.candidates if item.name not in added]
     return simulated_thresholds(
-        key, Simulation(campaign=campaign, arrangement=arrangement), effects, trials, store, progress
+        key,
+        Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effects),
+        effects,
+        trials,
+        store,
+        progress,
     )
 
 
-def beside(setup: Setup, campaign: Campaign) -> Setup:
-    """A case with the sensors of a campaign, and its added effects as they are at the campaign's levels."""
+def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[str]]:
+    """A case with the sensors and gains of a campaign, and its added effects as they are at the campaign's levels.
+
+    Errors of natural frequencies that readings are not linear in become calibration parameters.
+
+    Returns
+    -------
+    The case, and what the data cannot tell of gains that nobody stated.
+    """
     model = with_sensors(setup.model, campaign)
     refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
     setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    if not setup.added:
-        return setup
-    known = setup.candidates(campaign)
-    return replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))
+    remarks = []
+    if has_unknown_gains(campaign):
+        gained = set_gains(setup, campaign)
+        setup = replace(gained.setup, accepted=(*setup.accepted, *gained.gains.parameters))
+        remarks = [remark.sentence for remark in gained.remarks]
+    observed, sweeps = take_training_part(campaign), find_sweep_directions(campaign)
+    corrections = store.run(find_mode_corrections, setup.complete, setup.budget, observed, sweeps)
+    budget = replace(setup.budget, fitted=tuple(each.number for each in corrections))
+    setup = replace(setup, accepted=(*setup.accepted, *corrections), budget=budget)
+    if setup.added:
+        known = setup.candidates(campaign)
+        setup = replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))
+    return setup, remarks
+
+
+@stage("mode corrections")
+def find_mode_corrections(
+    model: Model, budget: Budget, observed: Observation, sweeps: tuple[int, ...]
+) -> tuple[ModeCorrection, ...]:
+    """Errors of natural frequencies that measurements need as parameters; see `list_mode_corrections`."""
+    return list_mode_corrections(Measured.prepare(observed, sweeps), model, budget)
 
 
 def errors(refit: Refit) -> Errors:
     """Errors of a fitted model."""
+    training, held_out = refit.stated_chi2, refit.held_stated_chi2
     return Errors(
         training=refit.error,
         held_out=refit.held_error,
-        training_chi2=refit.fit.chi2 / refit.fit.n_number,
-        held_out_chi2=refit.held_chi2,
+        training_chi2=refit.fit.chi2 / refit.fit.n_number if training is None else training,
+        held_out_chi2=refit.held_chi2 if held_out is None else held_out,
     )
 
 

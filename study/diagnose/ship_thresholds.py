@@ -36,7 +36,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
         The shipped file; other layouts stay in it.
     """
     campaign = read_campaign(folder)
-    setup = beside(read_case(case, campaign).setup, campaign)
+    setup, _ = beside(read_case(case, campaign).setup, campaign, store)
     without = tuple(sorted(setup.without))
     thresholds = bootstrap(
         setup, campaign, without, trials, Steps(store, setup, campaign, without), store, progress, None

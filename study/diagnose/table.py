@@ -7,7 +7,9 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.decision.verdict import INTERVAL, worth
+from diagnosis.fit.mode_correction import ModeCorrection
 from diagnosis.fit.problem import Refit
+from diagnosis.fit.unknown_gain import UnknownGain
 from diagnosis.screening import Score
 from study.case.added import WRITTEN, key_of, text_of
 from study.diagnose.edit import Written
@@ -87,9 +89,8 @@ def rows(result: Round) -> list[Row]:
     refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
     named = [refit.effect.name for refit in verdict.effects if refit.effect is not None]
     best = scores.get(next(iter([*named, *refits, *scores]), ""))
-    chi2 = diagnosis.before.fit.chi2
     listed = [
-        _row(score, refits.get(name), best, verdict.detectable.get(name, np.inf), name in named, chi2)
+        _row(score, refits.get(name), best, verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()
     ]
 
@@ -126,9 +127,22 @@ def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
 
 
 def factors(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
-    """Calibration parameters of a fit with their standard deviations, by name."""
-    names = [item.name for item in result.setup.accepted]
-    return dict(zip(names, zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True), strict=False))
+    """Calibration parameters of the case in a fit, with their standard deviations, by name."""
+    numbers = zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True)
+    return {item.name: pair for item, pair in zip(result.setup.accepted, numbers, strict=False) if item.is_of_case}
+
+
+def gains(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
+    """Gains that nobody stated, as fitted, with their standard deviations, by name."""
+    numbers = zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True)
+    pairs = zip(result.setup.accepted, numbers, strict=False)
+    return {item.name: (item.start * a, item.start * b) for item, (a, b) in pairs if isinstance(item, UnknownGain)}
+
+
+def frequency_shifts(result: Round, refit: Refit) -> dict[str, float]:
+    """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
+    pairs = zip(result.setup.accepted, refit.fit.values.tolist(), strict=False)
+    return {item.name: value - 1 for item, value in pairs if isinstance(item, ModeCorrection)}
 
 
 def strengths(result: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
@@ -180,12 +194,12 @@ def _unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
     return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit
 
 
-def _row(score: Score, refit: Refit | None, best: Score | None, detectable: float, named: bool, chi2: float) -> Row:
+def _row(score: Score, refit: Refit | None, best: Score | None, detectable: float, named: bool) -> Row:
     size, parameter = abs(score.effect.parameters[0].typical - score.effect.parameters[0].vanishes), score.size
     return Row(
         effect=score.effect,
         expected=score.gain,
-        gain=None if refit is None else chi2 - refit.fit.chi2,
+        gain=None if refit is None else refit.gain,
         strength=score.strength if refit is None else refit.strength,
         deviation=(size / parameter if parameter else np.inf) if refit is None else refit.deviation,
         errors=None if refit is None else errors(refit),

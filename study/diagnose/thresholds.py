@@ -57,10 +57,13 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
         ],
         "n_dof": model.system.n_dof,
         "lines": {name: len(members) for name, members in model.lines.items()},
-        "accepted": [item.name for item in setup.accepted],
+        "accepted": [item.name for item in setup.accepted if item.is_of_case],
         "pressed_together": sorted(sorted(group) for group in model.pressed_together),
         "numerical_error": [
-            *(float(f"{item:.4g}") for item in (setup.budget.frequency, setup.budget.compliance, setup.budget.shares)),
+            *(
+                float(f"{getattr(setup.budget, name):.4g}")
+                for name in ("frequency", "compliance", "shares", *(["model"] if setup.budget.model else []))
+            ),
             [[finer.system.n_dof, len(finer.system.joints), finer.n_harmonic] for finer in setup.budget.refined],
         ],
         "candidates": sorted(candidates.names),

@@ -235,7 +235,14 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
 
 def refit(effect: Any, chi2: float, held_error: float) -> Refit:
     fit = SimpleNamespace(values=np.array([1.0, 5e-5]), deviation=np.array([0.1, 2e-6]), chi2=chi2)
-    return Refit(effect=effect, fit=fit, held_chi2=1.0, error=0.01, held_error=held_error)  # type: ignore[arg-type]
+    return Refit(
+        effect=effect,
+        fit=fit,
+        held_chi2=1.0,
+        error=0.01,
+        held_error=held_error,
+        gain=900.0 - chi2,  # type: ignore[arg-type]
+    )
 
 
 def test_a_campaign_is_made_judged_recorded_and_deleted(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A handful of the score's campaigns, whole: made on the bench, diagnosed with the shipped limits, put on record."""
+"""Two of the score's campaigns, whole: made on the bench, diagnosed with the shipped limits, put on record."""
 
 from pathlib import Path
 
@@ -7,16 +7,14 @@ import pytest
 from benchmarks.hidden_effects_campaign import examine
 from benchmarks.hidden_effects_groups import read_groups
 from benchmarks.hidden_effects_plan import Case
-from benchmarks.hidden_effects_record import MISSING, NONE, UNKNOWN
+from benchmarks.hidden_effects_record import MISSING, NONE
 
 
 @pytest.mark.parametrize(
     ("row", "seed", "finding", "effects"),
     [
-        ("friction", 76004, MISSING, ("friction coefficient of left against right",)),
         ("cubic", 72005, MISSING, ("cubic at tip",)),
         ("nothing", 77003, NONE, ()),
-        ("stop", 80003, UNKNOWN, ()),
     ],
 )
 def test_a_campaign_of_the_score_is_judged_as_it_should_be(
@@ -28,6 +26,3 @@ def test_a_campaign_of_the_score_is_judged_as_it_should_be(
         assert record.planted.effect in effects
         named = record.named[0]
         assert named.strength == pytest.approx(record.planted.value, abs=4 * named.deviation)
-    if row == "stop":
-        assert record.place is not None
-        assert record.place.name == record.planted.place

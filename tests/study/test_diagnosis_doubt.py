@@ -6,18 +6,25 @@ from typing import Any
 import numpy as np
 import pytest
 
+from correlation.noise.model_error import NO_ERROR, ErrorSize
 from study.diagnose.doubt import list_doubts
 
 
-def result(values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0) -> Any:
+def result(
+    values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0,
+    error: ErrorSize = NO_ERROR,
+) -> Any:  # fmt: skip
     factor = SimpleNamespace(vanishes=1.0, lower=0.95, upper=1.05)
     parameter = SimpleNamespace(name="E", deviation=0.01, parameters=(factor,))
     calibration = tuple(parameter for _ in values)
-    arrangement = SimpleNamespace(calibration=calibration, settled=SimpleNamespace(measured=np.zeros(100)))
-    fitted = SimpleNamespace(held_chi2=1.0 + chi2, held_error=before, fit=SimpleNamespace(values=np.array(values)))
+    fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_chi2=1.0, held_error=drawn), best=None, setup=SimpleNamespace(added=()),
-        diagnosis=SimpleNamespace(before=fitted, arrangement=arrangement),
+        drawn=SimpleNamespace(held_chi2=1.0, held_error=drawn), best=None, setup=SimpleNamespace(added=()), remarks=(),
+        diagnosis=SimpleNamespace(
+            before=SimpleNamespace(held_chi2=1.0 + chi2, held_error=before, fit=fit, n_held=100),
+            arrangement=SimpleNamespace(calibration=calibration),
+            verdict=SimpleNamespace(model_error=error),
+        ),
     )  # fmt: skip
 
 
@@ -40,3 +47,8 @@ def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> Non
     (doubt,) = list_doubts(result((value,)))
     assert doubt.startswith("E x ")
     assert words in doubt
+
+
+def test_what_the_model_errs_by_is_said() -> None:
+    (doubt,) = list_doubts(result(error=ErrorSize(frequency=0.003)))
+    assert "0.3 % in natural frequencies" in doubt
