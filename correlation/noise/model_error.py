@@ -31,7 +31,7 @@ from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
-from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes
+from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes, make_frequency_shifts, split_by_level
 from correlation.prediction import Prediction, Predictor
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
@@ -132,14 +132,9 @@ class ErrorPatterns:
             Features of the measurements, shape (m,), whose moduli the errors of readings are relative to.
         """
         nominal = ModelFeatures(predictor.share(model), features, model, prediction)
-        frequency = ModelParameter(matrices=MatrixParameter(mass=2 * model.system.mass, damping=model.system.damping))
-        damping = ModelParameter(matrices=MatrixParameter(damping=model.system.damping))
-        tangents = [
-            Tangent(jointed=NOTHING if free else rate, free=rate if free else NOTHING, gain={})
-            for rate in (frequency, damping)
-            for free in (False, True)
-        ]
-        changes = nominal.slopes(tangents)
+        damped = ModelParameter(matrices=MatrixParameter(damping=model.system.damping))
+        damping = [Tangent(jointed=damped, free=NOTHING, gain={}), Tangent(jointed=NOTHING, free=damped, gain={})]
+        changes = nominal.slopes([*make_frequency_shifts(model, by_exciter=False), *damping])
         return cls(
             frequency=_by_level(features, changes[:, :2]),
             damping=_by_level(features, changes[:, 2:]),
@@ -275,8 +270,7 @@ class _Density:
 
 def _by_level(features: FeatureVector, changes: Modes) -> Modes:
     """Changes as one column per level; columns without a change are left out."""
-    level = features.points.level[features.row]
-    columns = np.column_stack([np.where((level == each)[:, None], changes, 0.0) for each in np.unique(level)])
+    columns = np.column_stack([split_by_level(features, change) for change in changes.T])
     return np.asarray(columns[:, columns.any(axis=0)])
 
 

@@ -112,12 +112,15 @@ def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequenc
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
     presses = nominal.model.presses
     errors = make_error_tangents(nominal.model, budget, highest_frequency(nominal.features.points))
-    jitter = [*_frequency_shifts(nominal.model, by_exciter=True), *(_press(nominal.model, group) for group in presses)]
+    jitter = [
+        *make_frequency_shifts(nominal.model, by_exciter=True),
+        *(_press(nominal.model, group) for group in presses),
+    ]
     # Each state is linearised once for all of them.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
     later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
-    by_level = [_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
+    by_level = [split_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
     return NuisanceModes(
         jitter=[modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])],
         budget=np.column_stack([changes[:, : errors.whole], *by_level]),
@@ -145,7 +148,7 @@ def make_error_tangents(model: Model, budget: Budget, highest: float) -> ErrorTa
     """
     modes = make_mode_errors(model, REACHED * highest) if budget.frequency else []
     apart = [mode for number, mode in enumerate(modes) if number not in budget.fitted]
-    common = [] if budget.fitted else _frequency_shifts(model, by_exciter=False)
+    common = [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
     frequencies, contacts = [*common, *apart], make_contact_errors(model, budget)
     return ErrorTangents(
         [*frequencies, *contacts.tangents],
@@ -167,7 +170,7 @@ def highest_frequency(points: Points) -> float:
     return float((points.frequency * np.maximum(points.harmonic, 1)).max())
 
 
-def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
+def split_by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
     """A change as one mode per level, since other contacts slip at each."""
     level = features.points.level[features.row]
     return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
@@ -242,7 +245,7 @@ def left_by(
     return slider
 
 
-def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
+def make_frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
     """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C.
 
     By the exciter, what it accelerates feels the true Omega as well; natural frequencies that are off leave Omega.
