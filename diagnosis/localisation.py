@@ -33,6 +33,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.weighting import resize_model_error
+from diagnosis.screening import make_basis, project_out
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
@@ -109,7 +110,7 @@ class _Weights(NamedTuple):
     def across(self, changes: Matrix) -> Matrix:
         """Whitened changes, shape (m, c), as rows of all data and priors."""
         whitened = np.pad(self.whitening(changes), ((0, len(self.residual) - len(changes)), (0, 0)))
-        return np.asarray(whitened - self.basis @ (self.basis.T @ whitened))
+        return project_out(self.basis, whitened)
 
 
 def localise(arrangement: Arrangement) -> list[Place]:
@@ -155,10 +156,9 @@ def _list_weights(arrangement: Arrangement) -> list[_Weights]:
     weights: list[_Weights] = []
     costs = []
     for each in listed:
-        scaled = np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size
-        basis = np.asarray(np.linalg.qr(scaled[:, scaled.any(axis=0)])[0])
+        basis = make_basis(np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size)
         residual = np.concatenate([np.where(there, each.whitening(difference), NOT_FOUND), fit.residual[m:]])
-        across = residual - basis @ (basis.T @ residual)
+        across = project_out(basis, residual)
         costs.append(float(across @ across) + each.log_weight)
         weights.append(_Weights(each.whitening, basis, across, costs[-1] - costs[0]))
     return weights

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Matrix, Vector
@@ -84,7 +86,7 @@ def screen(
     """
     fit = problem.fit
     basis = make_calibration_basis(problem)
-    residual = _across(basis, fit.residual)
+    residual = project_out(basis, fit.residual)
     scores = []
     for number, (effect, slope) in enumerate(zip(effects, _slopes(problem, effects), strict=True)):
         scores.append(_score(problem, effect, basis, residual, slope))
@@ -96,21 +98,29 @@ def screen(
 def compute_slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
     """Gain of each effect by its derivative at the vanishing value, within its bounds, shape (e,)."""
     basis = make_calibration_basis(problem)
-    residual = _across(basis, problem.fit.residual)
+    residual = project_out(basis, problem.fit.residual)
     slopes = _slopes(problem, effects)
     return np.array(
-        [_least(effect, _across(basis, slope), residual).gain for effect, slope in zip(effects, slopes, strict=True)]
+        [
+            _least(effect, project_out(basis, slope), residual).gain
+            for effect, slope in zip(effects, slopes, strict=True)
+        ]
     )
 
 
 def make_calibration_basis(problem: Problem) -> Matrix:
     """Orthonormal basis of the changes by the calibration parameters, shape (m + p, p)."""
-    jacobian = problem.fit.jacobian * problem.fit.unknowns.size
-    return np.asarray(np.linalg.qr(jacobian[:, jacobian.any(axis=0)])[0])
+    return make_basis(problem.fit.jacobian * problem.fit.unknowns.size)
 
 
-def _across(basis: Matrix, vector: Vector) -> Vector:
-    return np.asarray(vector - basis @ (basis.T @ vector))
+def make_basis(changes: Matrix) -> Matrix:
+    """Orthonormal basis of the columns that change anything."""
+    return np.asarray(np.linalg.qr(changes[:, changes.any(axis=0)])[0])
+
+
+def project_out(basis: Matrix, changes: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
+    """What is left of one change, or of several columns, beside a basis."""
+    return np.asarray(changes - basis @ (basis.T @ changes))
 
 
 def _slopes(problem: Problem, effects: Sequence[Effect]) -> Iterator[Vector]:
@@ -132,7 +142,7 @@ def _score(problem: Problem, effect: Effect, basis: Matrix, residual: Vector, sl
     parameter, effort = effect.parameters[0], problem.effort
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
-    across = _across(basis, slope)
+    across = project_out(basis, slope)
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
     if 1 - absorbed < effort.least_left or whole * abs(typical) < effort.unseen:
         slope, across = 0 * slope, 0 * across
@@ -142,7 +152,7 @@ def _score(problem: Problem, effect: Effect, basis: Matrix, residual: Vector, sl
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
     if abs(step) > LEAST * abs(typical) and 1 - absorbed >= effort.least_left:
         change = _change(problem, effect, step, relief)
-        finite = _least(effect, _across(basis, change) / step, residual)
+        finite = _least(effect, project_out(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
