@@ -153,7 +153,10 @@ class Simulation:
         """Numerical error and model error of each feature."""
         common, apart = self._errors
         error = common @ generator.standard_normal(common.shape[1])
-        error = error + self._model_errors @ generator.standard_normal(self._model_errors.shape[1])
+        if self.arrangement.left != NO_ERROR:
+            together, own = self._model_errors
+            error = error + together @ generator.standard_normal(together.shape[1])
+            error = error + own * generator.standard_normal(len(own))
         levels, number = np.unique(self._predictor.points.level, return_inverse=True)
         for change in apart.T:
             error = error + change * generator.standard_normal(len(levels))[number[self._features.row]]
@@ -174,15 +177,17 @@ class Simulation:
         )
 
     @cached_property
-    def _model_errors(self) -> Float[NDArray[np.float64], "m c"]:
-        """Change of each feature by one standard deviation of the errors that the fitted model was found to have."""
+    def _model_errors(self) -> tuple[Float[NDArray[np.float64], "m c"], Float[NDArray[np.float64], " own"]]:
+        """Change of each feature by one standard deviation of the errors that the fitted model was found to have.
+
+        Returns
+        -------
+        Modes that features share, and what each has by itself.
+        """
         fit, features, size = self.arrangement.fit, self._features, self.arrangement.left
-        if size == NO_ERROR:
-            return np.zeros((len(features.row), 0))
         predicted = features.of_values(self._prediction.value)
         patterns = ErrorPatterns.at(features, self._predictor, fit.model, self._prediction, predicted)
-        reading = size.reading * np.diag(patterns.reading)
-        return np.nan_to_num(np.column_stack([patterns.modes(size), reading]))
+        return np.nan_to_num(patterns.modes(size)), np.nan_to_num(size.reading * patterns.reading)
 
     def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""
