@@ -210,11 +210,7 @@ def expect_usual_error(arrangement: Arrangement) -> Arrangement:
 
 
 def weigh_beside(
-    campaign: Campaign,
-    arrangement: Arrangement,
-    effect: Effect | None,
-    fit: Fit,
-    catalogue_of: Callable[[Model], Catalogue],
+    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements by the covariance of the model with an effect, and the fit by it, effect included.
 
@@ -227,15 +223,13 @@ def weigh_beside(
     campaign, arrangement
         Measurements and model.
     effect, fit
-        Effect, or none, and its fit with the calibration parameters and the added effects.
+        Effect and its fit, with the calibration parameters and the added effects.
     catalogue_of
         As in `arrange`.
     """
     of = arrangement
     train, held_out = _sides(campaign)
-    finer = list(of.finer)
-    if effect is not None:
-        finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
+    finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined, like=of.train)
     comparison, fit = _fit_with_model_error(

@@ -173,21 +173,24 @@ def allow_model_error(
         usual=ErrorSize.usual(usual),
         size=size,
     )
-    return replace(of, whitening=error.whitening, model_error=error)
+    return _with_error(of, error)
 
 
 def update_model_error(comparison: Comparison, prediction: Prediction) -> Comparison:
     """Comparison with the size of its model error, if it has one, estimated from the difference to a prediction."""
     if comparison.model_error is None:
         return comparison
-    error = comparison.model_error.estimated(comparison.difference(prediction))
-    return replace(comparison, whitening=error.whitening, model_error=error)
+    return _with_error(comparison, comparison.model_error.estimated(comparison.difference(prediction)))
 
 
 def resize_model_error(comparison: Comparison, share: float) -> Comparison:
     """Comparison with a share of its model error."""
     assert comparison.model_error is not None
-    error = replace(comparison.model_error, size=comparison.model_error.size.scaled(share))
+    error = comparison.model_error
+    return _with_error(comparison, replace(error, size=error.size.scaled(share)))
+
+
+def _with_error(comparison: Comparison, error: ModelError) -> Comparison:
     return replace(comparison, whitening=error.whitening, model_error=error)
 
 

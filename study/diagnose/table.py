@@ -7,6 +7,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.decision.verdict import INTERVAL, worth
+from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.mode_correction import ModeCorrection
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import UnknownGain
@@ -128,21 +129,25 @@ def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
 
 def factors(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
     """Calibration parameters of the case in a fit, with their standard deviations, by name."""
-    numbers = zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True)
-    return {item.name: pair for item, pair in zip(result.setup.accepted, numbers, strict=False) if item.is_of_case}
+    return {item.name: (a, b) for item, a, b in _calibrated(result, refit) if item.is_of_case}
 
 
 def gains(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
     """Gains that nobody stated, as fitted, with their standard deviations, by name."""
-    numbers = zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True)
-    pairs = zip(result.setup.accepted, numbers, strict=False)
-    return {item.name: (item.start * a, item.start * b) for item, (a, b) in pairs if isinstance(item, UnknownGain)}
+    fitted = _calibrated(result, refit)
+    return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}
 
 
 def frequency_shifts(result: Round, refit: Refit) -> dict[str, float]:
     """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
-    pairs = zip(result.setup.accepted, refit.fit.values.tolist(), strict=False)
-    return {item.name: value - 1 for item, value in pairs if isinstance(item, ModeCorrection)}
+    fitted = _calibrated(result, refit)
+    return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, ModeCorrection)}
+
+
+def _calibrated(result: Round, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
+    """All calibration parameters of a fit, with value and standard deviation; effects come after them."""
+    fit = refit.fit
+    return list(zip(result.setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False))
 
 
 def strengths(result: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
