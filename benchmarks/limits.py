@@ -78,7 +78,7 @@ def main() -> None:
     first = stuck_frequencies(system.mass, system.stiffness, list(system.joints))[0]
     balance = HarmonicBalance(system=system, n_harmonic=6, n_sample=256)
     problem = limit_problem(balance, OutputHarmonic(row=TIP))
-    print(f"box: {problem.box.reach * 1e6:.2f} um; first frequency, stuck: {first / 2 / np.pi:.2f} Hz")
+    print(f"box: {problem.box.reach.max() * 1e6:.2f} um; first frequency, stuck: {first / 2 / np.pi:.2f} Hz")
     # Compiles.
     response_limits(problem, [0.98 * first], [4.0], settings=LimitSettings(sample=2))
     omega = first * np.linspace(*BAND, n_frequency)

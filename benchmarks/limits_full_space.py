@@ -37,7 +37,7 @@ class FullSpace:
     """Objective and constraint over z = (motion, sliders), all in units of the box."""
 
     def __init__(self, point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> None:
-        self.point, self.shape, self.unit = point, trial.x.shape, point.box.reach
+        self.point, self.shape, self.unit = point, trial.x.shape, float(point.box.reach.max())
         self.began, self.seconds, self.wanted = time.process_time(), seconds, wanted
         self.start = np.concatenate([trial.x.ravel(), trial.w]) / self.unit
         self.n = trial.x.size

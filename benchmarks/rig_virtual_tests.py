@@ -65,13 +65,13 @@ def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
 def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> bool:
     """Print what lies inside; whether all does whose sliders stay in the box."""
     lower, upper = limits.lower[row] * (1 - BETWEEN_THEM), limits.upper[row] * (1 + BETWEEN_THEM)
-    held = drift <= limits.reach
+    held = drift <= limits.reach.max()
     boxed = np.where(held, amplitude, np.nan)
     excess = np.maximum(boxed / limits.upper[row] - 1, 1 - boxed / limits.lower[row])
     inside = f"{coverage(boxed, lower, upper):.1%}, worst {np.nanmax(excess):+.2%}" if held.any() else "none"
     print(
         f"| {level:g} N | {amplitude.size} | {coverage(amplitude, lower, upper):.1%} | {held.sum()} | {inside} "
-        f"| {drift.max() / limits.reach:.1f} | {np.nanmedian(tightness(amplitude, lower, upper)):.1f} "
+        f"| {drift.max() / limits.reach.max():.1f} | {np.nanmedian(tightness(amplitude, lower, upper)):.1f} "
         f"| {1e6 * interval_score(amplitude, lower, upper, 0.05).mean():.2f} |",
         flush=True,
     )
@@ -121,7 +121,7 @@ def main() -> None:
         )
     )
     sound = True
-    for reach, name in ((problem.box.reach, "band"), (1.01 * drift.max(), "wide_band")):
+    for reach, name in ((float(problem.box.reach.max()), "band"), (1.01 * drift.max(), "wide_band")):
         # The second box holds all sliders, so that all points must lie inside.
         limits = response_limits(
             replace(search, reach=reach).problem(), 2 * pi * frequencies, asked.levels, settings=LimitSettings()

@@ -32,7 +32,7 @@ def main() -> None:
     problem = limit_problem(balance, OutputHarmonic(row=0))
     limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=SETTINGS)
     fresh = independent_histories(problem, limits, 60, seed=1)
-    print(f"sliders at most {1e6 * limits.reach:.2f} um from rest; upper over lower limit, widest:")
+    print(f"sliders at most {1e6 * limits.reach.max():.2f} um from rest; upper over lower limit, widest:")
     bands = []
     for at, level in enumerate(LEVELS):
         print(f"  level {level:g}: {(limits.upper[at] / limits.lower[at]).max():.2f}")
@@ -43,7 +43,7 @@ def main() -> None:
     Path("limits.png").write_bytes(png(limit_band_figure(drawn)))
     # The paper's limits, in the same box: the amplitudes at the largest and the least loss factor.
     paper = paper_limits(
-        balance, OutputHarmonic(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=limits.reach, settings=SETTINGS
+        balance, OutputHarmonic(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=problem.box.reach, settings=SETTINGS
     )
     apart = [replace(bands[at], sampled=1e6 * paper.amplitude[:, at - 1]) for at in (1, 2)]
     title, dots = "Wedge damper: limits of the amplitude, and the paper's", "at the extreme loss factors"

@@ -1,23 +1,31 @@
-"""How far the vibration of a test drags its sliders.
+r"""How far the vibration of a test drags its sliders.
 
-The static load bounds the friction forces at rest. Vibration raises normal forces, and a slider that it has dragged
-stays there while the vibration goes on, at other frequencies too.
+The static load bounds the friction forces at rest, and so where each slider may be when a vibration begins. Vibration
+raises normal forces, and a slider that it has dragged stays there while the vibration goes on, at other frequencies
+too. Slider i is then beyond its distance at rest by an excess, which the tests of some histories show; contacts of one
+line are those of two bodies that move together, and have the largest excess of the line,
+
+.. math:: w_{\mathrm{max}, i} = w_{\mathrm{rest}, i} + 1.25 \max_{j \in \mathrm{line}(i)}
+          \max_t\, (|w_j - w_{\mathrm{nominal}, j}| - w_{\mathrm{rest}, j})^+ .
 """
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from jaxtyping import Float
 
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.slider_bounds import N_KIND, ON_BOUND, random_sliders
 from reduction.array_type import Real
 
-#: Of what few tests with few harmonics reach; with more of both a slider was seen to come a sixth further [-].
+#: Of the excess in few tests with few harmonics [-].
 MARGIN = 1.25
+#: Steps of slow sweeps from one frequency to the next.
+STEPS = 4
 
 
-def dragged_reach(
+def dragged_reaches(
     problem: LimitProblem,
     angular_frequency: Real,
     levels: Sequence[float],
@@ -25,11 +33,13 @@ def dragged_reach(
     count: int = N_KIND,
     seed: int = 0,
     report: Callable[[float, float], None] | None = None,
-) -> float:
-    """Distance from the centre of the box that sliders of some tests reach [m], at least that of the box.
+) -> Float[Real, "l s"]:
+    """Distance from the centre of the box that sliders reach in some tests at each level, at least that of the box [m].
 
-    A test begins at rest with sliders in the box, is swept from one end of the frequencies to the other, and back. The
-    box holds no slider back on the way.
+    A test is at one level. It begins at rest with sliders in the box, is swept from one end of the frequencies to the
+    other, and back. The box holds no slider back on the way. Half of the tests go from one frequency straight to the
+    next, the others in `STEPS` steps: where a motion grows slowly sliders are dragged along with it, while a long step
+    may end on another branch, with sliders that are dragged less on the one and further on the other.
 
     Parameters
     ----------
@@ -40,34 +50,43 @@ def dragged_reach(
     levels
         Levels of the tests, shape (l,) [-].
     count
-        Tests at each level, half of them swept up first [-].
+        Tests at each level, half of them swept up first; a multiple of four [-].
     seed
         Of their first sliders.
     report
         Called with the number of frequencies that are done, and of all on the way of all tests.
     """
-    random, box = np.random.default_rng(seed), problem.box
-    rising = range(len(angular_frequency))
-    furthest, done, total = 0.0, 0, 4 * len(levels) * len(angular_frequency)
-    for level in levels:
-        curve = LimitCurve(problem=problem, level=level, angular_frequency=angular_frequency)
-        for first, way in enumerate((rising, rising[::-1])):
-            kinds = range(first, count, 2)
+    random, box, line = np.random.default_rng(seed), problem.box, problem.sliders.line
+    number = np.arange(len(angular_frequency))
+    slowly = np.interp(np.linspace(0, number[-1], STEPS * number[-1] + 1), number, angular_frequency)
+    rising = (range(0, len(slowly), STEPS), range(len(slowly)))
+    ways = [way[::sign] for way in rising for sign in (1, -1)]
+    excess = np.zeros((len(levels), len(line)))
+    done, total = 0, 2 * len(levels) * sum(map(len, ways))
+    for row, level in enumerate(levels):
+        curve = LimitCurve(problem=problem, level=level, angular_frequency=slowly)
+        for first, way in enumerate(ways):
+            kinds = range(first, count, len(ways))
             sliders = [box.clip(random_sliders(problem.sliders, box, random, kind)) for kind in kinds]
             states: list[TrialState | None] = [None] * len(sliders)
             for at in (*way, *way[::-1]):
                 point, last = curve.point(at), None
-                for number, before in enumerate(states):
-                    states[number] = state = _next(point, before, sliders[number], last)
+                for test, before in enumerate(states):
+                    states[test] = state = _next(point, before, sliders[test], last)
                     if state is not None:
-                        last, sliders[number] = state, state.carried
+                        last, sliders[test] = state, state.carried
                         # The place of a slider that slips is no memory.
-                        drift = np.abs(state.carried - box.nominal)[state.sticking]
-                        furthest = max(furthest, float(drift.max(initial=0.0)))
+                        beyond = np.abs(state.carried - box.nominal) - box.reach
+                        excess[row] = np.maximum(excess[row], np.where(state.sticking, beyond, 0.0))
                 done += 1
                 if report is not None:
                     report(done, total)
-    return box.reach if furthest <= (1 + ON_BOUND) * box.reach else MARGIN * furthest
+    # Round-off of a slider that has not moved is no excess.
+    excess[excess <= ON_BOUND * box.reach] = 0.0
+    of_line = np.zeros((len(levels), int(line.max()) + 1))
+    for slider, own in enumerate(line.tolist()):
+        of_line[:, own] = np.maximum(of_line[:, own], excess[:, slider])
+    return np.asarray(box.reach + MARGIN * of_line[:, line])
 
 
 def _next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:

@@ -143,15 +143,15 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
     rows = np.vstack([derivative.low - np.eye(n), np.eye(n) - derivative.high]) * length
     bound = np.maximum(np.concatenate([w - low, high - w]), 0.0)
     size = np.abs(rows).max(axis=1, initial=np.finfo(float).tiny)
-    moved = w - point.box.nominal[free]
+    moved, reach = w - point.box.nominal[free], point.box.reach[free]
     return LinearStep(
         derivative=derivative,
         length=length,
         cost=side * derivative.gradient * length,
         rows=rows / size[:, None],
         bound=bound / size,
-        down=np.maximum(point.box.reach + moved, 0.0) / length,
-        up=np.maximum(point.box.reach - moved, 0.0) / length,
+        down=np.maximum(reach + moved, 0.0) / length,
+        up=np.maximum(reach - moved, 0.0) / length,
     )
 
 

@@ -24,7 +24,7 @@ def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sli
     down = swept_states(curve, numbers[::-1], starts)
     chosen: dict[Key, list[tuple[Real, Sliders]]] = {}
     for at in numbers:
-        box, count = curve.problem.box, number_of_starts(curve, at)
+        box, count = curve.box, number_of_starts(curve, at)
         for side in LimitSide:
             states = _distinct([*up[at], *down[at]], side, count)
             chosen[at, side] = [(trial.x, box.clip(trial.carried)) for trial in states]

@@ -1,8 +1,10 @@
 """What is bounded, of which system, in which box: all that the search at any frequency and level needs."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 from jaxtyping import Float
 
 from hbsolve.balance import HarmonicBalance
@@ -29,12 +31,23 @@ class LimitProblem:
     """What is bounded."""
     box: SliderBox
     """Of the initial slider states."""
+    boxes: Mapping[float, SliderBox] = field(default_factory=dict)
+    """Those of levels that have a box of their own."""
     sliders: SliderTable = field(init=False, repr=False)
     _known: dict[float, tuple[Condensed, Measure]] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sliders", slider_table(self.balance))
         self.objective.check(self.balance)
+
+    def with_reaches(self, levels: Sequence[float], reach: Float[Real, "l s"]) -> "LimitProblem":
+        """The same with a box for each level; that of other levels holds all of them."""
+        boxes = {float(level): replace(self.box, reach=row) for level, row in zip(levels, reach, strict=True)}
+        return replace(self, box=replace(self.box, reach=np.max(reach, axis=0)), boxes=boxes)
+
+    def box_at(self, level: float) -> SliderBox:
+        """The box of a level."""
+        return self.boxes.get(level, self.box)
 
     def at(self, angular_frequency: float, level: float) -> LimitPoint:
         """The balance at one frequency and level."""
@@ -51,7 +64,7 @@ class LimitProblem:
             linear=balance.linear(condensed),
             measure=measure,
             sliders=self.sliders,
-            box=self.box,
+            box=self.box_at(level),
         )
 
     def __getstate__(self) -> dict[str, Any]:
@@ -69,6 +82,11 @@ class LimitCurve:
     """Scale of the harmonic force [-]."""
     angular_frequency: Frequencies
     """All frequencies of the search, ascending, shape (f,) [rad/s]."""
+
+    @property
+    def box(self) -> SliderBox:
+        """Of the initial slider states at this level."""
+        return self.problem.box_at(self.level)
 
     def point(self, at: int) -> LimitPoint:
         """The balance at one of the frequencies, by its number."""

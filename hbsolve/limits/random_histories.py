@@ -46,7 +46,7 @@ class SampledStates:
 @on_one_blas_thread
 def sampled_states(curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]) -> SampledStates:
     """Sample random histories at the frequencies `numbers`, half of them swept up and half down."""
-    box = curve.problem.box
+    box = curve.box
     value = np.full((len(numbers), count), np.nan)
     extreme: dict[tuple[int, LimitSide], TrialState] = {}
     for row, number, trial in random_states(curve, numbers, count, seed):
@@ -64,10 +64,10 @@ def random_states(
     curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]
 ) -> Iterator[tuple[int, int, TrialState]]:
     """States of random histories as they are found: place in `numbers`, number of the history, state."""
-    problem, random = curve.problem, np.random.default_rng(seed)
+    table, box, random = curve.problem.sliders, curve.box, np.random.default_rng(seed)
     for way in (0, 1):
         carried: dict[int, TrialState] = {}
-        waiting = {number: random_sliders(problem.sliders, problem.box, random, number) for number in range(count)}
+        waiting = {number: random_sliders(table, box, random, number) for number in range(count)}
         order = range(len(numbers)) if way == 0 else range(len(numbers) - 1, -1, -1)
         for row in order:
             point = curve.point(numbers[row])
@@ -78,7 +78,7 @@ def random_states(
                 if trial is None:
                     carried.pop(number, None)
                     continue
-                waiting[number] = problem.box.clip(trial.carried)
+                waiting[number] = box.clip(trial.carried)
                 carried[number] = last = trial
                 yield row, number, trial
 

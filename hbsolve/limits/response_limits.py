@@ -17,7 +17,7 @@ from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
 from hbsolve.limits.result import ResponseLimits, blank_arrays
 from hbsolve.limits.search import LimitSettings, StagedSearch
-from hbsolve.limits.slider_bounds import slider_box, starting_sliders
+from hbsolve.limits.slider_bounds import SliderBox, Sliders, slider_box, starting_sliders
 from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array
 from reduction.array_type import Real
@@ -28,7 +28,7 @@ def limit_problem(
     objective: Objective,
     *,
     nominal: Sequence[float] | Real | None = None,
-    reach: float | None = None,
+    reach: float | Sequence[float] | Real | None = None,
 ) -> LimitProblem:
     """What shall be bounded, in which box of slider states.
 
@@ -41,8 +41,9 @@ def limit_problem(
     nominal
         Centre of the box, shape (s,) [m]; by default where the static load leaves the sliders.
     reach
-        w_max, how far the loading history may have dragged a slider from there [m]; by default the mean of mu N / k_t
-        at rest. Infinite is allowed, but bodies that friction alone holds then jam without bound.
+        w_max, how far the loading history may have dragged a slider from there [m], one number or shape (s,); by
+        default the mean of mu N / k_t at rest. Infinite is allowed, but bodies that friction alone holds then jam
+        without bound.
 
     Raises
     ------
@@ -95,13 +96,24 @@ def response_limits(
     chosen = settings or LimitSettings()
     omega = ascending(angular_frequency, "angular_frequency")
     scale = ascending(levels, "levels")
-    starts = starting_sliders(
-        problem.balance, problem.balance.at(float(omega[0])), problem.sliders, problem.box, chosen.population,
-        chosen.seed,
-    )  # fmt: skip
+    starts = starts_by_level(problem, omega, scale, chosen)
     run = Runner.of(problem, omega, store, executor, progress)
     best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
     return collect_limits(problem, omega, scale, best, audits, certificates)
+
+
+def starts_by_level(
+    problem: LimitProblem, omega: Frequencies, levels: Real, settings: LimitSettings
+) -> list[list[Sliders]]:
+    """The population's sliders at each level, in its box."""
+    at_rest = problem.balance.at(float(omega[0]))
+
+    def starts(box: SliderBox) -> list[Sliders]:
+        return starting_sliders(problem.balance, at_rest, problem.sliders, box, settings.population, settings.seed)
+
+    if not problem.boxes:
+        return [starts(problem.box)] * len(levels)
+    return [starts(problem.box_at(level)) for level in levels.tolist()]
 
 
 def ascending(given: object, what: str) -> Frequencies:
@@ -124,7 +136,7 @@ def collect_limits(
     certificates: list[dict[Key, Certificate]],
 ) -> ResponseLimits:
     """Arrays of the optima, audits and certificates of each level."""
-    balance, box = problem.balance, problem.box
+    balance = problem.balance
     arrays = blank_arrays(
         side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,
         coefficient=2 * balance.n_harmonic - 1, slider_number=balance.n_slider,
@@ -138,5 +150,6 @@ def collect_limits(
             arrays["n_sampled"][level, at] = audit.count
             arrays["sampled"][:, level, at] = (audit.lowest, audit.highest) if audit.count else np.nan
             arrays["n_outside"][:, level, at] = audit.below, audit.above
-    given = {"angular_frequency": omega, "level": levels, "nominal": box.nominal}
-    return ResponseLimits(**arrays | given, reach=box.reach)
+    reach = np.array([problem.box_at(level).reach for level in levels.tolist()])
+    given = {"angular_frequency": omega, "level": levels, "nominal": problem.box.nominal, "reach": reach}
+    return ResponseLimits(**arrays | given)

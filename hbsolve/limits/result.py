@@ -34,8 +34,8 @@ class ResponseLimits(Labelled):
     level: Float[Real, " level"]
     """Ascending, shape (l,) [-]."""
     nominal: Float[Real, " slider_number"]
-    reach: float
-    """The box |w - nominal| <= reach, shape (s,) and one number, infinite for none [m]."""
+    reach: Float[Real, "level slider_number"]
+    """The box |w - nominal| <= reach of each level, shapes (s,) and (l, s), infinite for none [m]."""
     value: Float[Real, "side=2 level point"]
     """The limits, shape (2, l, f) [unit of the objective]."""
     motion: Float[Real, "side=2 level point direction coefficient"]
@@ -146,7 +146,7 @@ def load_limits(path: Path | str) -> ResponseLimits:
     def read(data: "xarray.Dataset") -> ResponseLimits:
         values: dict[str, Any] = {item.name: data[item.name].values for item in fields(ResponseLimits)}
         flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
-        return ResponseLimits(**values | flags | {"reach": float(values["reach"])})
+        return ResponseLimits(**values | flags)
 
     return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", read)
 

@@ -72,8 +72,8 @@ class StagedSearch:
     """Runner of its tasks."""
     levels: Sequence[float]
     """Ascending, shape (l,) [-]."""
-    starts: Sequence[Real]
-    """The population's sliders."""
+    starts: Sequence[Sequence[Real]]
+    """The population's sliders at each level."""
     settings: LimitSettings
     """How hard to search."""
 
@@ -86,7 +86,7 @@ class StagedSearch:
 
     def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
         """Optima, audits and certificates of each level."""
-        result = self._stage("population", first_limits, lambda _, numbers: (numbers, self.starts))
+        result = self._stage("population", first_limits, lambda level, numbers: (numbers, self.starts[level]))
         best = [_merged(parts) for parts in result]
         self._developed(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]

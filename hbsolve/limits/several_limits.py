@@ -12,11 +12,10 @@ from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Key
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
-from hbsolve.limits.response_limits import ascending, collect_limits
+from hbsolve.limits.response_limits import ascending, collect_limits, starts_by_level
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings, StagedSearch
 from hbsolve.limits.shared_histories import SharedStates, Start, share_histories
-from hbsolve.limits.slider_bounds import starting_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
@@ -108,10 +107,7 @@ def _shared(
 ) -> list[list[SharedStates]]:
     """Sampled states of each level, block by block."""
     problem, omega = run.problem, run.angular_frequency
-    population = starting_sliders(
-        problem.balance, problem.balance.at(float(omega[0])), problem.sliders, problem.box, settings.population,
-        settings.seed,
-    )  # fmt: skip
+    population = starts_by_level(problem, omega, levels, settings)
     edges = [*range(0, len(omega), settings.block), len(omega)]
     blocks = [range(first, last) for first, last in pairwise(edges)]
     tasks = [
@@ -119,7 +115,7 @@ def _shared(
             key=f"shared; level {number}, frequencies {block.start} to {block.stop - 1}",
             call=share_histories,
             level=float(level),
-            arguments=(block, objectives, population, settings.sample, (settings.seed, number, block.start, 2)),
+            arguments=(block, objectives, population[number], settings.sample, (settings.seed, number, block.start, 2)),
         )
         for number, level in reversed([*enumerate(levels)])
         for block in blocks

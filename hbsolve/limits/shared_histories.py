@@ -74,7 +74,7 @@ def share_histories(
     """
     swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
     seen: dict[int, list[_Seen]] = {at: [] for at in numbers}
-    balance, box, level = curve.problem.balance, curve.problem.box, curve.level
+    balance, box, level = curve.problem.balance, curve.box, curve.level
     measures = {at: [item.measure(balance, curve.point(at).condensed) for item in objectives] for at in numbers}
 
     def look(at: int, trial: TrialState, is_random: bool) -> None:

@@ -17,7 +17,7 @@ from hbsolve.errors import BalanceError
 from hbsolve.limits.sliders import SliderTable, cone, slider_table
 from hbsolve.solution import solve_at
 from hbsolve.state import slider_start
-from reduction.array_input import real_number
+from reduction.array_input import real_array, real_number
 from reduction.array_type import Real
 
 Sliders = Float[Real, " s"]
@@ -42,24 +42,37 @@ class SliderBox:
 
     nominal: Sliders
     """Shape (s,) [m]."""
-    reach: float
-    """w_max, infinite for no box [m]."""
+    reach: Sliders
+    """w_max of each slider, infinite for no box, shape (s,) [m]."""
     radius: Sliders
     """mu N / k_t of each slider at rest: how far its spring stretches, shape (s,) [m]."""
 
     @property
     def bounded(self) -> bool:
         """Whether there is a bound."""
-        return bool(np.isfinite(self.reach))
+        return bool(np.isfinite(self.reach).all())
 
     @property
-    def span(self) -> float:
-        """A length by which sliders may be moved at a time, bounded or not [m]."""
-        return self.reach if self.bounded else 4.0 * float(self.radius.mean())
+    def span(self) -> Sliders:
+        """Lengths by which sliders may be moved at a time, bounded or not, shape (s,) [m]."""
+        return np.asarray(self.reach if self.bounded else np.full(len(self.radius), 4.0 * float(self.radius.mean())))
+
+    @property
+    def loaded(self) -> Sliders:
+        """Radii, those of sliders without load at rest as if they had some, shape (s,) [m]."""
+        return np.asarray(np.maximum(self.radius, UNLOADED * self.radius.mean()))
+
+    @property
+    def static(self) -> Sliders:
+        """How far from the centre static forces within Coulomb's cone at rest have left each slider, shape (s,) [m].
+
+        Rest may lie at an end of the cone: its other end is then two radii away.
+        """
+        return 2 * self.loaded
 
     def clip(self, w: Sliders) -> Sliders:
         """The nearest state in the box."""
-        return np.clip(w, self.nominal - self.reach, self.nominal + self.reach) if self.bounded else w
+        return np.clip(w, self.nominal - self.reach, self.nominal + self.reach)
 
     def drift(self, w: Sliders) -> float:
         """Largest |w - nominal| [m]."""
@@ -67,14 +80,14 @@ class SliderBox:
 
     def active(self, w: Sliders) -> int:
         """How many sliders are at the bound."""
-        return int((np.abs(w - self.nominal) >= (1 - ON_BOUND) * self.reach).sum()) if self.bounded else 0
+        return int((np.abs(w - self.nominal) >= (1 - ON_BOUND) * self.reach).sum())
 
 
 def slider_box(
     balance: HarmonicBalance,
     condensed: Condensed,
     nominal: Sequence[float] | Sliders | None = None,
-    reach: float | None = None,
+    reach: float | Sequence[float] | Sliders | None = None,
 ) -> SliderBox:
     """A box about rest, with the structure at any frequency; see `limit_problem` for centre and reach.
 
@@ -90,13 +103,23 @@ def slider_box(
     interval = cone(rest.motion, slider_table(balance), balance.sampling.evaluate)
     radius = np.maximum(interval.high - interval.low, 0.0) / 2
     centre = given.value if nominal is not None else rest.slider_at_start
-    wide = float(radius.mean()) if reach is None else real_number(reach, "reach", BalanceError)
-    if not wide > 0:
-        raise BalanceError(
-            f"reach = {wide:g} m must be positive: it is how far sliders may have been dragged"
-            + (" (by default mu N / k_t at rest, but no contact is pressed there)" if reach is None else "")
-        )
-    return SliderBox(nominal=np.array(centre), reach=wide, radius=radius)
+    return SliderBox(nominal=np.array(centre), reach=_reach(reach, radius), radius=radius)
+
+
+def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> Sliders:
+    """Of each slider, shape (s,) [m]."""
+    if given is None or np.ndim(given) == 0:
+        wide = float(radius.mean()) if given is None else real_number(given, "reach", BalanceError)
+        if not wide > 0:
+            raise BalanceError(
+                f"reach = {wide:g} m must be positive: it is how far sliders may have been dragged"
+                + (" (by default mu N / k_t at rest, but no contact is pressed there)" if given is None else "")
+            )
+        return np.full(len(radius), wide)
+    each = np.array(real_array(given, "reach", BalanceError))
+    if each.shape != radius.shape or not (each > 0).all():
+        raise BalanceError(f"reach must be one positive number, or one of each of {len(radius)} sliders: {each}")
+    return each
 
 
 def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:
@@ -126,7 +149,7 @@ def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generat
         pattern *= 2 ** random.uniform(0, DOUBLINGS)
     if kind % N_KIND >= 6:
         return box.nominal + pattern * box.span
-    return box.clip(box.nominal - pattern * np.maximum(box.radius, UNLOADED * box.radius.mean()))
+    return box.clip(box.nominal - pattern * box.loaded)
 
 
 def starting_sliders(
@@ -178,8 +201,9 @@ def _static_vertices(
     retained = max(2, int((strength > WEAK * strength[0]).sum()))
     directions = [sign * U[:, k] for k in range(min(retained, U.shape[1])) for sign in (1, -1)]
     reach = box.reach if box.bounded else 2**DOUBLINGS * box.span
-    unit = box.span
-    bounds = [((c - reach) / unit, (c + reach) / unit) for c in box.nominal] + [(0, None)] * n
+    unit = float(box.span.max())
+    ends = np.column_stack([box.nominal - reach, box.nominal + reach]) / unit
+    bounds = [*ends.tolist(), *[(0, None)] * n]
     answer: list[Sliders] = []
     for k in range(4 * count):
         if len(answer) == count:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.family.family import Family, measured_families
 from correlation.family.frequencies import choose_frequencies
+from correlation.family.level_order import find_earlier_levels
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
 from correlation.model import Model
@@ -23,7 +24,7 @@ from hbsolve.limits.search import LimitSettings
 from pipeline.checkpoint import StoredTasks
 from pipeline.parallel import process_pool
 from study.case.structure import Structure
-from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits, find_reach
+from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits, find_reaches
 from study.compare.family_pictures import family_figures
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
@@ -139,7 +140,7 @@ def compare_families(
     search = family_search(model, budget, campaign, chosen, table, nominal)
     step = run.step("reach of the sliders", expected=30)
     try:
-        search = search.boxed(lambda rest: step.run(find_reach, rest, report=step.report))
+        search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = _searched(search, stem, run, executor)
@@ -200,13 +201,15 @@ def family_search(
     channels = tuple(dict.fromkeys((family.sensor, family.harmonic) for family in families))
     moving = [family for family in families if sensors[family.sensor].line is None]
     reach = inf if isinstance(table.reach, str) else table.reach
+    levels = sorted({family.level for family in families})
     return FamilySearch(
         model=model,
         budget=replace(budget, refined=()),
         channels=channels,
         frequency=choose_frequencies(moving or families, most, fewest),
-        levels=tuple(sorted({family.level for family in families})),
+        levels=tuple(levels),
         nominal=nominal,
+        earlier=find_earlier_levels(campaign, levels),
         reach=reach,
         settings=LimitSettings(
             population=table.population, sample=table.samples, block=table.block, seed=table.seed, kicks=1

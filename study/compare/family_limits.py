@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.family.band import PredictedBand
@@ -16,7 +16,7 @@ from correlation.noise.nuisance import Budget
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
-from hbsolve.limits.dragged_sliders import dragged_reach
+from hbsolve.limits.dragged_sliders import dragged_reaches
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.result import ResponseLimits
@@ -30,6 +30,7 @@ STAGE_END = {"population": 0.2, "neighbours": 0.4, "kicks": 0.7, "levels": 0.75,
 
 #: Sensor and harmonic.
 Channel = tuple[str, int]
+Reaches = Float[NDArray[np.float64], "l s"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,9 +51,12 @@ class FamilySearch:
         Rising, shape (l,) [N, or the unit of the drive].
     nominal
         Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
+    earlier
+        Whether the test has come to a level (row) by way of another or itself (column), shape (l, l).
     reach
-        How far loading histories may have dragged a slider [m]; None for twice the largest mu N / k_t at rest, so that
-        every static force within Coulomb's cone at rest is reached, or as far as the test itself drags them.
+        How far loading histories may have dragged a slider [m], one number, or of each level and slider, shape (l, s);
+        None for the distance within which every static force is that Coulomb's cone at rest allows, or as far as the
+        levels that the test has come by drag each slider.
     settings
         Effort of the search.
     """
@@ -63,7 +67,8 @@ class FamilySearch:
     frequency: Float[NDArray[np.float64], " f"]
     levels: tuple[float, ...]
     nominal: Float[NDArray[np.float64], " s"] | None
-    reach: float | None
+    earlier: Bool[NDArray[np.bool_], "l l"]
+    reach: float | Float[NDArray[np.float64], "l s"] | None
     settings: LimitSettings
 
     @property
@@ -86,15 +91,18 @@ class FamilySearch:
         sensors = {item.name: item for item in model.sensors}
         name, harmonic = self.channels[0]
         objective = objective_of(model, sensors[name], harmonic)
+        if isinstance(self.reach, np.ndarray):
+            boxed = limit_problem(balance, objective, nominal=self.nominal, reach=self.reach.max(axis=0))
+            return boxed.with_reaches(self.levels, self.reach)
         return limit_problem(balance, objective, nominal=self.nominal, reach=self.reach)
 
-    def boxed(self, drag: "Callable[[FamilySearch], float] | None" = None) -> "FamilySearch":
+    def boxed(self, drag: "Callable[[FamilySearch], Reaches] | None" = None) -> "FamilySearch":
         """The same with the box in numbers, so that nothing depends on what another process finds.
 
         Parameters
         ----------
         drag
-            `find_reach`, or the same with a store and progress.
+            `find_reaches`, or the same with a store and progress.
 
         Raises
         ------
@@ -104,15 +112,15 @@ class FamilySearch:
         box = self.problem().box
         if self.reach is not None:
             return replace(self, nominal=box.nominal)
-        # Rest may lie at an end of Coulomb's cone: its other end is then two radii away.
-        rest = replace(self, nominal=box.nominal, reach=2 * float(box.radius.max()))
-        return replace(rest, reach=(drag or find_reach)(rest))
+        rest = replace(self, nominal=box.nominal, reach=np.tile(box.static, (len(self.levels), 1)))
+        dragged = (drag or find_reaches)(rest)
+        return replace(rest, reach=np.array([dragged[before].max(axis=0) for before in self.earlier]))
 
 
 @stage("reach of the sliders", ignore=("report",))
-def find_reach(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> float:
-    """How far a test drags the sliders from the box of a search [m]; see `dragged_reach`."""
-    return dragged_reach(rest.problem(), rest.angular_frequency, rest.levels, report=report)
+def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> Reaches:
+    """How far each level drags each slider from the box of a search, shape (l, s) [m]; see `dragged_reaches`."""
+    return dragged_reaches(rest.problem(), rest.angular_frequency, rest.levels, report=report)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,14 +131,17 @@ class FamilyLimits:
     ----------
     bands
         Bands in the order of the levels, by channel.
+    levels
+        Rising, shape (l,).
     reach
-        How far sliders may have been dragged [m].
+        How far each slider may have been dragged at each level, shape (l, s) [m].
     n_sampled
         Random histories at each frequency and level, on average [-].
     """
 
     bands: Mapping[Channel, tuple[PredictedBand, ...]]
-    reach: float
+    levels: tuple[float, ...]
+    reach: Reaches
     n_sampled: float
 
 
@@ -191,7 +202,8 @@ def find_family_limits(
         for number, (channel, limits) in enumerate(zip(search.channels, found.values(), strict=True))
     }  # fmt: skip
     sampled = float(np.mean([limits.n_sampled.mean() for limits in found.values()]))
-    return FamilyLimits(bands=bands, reach=float(problem.box.reach), n_sampled=sampled)
+    reach = next(iter(found.values())).reach
+    return FamilyLimits(bands=bands, levels=search.levels, reach=reach, n_sampled=sampled)
 
 
 def _readings(

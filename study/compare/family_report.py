@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
 from study.compare.families import FamilyCalibration, FamilyComparison
+from study.compare.family_limits import FamilyLimits
 from study.compare.family_pictures import SYMBOL
 from study.compare.section.section import Section, Table
 
@@ -51,7 +52,9 @@ def family_document(comparison: FamilyComparison) -> dict[str, Any]:
                 }
                 for (sensor, harmonic), item in errors.noise.items()
             },
-            "reach_m": limits.reach,
+            "reach_m": {
+                f"{level:g}": row.tolist() for level, row in zip(limits.levels, limits.reach, strict=True)
+            },
             "n_sampled": limits.n_sampled,
         }  # fmt: skip
     return document
@@ -204,7 +207,7 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
     errors, limits = comparison.errors, comparison.limits
     assert errors is not None
     assert limits is not None
-    reach = f"at most {1e6 * limits.reach:.3g} um from rest" if np.isfinite(limits.reach) else "anywhere"
+    reach = _reach(limits, comparison.level_unit)
     yield (
         f"Limits hold for friction histories that have dragged sliders {reach} ([limits] reach); the search met "
         f"{limits.n_sampled:.0f} random histories per frequency and level, none outside."
@@ -222,6 +225,17 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
     missing = sum(item.family.n_point - item.n_compared for item in comparison.verdicts)
     if missing:
         yield f"{missing} readings lie where no limit was found, and were not compared."
+
+
+def _reach(limits: FamilyLimits, unit: str) -> str:
+    """How far from rest, in words."""
+    if not np.isfinite(limits.reach).all():
+        return "anywhere"
+    furthest = [f"{1e6 * item:.3g} um" for item in limits.reach.max(axis=1)]
+    if len(set(furthest)) == 1:
+        return f"at most {furthest[0]} from rest"
+    each = [f"{item} at {level:g} {unit}" for item, level in zip(furthest, limits.levels, strict=True)]
+    return f"from rest by at most {_listed(each, bare=True)}"
 
 
 def _calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:

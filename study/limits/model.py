@@ -139,7 +139,7 @@ def make_limit_search(
         except BalanceError as error:
             raise _named(error) from error
     # From here on nothing depends on what this process found.
-    return replace(search, nominal=problem.box.nominal, reach=problem.box.reach)
+    return replace(search, nominal=problem.box.nominal, reach=float(problem.box.reach.max()))
 
 
 def list_limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tuple[tuple[float, ...], tuple[float, ...]]:

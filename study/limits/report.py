@@ -39,7 +39,7 @@ def limits_document(limited: Limited) -> dict[str, Any]:
         "unit": curves.unit,
         "n_frequency": len(limits.frequency),
         "n_slider": len(limits.nominal),
-        "reach_m": float(limits.reach),
+        "reach_m": float(limits.reach.max()),
         "largest_residual": _largest(limits.residual),
         "largest_realised_gain": _largest(limits.realised),
         "levels": levels,
@@ -50,7 +50,7 @@ def limits_document(limited: Limited) -> dict[str, Any]:
 def limits_text(limited: Limited) -> str:
     """The same as a table."""
     document = limits_document(limited)
-    reach = limited.curves.limits.reach
+    reach = float(limited.curves.limits.reach.max())
     box = f"at most {1e6 * reach:.4g} um from rest" if np.isfinite(reach) else "anywhere"
     what = "highest points of both limits" if limited.curves.has_peaks else "lowest and highest point of the band"
     n, only = document["n_frequency"], limited.curves.limits.frequency[0]

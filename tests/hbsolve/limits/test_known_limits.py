@@ -109,7 +109,7 @@ def test_no_slider_state_of_a_grid_lies_outside_the_limits(balance: HarmonicBala
     values = []
     last = point.from_rest(problem.box.nominal)
     assert last is not None
-    grid = np.linspace(-1, 1, 5) * problem.box.reach
+    grid = np.linspace(-1, 1, 5) * problem.box.reach[0]
     for w in problem.box.nominal + np.stack(np.meshgrid(*[grid] * 4), axis=-1).reshape(-1, 4):
         trial = point.solve(last.x, w) or point.towards(w, last) or point.from_rest(w)
         if trial is not None:

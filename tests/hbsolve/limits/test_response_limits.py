@@ -43,7 +43,7 @@ def same(one: ResponseLimits, other: ResponseLimits) -> None:
 
 def test_every_limit_is_a_steady_state_in_the_box(balance: HarmonicBalance, limits: ResponseLimits) -> None:
     assert (limits.residual <= 1e-9).all()
-    assert (np.abs(limits.slider - limits.nominal) <= limits.reach * (1 + 1e-12)).all()
+    assert (np.abs(limits.slider - limits.nominal) <= limits.reach[:, None] * (1 + 1e-12)).all()
     assert (np.abs(limits.multiplier) <= 1).all()
     for side in LimitSide:
         state = limits.state(balance, side, 1, 3)

@@ -84,3 +84,20 @@ def test_no_objective_is_refused(balance: HarmonicBalance) -> None:
     problem = limit_problem(balance, OutputHarmonic(row=0))
     with pytest.raises(BalanceError, match="objective"):
         several_limits(problem, {}, OMEGA, LEVELS)
+
+
+def test_each_level_is_searched_in_its_own_box(balance: HarmonicBalance, objectives: dict[str, Objective]) -> None:
+    problem = limit_problem(balance, objectives["tip"])
+    radius = problem.box.radius
+    reaches = np.array([0.3 * radius, 1.5 * radius])
+    both = several_limits(problem.with_reaches(LEVELS, reaches), objectives, OMEGA, LEVELS, settings=SETTINGS)
+    for number, reach in enumerate(reaches):
+        single = limit_problem(balance, objectives["tip"], reach=reach)
+        alone = several_limits(single, objectives, OMEGA, LEVELS[number : number + 1], settings=SETTINGS)
+        for name, limits in both.items():
+            np.testing.assert_array_equal(limits.reach[number], reach)
+            away = np.abs(limits.slider[:, number] - limits.nominal)
+            assert (away <= reach * (1 + 1e-12)).all()  # round-off
+            size = np.abs(limits.value).max()
+            # Two searches agree to what one leaves to be gained, as above.
+            np.testing.assert_allclose(limits.value[:, number] / size, alone[name].value[:, 0] / size, atol=2e-3)
