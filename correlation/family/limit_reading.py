@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
-from correlation.model import LineSensor, Model, Sensor
+from correlation.model import COMPONENTS, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
@@ -72,7 +72,10 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     throughout may be a third off. A contact that closes does so between two samples, so that its slider is off by up to
     a sample's travel until it slips again: an error of first order, whose sign is that of chance, and which may stay as
     it is when samples are doubled. Limits are therefore read with many more samples, of whose error the share 1 / (n -
-    1) of the change is left after n times as many, and with harmonics that are doubled until the reading stands still.
+    1) of the change is left after n times as many, and with harmonics that are doubled until the state stands still. By
+    chance one doubling may leave a reading as it is that is a tenth off, such as the static force of a contact that
+    slips throughout, but not all motions and contact forces with it.
+
     The numerical error has four parts: that of contact lines to first order, with the sliders of the limit; what
     samples leave; the last change by harmonics; and the change of the width of the band, because sliders that are
     extreme with few harmonics need not be with many.
@@ -90,11 +93,15 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     """
     balance = curve.problem.balance
     seen = Configuration.from_model(model, False, None)
-    finer = [
-        replace(model, n_harmonic=times * (balance.n_harmonic - 1) + 1, n_sample=SAMPLES * balance.n_sample)
-        for times in HARMONICS
-    ]
-    finely = [Configuration.from_model(item, False, None) for item in finer]
+    witnesses = _witnesses(model)
+    finely = []
+    for times in HARMONICS:
+        n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
+        configuration, witness = (
+            Configuration.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
+            for item in (model, witnesses)
+        )
+        finely.append((configuration, witness))
     errors = make_contact_errors(model, budget)
     result = []
     for states in wanted:
@@ -104,7 +111,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             state = _state(balance, curve, at, states.motion[side, at], slider)
             if state is None:
                 continue
-            readings, error = _refined_readings(states, state, curve, at, slider, [seen, *finely])
+            readings, error = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
             if len(readings) < 3:
                 continue
             value[side, at] = readings[-1]
@@ -131,12 +138,15 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
 
 def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
-    configurations: Sequence[Configuration],
+    configurations: Sequence[tuple[Configuration, Configuration]],
 ) -> tuple[list[float], float]:  # fmt: skip
-    """Readings as the search has them, with more samples, with more and more harmonics, and the error allowed."""
+    """Readings as the search has them, with more samples, with more and more harmonics, and the error allowed.
+
+    The second configuration of each pair has the witnesses.
+    """
     readings: list[float] = []
-    error = 0.0
-    for configuration in configurations:
+    error, before = 0.0, None
+    for configuration, witness in configurations:
         refined = state if not readings else _state(configuration.balance, curve, at, state.motion, slider)
         if refined is None:
             break
@@ -146,9 +156,41 @@ def _refined_readings(
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
         vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(z) + abs(vibration))
-        if len(readings) > 2 and abs(readings[-1] - readings[-2]) <= error:
-            break
+        if len(readings) > 1:
+            now = _seen(witness, state)
+            if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
+                break
+            before = now
     return readings, error
+
+
+def _witnesses(model: Model) -> Model:
+    """The model with its motion sensors, and both forces of all its lines, by names of their own."""
+    motions = [item for item in model.sensors if isinstance(item, Sensor)]
+    forces = [(line, component) for line in model.lines for component in COMPONENTS]
+    return replace(
+        model,
+        sensors=(
+            *(replace(item, name=f"motion {number}") for number, item in enumerate(motions)),
+            *(LineSensor(name=" ".join(item), line=item[0], component=item[1]) for item in forces),
+        ),
+    )
+
+
+def _seen(witness: Configuration, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
+    """Mean and fundamental of the witnesses; motions have no mean that counts."""
+    sensors = witness.model.sensors
+    names = np.array([item.name for item in sensors])
+    mean = witness.read(state, names, np.zeros(len(names), dtype=np.int64))
+    forces = np.array([isinstance(item, LineSensor) for item in sensors])
+    return np.array([np.where(forces, mean, 0.0), witness.read(state, names, np.ones(len(names), dtype=np.int64))])
+
+
+def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
+    """Whether no witness has changed by more than a search leaves to be gained."""
+    size = np.abs(now)
+    size[0] += size[1]
+    return bool((np.abs(np.abs(now) - np.abs(before)) <= SEARCH_ERROR * size).all())
 
 
 def _rates(

@@ -12,28 +12,36 @@ from hbsolve.limits.response_limits import limit_problem
 from hbsolve.steady_state import steady_state
 from transient.virtual_bench.sweep import SweptBench
 
-#: A contact that slips in each period at this level: its steady state is one, and the static force a small remainder.
-LEVEL = 3.0
 
-
-@pytest.mark.parametrize("seed", [76, 890])  # the second one opens and closes
-def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it(seed: int) -> None:
+@pytest.mark.parametrize(
+    ("seed", "level", "first", "vague"),
+    [
+        (76, 3.0, 0, 1e-2),
+        (890, 3.0, 0, 1e-2),  # opens and closes
+        # At the last two frequencies the first doubling of the harmonics leaves the reading as it was, a tenth off.
+        (100193, 0.3, 4, 3e-2),
+    ],
+)
+def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it(
+    seed: int, level: float, first: int, vague: float
+) -> None:
+    # The contact slips in each period: its steady state is one, and the static force a small remainder.
     model = random_model(seed)
     assert model is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     (_, tangential, _) = model.sensors
     problem = limit_problem(balance, objective_of(model, tangential, 0), reach=1e-5)
-    frequency = frequencies(model)
+    frequency = frequencies(model)[first:]
     omega = 2 * np.pi * frequency
-    found = np.array([steady_state(balance.at_level(LEVEL), item).motion for item in omega])
+    found = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
     states = LimitStates(
         sensor=tangential.name, harmonic=0, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
     )
-    curve = LimitCurve(problem=problem, level=LEVEL, angular_frequency=omega)
+    curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
     bench = SweptBench(model.system, {"near": np.eye(model.system.n_dof)[0]}, 4 * STEPS_PER_PERIOD)
-    force = bench.sweep(list(frequency), LEVEL).force[:, 0]
+    force = bench.sweep(list(frequency), level).force[:, 0]
     # The samples of the search are up to 30 % off. Three deviations hold the error of what is read, which stays below a
-    # hundredth of the dynamic force.
+    # hundredth of the dynamic force, or three where harmonics go on changing it.
     assert (np.abs(readings.value[0] - force[:, 0].real) < 3 * readings.deviation[0]).all()
-    assert (readings.deviation[0] < 1e-2 * np.abs(force[:, 1])).all()
+    assert (readings.deviation[0] < vague * np.abs(force[:, 1])).all()
