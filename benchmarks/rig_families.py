@@ -84,7 +84,10 @@ def measure(model: Model, sliders: list[np.ndarray], frequency: np.ndarray, seed
             columns = (repeat * one, way * one, *(column[there] for column in (level, f, number, harmonic)))
             records.append(np.column_stack(columns))
             values.append(value[there])
-    return campaign(model, np.vstack(records), np.concatenate(values), np.random.default_rng(seed))
+    record, value = np.vstack(records), np.concatenate(values)
+    # As the runs are made: a level up and down, then the next one.
+    order = np.lexsort((-record[:, 1], record[:, 2], record[:, 0]))
+    return campaign(model, record[order], value[order], np.random.default_rng(seed))
 
 
 def main() -> None:

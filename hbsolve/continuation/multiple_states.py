@@ -45,7 +45,7 @@ def steady_states(
     condensed = balance.at(angular_frequency)
     sliders = slider_start(balance, slider)
     result: list[SteadyState] = []
-    starts = [*_along_the_level(balance, angular_frequency, sliders)]
+    starts = [*motions_along_the_level(balance, angular_frequency, sliders)]
     starts += _scaled(balance.linear(condensed), n_start, seed)
     for start in starts:
         try:
@@ -70,8 +70,8 @@ def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
         yield start
 
 
-def _along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders: Start) -> Iterator[Real]:
-    """Motions where an arc over the level passes that of the balance."""
+def motions_along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders: Start) -> Iterator[Real]:
+    """Motions near steady states where an arc over the level, round its folds, passes that of the balance."""
     level = balance.level
     if not level or not balance.n_direction:
         return

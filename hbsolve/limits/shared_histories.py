@@ -2,21 +2,26 @@
 
 Which states a system has does not depend on what is bounded. So they are computed once; each objective then takes those
 that are furthest out as the starts of local searches of its own.
+
+A contact that lifts off has branches that no slider leads to: they are connected over the level, round folds. So at
+each frequency an arc over the level adds the states of all branches that it passes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from hbsolve.continuation.multiple_states import motions_along_the_level
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Key
-from hbsolve.limits.point import Sliders, TrialState
+from hbsolve.limits.point import PATIENT, LimitPoint, Sliders, TrialState
 from hbsolve.limits.population import SAME, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
+from hbsolve.state import slider_start
 from reduction.array_type import Real
 
 #: Motion and sliders of a state.
@@ -85,6 +90,9 @@ def share_histories(
         for at, trials in swept_states(curve, order, population).items():
             for trial in trials:
                 look(at, trial, is_random=False)
+    for at in numbers:
+        for trial in _branches(curve.point(at)):
+            look(at, trial, is_random=False)
     for row, _, trial in random_states(curve, swept, count, seed):
         if swept[row] in seen:
             look(swept[row], trial, is_random=True)
@@ -100,6 +108,16 @@ def share_histories(
         count={at: len(values) for at, values in random.items()},
         reached={at: _ends(np.array([item.value for item in states]), len(objectives)) for at, states in seen.items()},
     )
+
+
+def _branches(point: LimitPoint) -> Iterator[TrialState]:
+    """States of the sliders at rest on an arc over the level."""
+    w = point.box.nominal
+    start = slider_start(point.balance, w)
+    for x in motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
+        trial = point.solve(x, w, PATIENT)
+        if trial is not None:
+            yield trial
 
 
 def _furthest(states: Sequence[_Seen], number: int, side: LimitSide, count: int) -> list[Start]:

@@ -49,6 +49,8 @@ MAX_PERIOD, MAX_WAIT = 80, 2000
 STEPS, SLOWLY = (2, 4, 8), 100
 #: Longest step towards the steady state but the first, as a share of the motion.
 LONGEST = 0.5
+#: A push of a motion, as a share of it, and how much further from the motion it ends if the motion does not last.
+PUSH, GROWN = 1e-3, 10.0
 
 #: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
 Point = tuple[Array, Array, float, int, bool, Vector]
@@ -150,6 +152,7 @@ class SweptBench:
         multipliers: Vector | None = None,
         *,
         tolerance: float = TOLERANCE,
+        n_push: int = 0,
     ) -> Readings:
         """Steady states at one frequency after the other, the first one from rest.
 
@@ -164,6 +167,9 @@ class SweptBench:
             leaves by default.
         tolerance
             Tolerance of a steady state, see `TOLERANCE` [-].
+        n_push
+            Periods after a small push in which a motion must not grow away from its steady state to count as periodic;
+            0 for no such test: a steady state that no bench could hold is then one as well [-].
         """
         stepper = self.stepper(frequencies[0])
         rest = self._rest if multipliers is None else self.random_start(multipliers)
@@ -176,6 +182,8 @@ class SweptBench:
         points = []
         for frequency, force in zip(frequencies, np.broadcast_to(level, len(frequencies)).tolist(), strict=True):
             point, approach = self._reach(frequency, force, approach, tolerance)
+            if n_push and point[4] and not self._lasts(approach, n_push):
+                point = (*point[:4], False, point[5])
             points.append(point)
         return Readings.of(points, self.stepper(frequencies[-1]).state)
 
@@ -284,6 +292,22 @@ class SweptBench:
         return point, replace(
             last, frequency=frequency, level=level, state=z, slider=record.slider[:, 0], motion=motion
         )
+
+    def _lasts(self, reached: _Approach, n_period: int) -> bool:
+        """Whether a steady state is stable: a small push does not grow over some periods."""
+        stepper, _ = self._stepper(reached.frequency)
+        stepper.level = reached.level
+        n = 2 * self.system.n_dof
+        push = np.zeros(len(reached.state))
+        push[:n] = np.random.default_rng(0).standard_normal(n)
+        push *= PUSH * reached.motion / np.linalg.norm(push)
+        stepper.vector = (reached.state + push) / self.weight
+        for _ in range(n_period):
+            stepper.advance()
+            away = (stepper.vector * self.weight - reached.state)[:n]
+            if np.linalg.norm(away) > GROWN * PUSH * reached.motion:
+                return False
+        return True
 
     def _dragged(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
         """Where a period of this motion drags the sliders that the point before has left."""

@@ -242,3 +242,27 @@ def test_a_jenkins_element_under_forces_of_each_point_moves_as_under_plain_integ
         # Gross slip forgets the start, and both take the same steps.
         plain = np.fft.rfft(kept.output_displacement["mass"])[[1, 3]] * 2 / 128
         np.testing.assert_allclose(motion[0], plain, rtol=0, atol=1e-5 * abs(plain[0]))
+
+
+@pytest.mark.parametrize(("damping", "stable"), [(0.1, True), (-0.1, False)])
+def test_a_steady_state_that_a_push_leaves_does_not_repeat(damping: float, stable: bool) -> None:
+    # A push grows by exp(-pi c) per period: a hundred times over in 15 periods.
+    one = np.eye(1)
+    system = JointedSystem(
+        mass=one, damping=damping * one, stiffness=one, joints=[], harmonic_force=np.array([[0.0], [1.0]])
+    )
+    bench = SweptBench(system, {"x": one[0]})
+    frequency = 0.8 / (2 * np.pi)
+    exact = 1 / (1 - 0.8**2 + 0.8j * damping)
+    for n_push, periodic in ((0, True), (15, stable)):
+        readings = bench.sweep([frequency], 1.0, n_push=n_push)
+        # The steady state exists and is found, stable or not.
+        assert readings.motion[0, 0, 0] == pytest.approx(exact, rel=1e-6)
+        assert bool(readings.periodic[0]) is periodic
+
+
+def test_friction_that_sticks_or_slips_lasts_after_a_push() -> None:
+    beam = reduced_beam()
+    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    # What sliders keep of a push neither grows nor decays.
+    assert bench.sweep([466.0, 470.0], [0.01, 10.0], np.full(6, -0.4), n_push=30).periodic.all()
