@@ -45,13 +45,13 @@ Table = Float[NDArray[np.float64], "c p"]
 
 #: A scatter of a few set-ups is taken so large that it is too small in one case of five.
 CAUTION = 0.8
-#: Fewer points of a curve have no roughness; fewer roughnesses tell no noise.
-FEWEST_POINTS, FEWEST_ROUGHNESSES = 4, 6
+#: Fewer points of a curve have no roughness.
+FEWEST_POINTS = 4
 #: A roughness of whose variance the fitted shift leaves less than this share tells no noise [-].
 LEAST_LEFT = 0.1
 #: No estimate has fewer degrees of freedom [-].
 LEAST_FREEDOM = 1.0
-#: Parts of the law of the noise are told apart down to this ratio of their information [-].
+#: What is known least of the law of the noise has this share of the information on the rest at least [-].
 ALIKE = 1e-6
 
 
@@ -80,12 +80,20 @@ class ReadingNoise:
         """Standard deviation of readings, shape (n,)."""
         return np.hypot(self.relative * value, self.absolute)
 
-    def freedom(self, value: Values) -> Values:
-        """Degrees of freedom of the variance at readings, infinite where nothing was estimated, shape (n,) [-]."""
+    def freedom(self, value: Values, known: Values | float = 0.0) -> Values:
+        """Degrees of freedom of the variance at readings, infinite where nothing was estimated, shape (n,) [-].
+
+        Parameters
+        ----------
+        value
+            Readings, shape (n,).
+        known
+            Standard deviation of what is known beside the noise and counts as well, by Satterthwaite.
+        """
         relative, both, absolute = self.covariance
         variance = relative * value**4 + 2 * both * value**2 + absolute
         with np.errstate(divide="ignore", invalid="ignore"):
-            freedom = np.where(variance > 0, 2 * self.deviation(value) ** 4 / variance, inf)
+            freedom = np.where(variance > 0, 2 * (self.deviation(value) ** 2 + known**2) ** 2 / variance, inf)
         return np.maximum(freedom, LEAST_FREEDOM)
 
 
@@ -216,7 +224,7 @@ def _noise(tables: Sequence[_Table]) -> ReadingNoise:
         scaled = rows[use] / np.sqrt(left[use])[:, None]
         correlation = scaled @ scaled.T
         effective += list((seen[use] - 1) * use.sum() / max(float((correlation**2).sum()), 1.0))
-    if len(scatter) < FEWEST_ROUGHNESSES or not any(scatter):
+    if not any(scatter):
         return ReadingNoise()
     floor = 1e-12 * float(np.median(scatter))
     a2, b2 = fit_variance_law(np.array(squared), np.maximum(scatter, floor), np.array(dof))
@@ -232,8 +240,10 @@ def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple
     columns = np.array([squared / top, np.ones_like(squared)])
     variance = a2 * squared + b2
     information = (columns * dof / (2 * (variance / variance.max()) ** 2)) @ columns.T
-    # Of two columns that are alike only the sum is known, which is all that readings like them ask for.
-    inverse = np.linalg.pinv(information, rcond=ALIKE, hermitian=True) * variance.max() ** 2
+    # Of two columns that are alike only the sum is known: all that readings like them ask for, and next to nothing of
+    # readings of another size.
+    size, vector = np.linalg.eigh(information)
+    inverse = (vector / np.maximum(size, ALIKE * size[-1])) @ vector.T * variance.max() ** 2
     return float(inverse[0, 0] / top**2), float(inverse[0, 1] / top), float(inverse[1, 1])
 
 

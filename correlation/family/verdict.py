@@ -150,9 +150,7 @@ def judge_family(
     limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
     # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
     deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        estimated = (noise.deviation(limit) / deviation) ** 2
-        freedom = np.fmin(noise.freedom(limit) / estimated**2, CERTAIN)
+    freedom = np.fmin(noise.freedom(limit, at.deviation), CERTAIN)
     clear = float(norm.isf(CHANCE / (2 * max(n_reading, 1))))
     compared = np.isfinite(limit).all(axis=0)
     deviations, side = _distance(value, limit, deviation, freedom)

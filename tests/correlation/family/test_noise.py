@@ -1,5 +1,7 @@
 """Noise from the roughness of few curves: its mean is that of the readings, and it scatters as its freedom says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,3 +64,30 @@ def test_noise_that_was_estimated_is_no_failure(estimates: list[tuple[list[Famil
     # A reading and the number of readings each have a chance of one in a hundred campaigns: a mean of 4, and no more
     # than 9 in 99 of a hundred cases.
     assert leaves <= 9
+
+
+def test_noise_that_few_readings_of_another_level_tell_claims_no_failure() -> None:
+    leaves = 0
+    for seed in range(100):
+        random = np.random.default_rng(seed)
+        # Four frequencies at the lowest level, which give two roughnesses, and two at the highest, which give none.
+        few = [
+            replace(item, curves=tuple(
+                replace(curve, frequency=curve.frequency[-count:], value=curve.value[-count:]) for curve in item.curves
+            ))
+            for item, count in zip(families(random)[::2], (4, 2), strict=True)
+        ]  # fmt: skip
+        noise = estimate_repeat_errors(campaign(), few).noise["tip", 1]
+        assert noise.source == "curves"
+        own, other = (item.level * RESONANCE[-1:] for item in few)
+        assert 1 <= noise.freedom(other)[0] <= noise.freedom(own)[0] < 10
+        count = sum(item.n_point for item in few)
+        for item in few:
+            closed = PredictedBand(
+                frequency=FREQUENCY, value=np.tile(item.level * RESONANCE, (2, 1)),
+                deviation=np.tile(0.1 * NOISE * item.level * RESONANCE, (2, 1)), jump=np.zeros((2, 6), dtype=bool),
+            )  # fmt: skip
+            # A small error that is known makes a noise that is not no more certain.
+            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=count).leaves
+    # One in a hundred by each of two criteria: a mean of 2, and no more than 6 in 99 of a hundred cases.
+    assert leaves <= 6
