@@ -46,6 +46,8 @@ class SliderBox:
     """w_max of each slider, infinite for no box, shape (s,) [m]."""
     radius: Sliders
     """mu N / k_t of each slider at rest: how far its spring stretches, shape (s,) [m]."""
+    middle: Sliders
+    """Where its spring has no tension at rest: the middle of what Coulomb's cone allows, shape (s,) [m]."""
 
     @property
     def bounded(self) -> bool:
@@ -64,11 +66,8 @@ class SliderBox:
 
     @property
     def static(self) -> Sliders:
-        """How far from the centre static forces within Coulomb's cone at rest have left each slider, shape (s,) [m].
-
-        Rest may lie at an end of the cone: its other end is then two radii away.
-        """
-        return 2 * self.loaded
+        """How far from the middle static forces within Coulomb's cone at rest have left each slider, shape (s,) [m]."""
+        return self.loaded
 
     def clip(self, w: Sliders) -> Sliders:
         """The nearest state in the box."""
@@ -103,7 +102,8 @@ def slider_box(
     interval = cone(rest.motion, slider_table(balance), balance.sampling.evaluate)
     radius = np.maximum(interval.high - interval.low, 0.0) / 2
     centre = given.value if nominal is not None else rest.slider_at_start
-    return SliderBox(nominal=np.array(centre), reach=_reach(reach, radius), radius=radius)
+    middle = (interval.low + interval.high) / 2
+    return SliderBox(nominal=np.array(centre), reach=_reach(reach, radius), radius=radius, middle=middle)
 
 
 def _reach(given: float | Sequence[float] | Sliders | None, radius: Sliders) -> Sliders:

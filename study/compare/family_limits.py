@@ -50,7 +50,8 @@ class FamilySearch:
     levels
         Rising, shape (l,) [N, or the unit of the drive].
     nominal
-        Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load.
+        Centre of the box of slider positions, shape (s,) [m]; None for rest under the static load. Without a reach it
+        is the middle of Coulomb's cone there.
     earlier
         Whether the test has come to a level (row) by way of another or itself (column), shape (l, l).
     reach
@@ -112,7 +113,8 @@ class FamilySearch:
         box = self.problem().box
         if self.reach is not None:
             return replace(self, nominal=box.nominal)
-        rest = replace(self, nominal=box.nominal, reach=np.tile(box.static, (len(self.levels), 1)))
+        # Any friction force at rest: the nominal one may be that of one end of the cone.
+        rest = replace(self, nominal=box.middle, reach=np.tile(box.static, (len(self.levels), 1)))
         dragged = (drag or find_reaches)(rest)
         return replace(rest, reach=np.array([dragged[before].max(axis=0) for before in self.earlier]))
 

@@ -228,14 +228,14 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
 
 
 def _reach(limits: FamilyLimits, unit: str) -> str:
-    """How far from rest, in words."""
+    """How far, in words."""
     if not np.isfinite(limits.reach).all():
         return "anywhere"
     furthest = [f"{1e6 * item:.3g} um" for item in limits.reach.max(axis=1)]
     if len(set(furthest)) == 1:
-        return f"at most {furthest[0]} from rest"
+        return f"at most {furthest[0]} from where they carry no force at rest"
     each = [f"{item} at {level:g} {unit}" for item, level in zip(furthest, limits.levels, strict=True)]
-    return f"from rest by at most {_listed(each, bare=True)}"
+    return f"from where they carry no force at rest by at most {_listed(each, bare=True)}"
 
 
 def _calibration(comparison: FamilyComparison, fit: FamilyCalibration) -> Iterator[str]:

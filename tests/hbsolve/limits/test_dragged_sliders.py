@@ -31,7 +31,7 @@ def problem(damped: JointedSystem) -> LimitProblem:
     """With the box of the states at rest."""
     balance = HarmonicBalance(system=damped, n_harmonic=8, n_sample=128)
     rest = limit_problem(balance, OutputHarmonic(row=0)).box
-    return limit_problem(balance, OutputHarmonic(row=0), reach=rest.static)
+    return limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
 
 
 def test_without_slip_the_box_at_rest_is_enough(problem: LimitProblem) -> None:
@@ -92,11 +92,12 @@ def test_histories_integrated_in_time_stay_inside_limits_that_are_narrower_than_
     balance, output = HarmonicBalance(system=system, n_harmonic=8, n_sample=128), OutputHarmonic(row=0)
     frequency, levels = 284.0 * np.linspace(0.9, 1.02, 9), [1.0]
     rest = limit_problem(balance, output).box
-    reach = dragged_reaches(limit_problem(balance, output, reach=rest.static), 2 * np.pi * frequency, levels)
+    still = limit_problem(balance, output, nominal=rest.middle, reach=rest.static)
+    reach = dragged_reaches(still, 2 * np.pi * frequency, levels)
     excess = (reach - rest.static).max() / MARGIN
     widths = []
     for each in (reach[0], float(2 * rest.radius.max() + MARGIN * excess)):
-        problem = limit_problem(balance, output, reach=each)
+        problem = limit_problem(balance, output, nominal=rest.middle, reach=each)
         limits = several_limits(problem, {"blade": output}, 2 * np.pi * frequency, levels, settings=QUICK)["blade"]
         widths.append(limits.upper[0] - limits.lower[0])
         if len(widths) == 1:
