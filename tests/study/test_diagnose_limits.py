@@ -43,20 +43,20 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     def diagnosed() -> Thresholds:
         campaign = read_campaign(folder)
         setup = read_case(case, campaign).setup
-        return diagnose_case(setup, campaign, trials=4, store=store, announce=said.append).diagnosis.thresholds
+        return diagnose_case(setup, campaign, trials=2, store=store, announce=said.append).diagnosis.thresholds
 
     first = diagnosed()
-    assert first.n_trial == 4
-    # The largest of a handful of squares of standard normals, 1 % of the time; four trials tell it roughly.
+    assert first.n_trial == 2
+    # The largest of a handful of squares of standard normals, 1 % of the time; two trials tell it roughly.
     assert first.gain < 60
     (announced,) = said
     assert "detection thresholds of this layout" in announced
-    assert "4 simulated campaigns" in announced
+    assert "2 simulated campaigns" in announced
     assert "--trials 0" in announced
     monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
     shipped = Path("thresholds.json")
-    assert ship(case, folder, 4, store, SilentProgress(), shipped) == first
+    assert ship(case, folder, 2, store, SilentProgress(), shipped) == first
     with monkeypatch.context() as patched:
         patched.setattr(diagnose_limits, "SHIPPED", shipped)
         campaign = read_campaign(folder)
