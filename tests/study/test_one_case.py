@@ -99,6 +99,15 @@ def deviations(document: dict[str, Any]) -> float:
     return float(document["sets"]["training"]["standard_deviations"])
 
 
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers alone: each command has tests of its pictures, which take longer than all that is tested here."""
+    monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
+    monkeypatch.setattr("study.kind.rig.reduce._drawn", lambda *_: [])
+    monkeypatch.setattr("study.kind.rig.solve.draw_film", lambda *_: [])
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_one_case_goes_through_every_command(at_home: Path, short_rig: str, capfd: pytest.CaptureFixture[str]) -> None:
     def command(*words: str) -> dict[str, Any]:
         capfd.readouterr()
