@@ -2,8 +2,11 @@
 
 Sticking contacts can carry any tangential force within Coulomb's cone, so that repeated tests differ. The limits are
 computed first; then random histories that were not used in the search are compared with them.
+
+python examples/response_limits.py [FREQUENCIES]     # number of frequencies of the curves, 13 by default
 """
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +25,8 @@ from study.case.setup import read_case
 from study.shipped_cases import LIMITS
 from study.solve.model import make_solve_model
 
-LEVELS, FREQUENCIES, RESONANCE = [0.1, 0.4, 1.0, 4.0], np.linspace(259, 295, 13), 283.0
+LEVELS, RESONANCE = [0.1, 0.4, 1.0, 4.0], 283.0
+FREQUENCIES = np.linspace(259, 295, int(sys.argv[1]) if len(sys.argv) > 1 else 13)
 SETTINGS = LimitSettings(population=8, sample=60)
 
 

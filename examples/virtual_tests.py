@@ -2,8 +2,11 @@
 
 Each test has its own loading history (preload that overshoots and undershoots, unloading between levels, excitation
 that overshoots) and is integrated in time. The result is a campaign folder, as from a laboratory.
+
+python examples/virtual_tests.py [REPEATS]     # 6 by default
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +25,8 @@ from study.solve.model import make_solve_model
 from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 from transient.virtual_bench.repeats import repeated_tests
 
-LEVELS, FREQUENCIES, REPEATS = [0.4, 1.0], np.linspace(265, 292, 7), 6
+LEVELS, FREQUENCIES = [0.4, 1.0], np.linspace(265, 292, 7)
+REPEATS = int(sys.argv[1]) if len(sys.argv) > 1 else 6
 #: Largest distance to which loading and vibration may have dragged a slider [m]: nearly that of these tests.
 REACH = 14e-6
 #: Relative difference of harmonic balance with five harmonics and integration with 128 steps per period.

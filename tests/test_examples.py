@@ -25,6 +25,8 @@ SHOWN = {
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.
 SLOW = {"find_the_missing_effect.py"}
 SLOW_TIMEOUT = 1500  # s
+#: Arguments of those that do less if asked: what they check is the same.
+EFFORT = {"response_limits.py": ("7",), "virtual_tests.py": ("3",)}
 
 
 def test_the_examples_are_found() -> None:
@@ -47,7 +49,12 @@ def test_an_example_runs_and_is_short(path: Path, tmp_path: Path) -> None:
         pytest.skip("takes minutes: set STICKSLIP_SLOW=1 to run it")
     timeout = SLOW_TIMEOUT if path.name in SLOW else TIMEOUT
     done = subprocess.run(
-        [sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False
+        [sys.executable, str(path), *EFFORT.get(path.name, ())],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
     )
     # Where machine code is not stored yet, a line says that it is compiled.
     said = [line for line in done.stderr.splitlines() if "compiling" not in line]
