@@ -29,7 +29,7 @@ faces = {
     "tip": [FaceSelector(normal=(0, 0, -1))],
 }
 part = step_part(Path(__file__).parent / "parts" / "screw.step", faces)
-mesh = mesh_solid(part, TetRule(size=3.5e-3, near={"slot": 2e-3}))
+mesh = mesh_solid(part, TetRule(size=5e-3, near={"slot": 3e-3}))
 # The rim under the head may rub on a plate: eight stations on it are retained, independent of the nodes.
 rim = line_along_edge(mesh, "rim", ("seat", "shank"), n_station=8)
 place = make_station_coordinates(mesh, {"rim": rim.stations}, {"rim": "seat"}, fixed=["tip"])
