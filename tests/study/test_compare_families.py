@@ -13,6 +13,8 @@ import pytest
 from correlation.campaign.measurement import Campaign, Drive
 from correlation.campaign.write_campaign import write_campaign
 from correlation.family.family import measured_families
+from correlation.family.frequencies import choose_frequencies
+from pipeline.parallel import process_pool
 from study import cli
 from study.compare.families import select_families
 from study.shipped_cases import BEAM
@@ -42,6 +44,16 @@ def compared(home: Path, campaign: Campaign, capfdbinary: pytest.CaptureFixture[
     return document
 
 
+@pytest.fixture
+def small_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the measured frequencies alone, in one process."""
+    monkeypatch.setattr(
+        "study.compare.families.choose_frequencies", lambda families, most, _: choose_frequencies(families, most, 0)
+    )
+    monkeypatch.setattr("study.compare.families.process_pool", lambda modules: process_pool(modules, workers=1))
+
+
+@pytest.mark.usefixtures("small_search")
 def test_the_models_own_campaign_lies_within_and_a_spoilt_sensor_leaves(
     at_home: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
