@@ -258,7 +258,7 @@ class Configuration:
         self, level: float, frequencies: Sequence[float], track: Track
     ) -> Complex[NDArray[np.complex128], "n h s"]:
         """Readings of all sensors in the states of a track, shape (n, H + 1, s); NaN where there is no state."""
-        motion, force, order = self._rows
+        motion, force, order = self.rows
         static, dynamic, contact, omega = self.linear.read(tuple(frequencies), motion)
         g = complex_from_real(track.force)
         read = static + self._forced_all(level, frequencies) * dynamic - (contact @ g[..., None])[..., 0]
@@ -268,15 +268,15 @@ class Configuration:
         readings = read * times**order + pushed @ force.T
         if self.model.base_acceleration is not None:
             level_of = self._forced_all(level, frequencies)[:, 0]
-            readings[:, 1] += level_of * (1j * omega[:, None]) ** (order - 2.0) * self._base
+            readings[:, 1] += level_of * (1j * omega[:, None]) ** (order - 2.0) * self.base
         return np.asarray(readings)
 
     @cached_property
-    def _base(self) -> NDArray[np.float64]:
+    def base(self) -> NDArray[np.float64]:
         """Acceleration of a shaken base that each sensor reads beside the relative motion, at level 1, shape (s,)."""
         base = self.model.base_acceleration
         seen = [base is not None and isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
-        return np.where(seen, 0.0 if base is None else self._rows[0] @ base, 0.0)
+        return np.where(seen, 0.0 if base is None else self.rows[0] @ base, 0.0)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
@@ -284,7 +284,7 @@ class Configuration:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients, self._forces(state), state)
         if self.model.base_acceleration is not None:
-            table[1] += state.level * (1j * state.angular_frequency) ** (self._rows[2] - 2.0) * self._base
+            table[1] += state.level * (1j * state.angular_frequency) ** (self.rows[2] - 2.0) * self.base
         return np.asarray(table[harmonics, self.numbers(names)])
 
     def slopes(
@@ -304,7 +304,7 @@ class Configuration:
         rates = np.array(
             [[tangent.gain.get(sensor.name, 0.0) for tangent in tangents] for sensor in self.model.sensors]
         )
-        gain, order = np.array([sensor.gain or 1.0 for sensor in self.model.sensors]), self._rows[2]
+        gain, order = np.array([sensor.gain or 1.0 for sensor in self.model.sensors]), self.rows[2]
         return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
@@ -319,12 +319,12 @@ class Configuration:
         state: SteadyState,
     ) -> Complex[NDArray[np.complex128], "... h s"]:
         """All sensors' readings of some motions and joint forces at the frequency of a state."""
-        motion, force, order = self._rows
+        motion, force, order = self.rows
         times = 1j * np.arange(coefficients.shape[-2])[:, None] * state.angular_frequency
         return np.asarray((coefficients @ motion.T) * times**order + forces @ force.T)
 
     @cached_property
-    def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Rows of each sensor over motion and joint forces, with its gain; number of its time derivatives."""
         motion = np.zeros((len(self.model.sensors), self.model.system.n_dof))
         force = np.zeros((len(self.model.sensors), self.balance.n_direction))
