@@ -7,6 +7,7 @@ An imposed displacement is predicted by a grip: a spring of stiffness g, far sti
 moves by :math:`u = u_0 + A \cos \Omega t`. It pulls with :math:`g (u - p^T x)` at the place p: the measured force.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -20,6 +21,7 @@ from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.configuration import Configuration
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
+from correlation.data_type.sign import Sign
 from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model
 from correlation.signal.loop import Loops, Plateau, analyse_loop
@@ -45,6 +47,8 @@ FEATURES = (
 )
 #: Least standard deviation of a feature [-]: what a calibration of the two channels leaves.
 LEAST = 0.01
+#: Parts of a stroke that a displacement is read to.
+SAMPLED = 200
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,6 +184,67 @@ def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
     return np.concatenate([_numbers(imposed_loop(model, loop, plateau)) for plateau in loop.loops.plateaus])
 
 
+def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Sign]:
+    """Play, work per cycle and secant stiffness of all loops together.
+
+    Parameters
+    ----------
+    model
+        A model.
+    loops
+        Loops.
+    predicted
+        What it predicts for the features of each.
+    """
+    measured = [loop_features(loop) for loop in loops]
+    signs = []
+    for kind, words in (("work", "work per cycle"), ("stiffness", "secant stiffness")):
+        ratios, values, answers = [], [], []
+        for features, numbers in zip(measured, predicted, strict=True):
+            for row, label in enumerate(features.label):
+                if label.startswith(words):
+                    values.append(features.value[row])
+                    answers.append(numbers[row])
+                    ratios.append((features.value[row] - numbers[row]) / features.deviation[row])
+        there = np.isfinite(ratios)
+        if there.any():
+            # All loops have the calibration of their channels in common: the mean is no better known than one.
+            difference = float(np.mean(np.array(ratios)[there]))
+            low, high, lowest, highest = (
+                f"{end(np.array(each)[there]):.3g}" for each in (values, answers) for end in (np.min, np.max)
+            )
+            unit = "J" if kind == "work" else "N/m"
+            signs.append(
+                Sign(
+                    quantity=words, kind=kind, difference=difference, measured=f"is {low} to {high} {unit}",
+                    predicted=f"{lowest} to {highest} {unit}",
+                )
+            )  # fmt: skip
+    dwell = np.array([loop.loops.dwell for loop in loops])
+    if np.median(dwell):
+        of_model = float(np.median([_predict_dwell(model, loop) for loop in loops]))
+        stroke = float(np.median([2 * loop.loops.plateaus[-1].amplitude[0] for loop in loops]))
+        least = stroke / SAMPLED / np.sqrt(len(loops))
+        scatter = float(np.std(dwell, ddof=1) / np.sqrt(len(dwell))) if len(dwell) > 1 else 0.0
+        unit, factor = length_unit(stroke)
+        signs.append(
+            Sign(
+                quantity="force after a reversal", kind="play",
+                difference=(float(np.median(dwell)) - of_model) / max(least, scatter),
+                measured=f"stays near zero over {factor * float(np.median(dwell)):.2g} {unit}",
+                predicted=f"does so over {factor * of_model:.2g} {unit}",
+            )
+        )  # fmt: skip
+    return signs
+
+
+def _predict_dwell(model: Model, loop: ForceLoop) -> float:
+    """Displacement of a model's loop after a reversal without force [m]; 0 without a steady state."""
+    plateau = loop.loops.plateaus[-1]
+    curve = driven_loop(model, loop) if loop.line is not None else imposed_loop(model, loop, plateau)
+    return 0.0 if curve is None else analyse_loop(*(np.tile(signal, 3) for signal in curve)).dwell
+
+
 def imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signal, Signal] | None:
     """Displacement and force of one predicted period, shape (512,) each [m, N]; None without a steady state.
 
@@ -297,5 +362,6 @@ DATA_TYPES.register(
         predict=predict_loop,
         states=None,
         panels=loop_panels,
+        signs=list_loop_signs,
     )
 )

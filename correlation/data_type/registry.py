@@ -16,6 +16,7 @@ from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import MeasuredSensor, Measurement, Test
 from correlation.campaign.run_table import RunUnits
 from correlation.campaign.toml_table import TomlTable
+from correlation.data_type.sign import ListSigns
 from correlation.model import Model
 from geometry.registry import Registry
 
@@ -128,6 +129,8 @@ class DataType:
         type that gives none.
     panels
         What is drawn of a datum beside a model; None for a type whose features tell all.
+    signs
+        What all data of the type show by themselves, beside the model; None for a type that shows nothing so.
     """
 
     name: str
@@ -138,6 +141,7 @@ class DataType:
     predict: Callable[[Model, Any], Float[NDArray[np.float64], " m"]]
     states: Callable[[Any, Sequence[str]], Measurement | None] | None
     panels: Callable[[Model, Any], Sequence[Panel]] | None
+    signs: ListSigns | None = None
 
 
 def _wrong(type_: DataType) -> str | None:

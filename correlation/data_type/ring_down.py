@@ -4,8 +4,9 @@ The backbone of each mode is read from the decay (`correlation.signal.ring_down`
 (`correlation.data_type.backbone`) at a few amplitudes. What excited the structure need not be known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -18,6 +19,7 @@ from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.backbone import predict_backbone
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
+from correlation.data_type.sign import Sign
 from correlation.model import Model
 from correlation.signal.ring_down import RingDown, analyse_ring_down
 from geometry.read_only_array import freeze_fields
@@ -31,6 +33,12 @@ ENDS = 0.08
 #: Least standard deviations, relative [-]: between modes of a decay and resonances of a model there are differences of
 #: this size that no scatter of the reading shows (frequency within a period of decay, damping of a slow change).
 LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
+
+#: Modes of two decays are one if their frequencies differ by less; a change below this share of a value is none [-].
+SAME_MODE, STILL = 0.03, 1e-4
+#: Kind of each trend, its name, and the factor and unit that it is written in.
+TRENDS = (("frequency", "frequency", 1.0, "Hz"), ("damping", "damping ratio", 100.0, "%"))
+Numbers = Float[NDArray[np.float64], " m"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -164,6 +172,101 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
     return np.concatenate(predicted) if predicted else np.zeros(0)
 
 
+def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]) -> list[Sign]:
+    """How frequency and damping of each mode change with the amplitude, in all decays together.
+
+    Parameters
+    ----------
+    model
+        A model.
+    decays
+        Decays.
+    predicted
+        What it predicts for the features of each.
+    """
+    del model
+    trends: dict[str, list[list[_Trend]]] = {}
+    lowest: list[float] = []
+    for decay, numbers in zip(decays, predicted, strict=True):
+        first = 0
+        for mode in decay.modes:
+            rows = chosen_rows(mode)
+            of_mode = numbers[first : first + 2 * len(rows)].reshape(-1, 2)
+            first += 2 * len(rows)
+            at = float(mode.frequency[np.argmin(mode.amplitude)])
+            known = next((each for each in lowest if abs(at / each - 1) < SAME_MODE), None)
+            if known is None:
+                lowest.append(known := at)
+            both = [
+                _Trend.of(mode.amplitude[rows], value[rows], np.hypot(deviation[rows], least * value[rows]), of_model)
+                for value, deviation, least, of_model in (
+                    (mode.frequency, mode.frequency_deviation, LEAST_FREQUENCY, of_mode[:, 0]),
+                    (mode.damping_ratio, mode.damping_deviation, LEAST_DAMPING, of_mode[:, 1]),
+                )
+            ]
+            trends.setdefault(f"mode at {known:.3g} Hz", []).append(both)
+    signs = []
+    for name, of_decays in trends.items():
+        unit = decays[0].unit
+        for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
+            signs.append(
+                _sign(kind, f"{words} of the {name}", [each[number] for each in of_decays], unit, factor, unit_of)
+            )
+    return signs
+
+
+class _Trend(NamedTuple):
+    """Straight line over the logarithm of the amplitude: its ends, measured and predicted."""
+
+    amplitude: tuple[float, float]
+    measured: tuple[float, float]
+    predicted: tuple[float, float]
+    variance: float
+    """Of the measured change."""
+
+    @classmethod
+    def of(cls, amplitude: Numbers, value: Numbers, deviation: Numbers, predicted: Numbers) -> "_Trend":
+        at, weight = np.log(amplitude), 1 / deviation**2
+        centre = float(weight @ at / weight.sum())
+        moment = float(weight @ (at - centre) ** 2)
+        ends = np.array([at.min(), at.max()])
+
+        def line(numbers: Numbers) -> tuple[float, float]:
+            slope = float(weight @ ((at - centre) * numbers)) / moment
+            low, high = float(weight @ numbers / weight.sum()) + slope * (ends - centre)
+            return float(low), float(high)
+
+        span = float(ends[1] - ends[0])
+        return cls(
+            (float(amplitude.min()), float(amplitude.max())), line(value), line(predicted), span**2 / moment
+        )  # fmt: skip
+
+
+def _sign(kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str) -> Sign:
+    """One trend of several decays, whose scatter counts where it exceeds their deviations."""
+    measured, predicted = (np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted"))
+    change = measured[:, 1] - measured[:, 0]
+    apart = change - (predicted[:, 1] - predicted[:, 0])
+    n = len(trends)
+    variance = float(np.mean([each.variance for each in trends])) / n
+    if n > 1:
+        variance = max(variance, float(np.var(apart, ddof=1)) / n)
+    low, high = (float(np.mean([each.amplitude[end] for each in trends])) for end in (0, 1))
+
+    def words(ends: NDArray[np.float64]) -> str:
+        first, last = factor * np.mean(ends, axis=0)
+        if not np.isfinite(first + last):
+            return "is not known"
+        way = "stays" if abs(last - first) < STILL * abs(first) else "rises from" if last > first else "falls from"
+        return f"stays at {first:.4g} {unit_of}" if way == "stays" else f"{way} {first:.4g} to {last:.4g} {unit_of}"
+
+    difference = float(np.mean(np.where(np.isfinite(apart), apart, change))) / np.sqrt(variance)
+    return Sign(
+        quantity=quantity, kind=kind, difference=difference, predicted=words(predicted),
+        measured=f"{words(measured)} from {low:.2g} to {high:.2g} {unit}",
+    )  # fmt: skip
+
+
 def chosen_rows(mode: RingDown) -> NDArray[np.int64]:
     """Rows of a backbone that are compared, by falling amplitude, evenly in its logarithm, shape (up to 6,)."""
     first, last = np.log(mode.amplitude[0]), np.log(mode.amplitude[-1])
@@ -182,5 +285,6 @@ DATA_TYPES.register(
         predict=predict_ring_down,
         states=None,
         panels=None,
+        signs=list_ring_down_signs,
     )
 )

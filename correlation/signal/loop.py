@@ -32,6 +32,8 @@ FEWEST_PERIODS = 2
 END_SHARE = 0.04
 #: Play: where the force is below this share of its range on both branches, over at least this share of the stroke [-].
 NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
+#: Dwell: the way through that band is so many times what the steeper way from and to so much of the force's range says.
+BESIDE, DWELLS = 0.2, 2.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +89,8 @@ class Loops:
         Means over settled periods.
     play
         Share of the stroke over which the force stays near zero in both directions [-]; 0 without backlash.
+    dwell
+        Displacement after a reversal over which the force stays near zero, beyond a mere crossing [m]; 0 without.
     suspicions
         Backlash, negative work, loops that do not close and the like, in words.
     """
@@ -102,6 +106,7 @@ class Loops:
     plateau: Int[NDArray[np.int64], " p"]
     plateaus: tuple[Plateau, ...]
     play: float = 0.0
+    dwell: float = 0.0
     suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -153,6 +158,7 @@ def analyse_loop(displacement: Any, force: Any, *, tolerance: float = SAME_AMPLI
         plateau=plateau,
         plateaus=plateaus,
         play=play,
+        dwell=_dwell(x[part], f[part]),
         suspicions=tuple(suspicions),
     )
 
@@ -287,6 +293,25 @@ def _play(x: Samples, f: Samples) -> float:
     runs = np.diff(np.flatnonzero(np.concatenate([[True], ~free, [True]]))) - 1
     share = float(runs.max()) / PLAY_BINS
     return share if share >= LEAST_PLAY else 0.0
+
+
+def _dwell(x: Samples, f: Samples) -> float:
+    """Way of each branch through forces near zero beyond that of a crossing, their mean [m]; 0 if either has none."""
+    turn, size, found = int(np.argmin(x)), float(np.ptp(f)), []
+    for way, force in ((x[: turn + 1], f[: turn + 1]), (x[turn:], -f[turn:])):
+        # From the last sample above each level to the first one below: noise may cross a level several times.
+        levels = size * np.array([BESIDE, NO_FORCE, -NO_FORCE, -BESIDE])
+        above = [np.flatnonzero(force > level) for level in levels]
+        if not all(len(rows) > 0 and rows[-1] + 1 < len(force) for rows in above[:2]):
+            return 0.0
+        below = [np.flatnonzero(force < level) for level in levels[2:]]
+        if not all(len(rows) for rows in below):
+            return 0.0
+        ends = [above[0][-1], above[1][-1], *(rows[0] for rows in below)]
+        before, through, after = np.abs(np.diff(way[ends]))
+        crossing = min(before, after) * 2 * NO_FORCE / (BESIDE - NO_FORCE)
+        found.append(float(through - crossing) if through > DWELLS * crossing else 0.0)
+    return float(np.mean(found)) if all(found) else 0.0
 
 
 def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:

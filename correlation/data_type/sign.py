@@ -1,0 +1,71 @@
+"""Signs: what data show of a structure by themselves, beside what a model shows, in words."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import Model
+
+#: Difference between measurements and model that is a sign of something: deviations of single readings leave out what
+#: is common to them [standard deviations].
+CLEAR = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sign:
+    """One property that was measured and predicted.
+
+    Parameters
+    ----------
+    quantity
+        What it is, such as "frequency of the mode at 122 Hz".
+    kind
+        "frequency", "damping", "stiffness", "work" or "play".
+    measured, predicted
+        Both in words, such as "falls from 122 to 119 Hz".
+    difference
+        Measured less predicted [standard deviations]; the direction counts.
+    """
+
+    quantity: str
+    kind: str
+    measured: str
+    predicted: str
+    difference: float
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether chance does not explain the difference."""
+        return abs(self.difference) > CLEAR
+
+    @property
+    def sentence(self) -> str:
+        """Both beside each other."""
+        return f"the {self.quantity} {self.measured}; the model's {self.predicted}"
+
+
+#: Signs of all data of one type, from a model, the data, and what the model predicts for the features of each.
+ListSigns: TypeAlias = Callable[[Model, Sequence[Any], Sequence[Float[NDArray[np.float64], " m"]]], Sequence[Sign]]
+
+
+def name_causes(signs: Sequence[Sign]) -> str:
+    """What causes such signs elsewhere, in words; empty where nothing is known."""
+    clear = {(each.kind, each.difference > 0) for each in signs if each.is_clear}
+    causes = []
+    if ("frequency", False) in clear and ("damping", True) in clear:
+        causes.append("a frequency that falls and a damping that rises with the amplitude are signs of slip in joints")
+    elif ("frequency", True) in clear:
+        causes.append("a frequency that rises with the amplitude is a sign of a hardening spring or a stop")
+    elif ("frequency", False) in clear:
+        causes.append("a frequency that falls with the amplitude is a sign of a softening spring or an opening contact")
+    elif ("damping", True) in clear:
+        causes.append("a damping that rises with the amplitude is a sign of drag or friction")
+    if ("play", True) in clear:
+        causes.append("a force that stays near zero after a reversal is a sign of play (backlash)")
+    if ("work", True) in clear:
+        causes.append("work that the model does not take up is a sign of friction or damping that it lacks")
+    return "; ".join(causes)

@@ -1,0 +1,116 @@
+"""What ring-downs and loops show by themselves: trends of frequency and damping, play, work."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from correlation.data_type.loop import ForceLoop, list_loop_signs, predict_loop
+from correlation.data_type.ring_down import FreeDecay, list_ring_down_signs, predict_ring_down
+from correlation.data_type.sign import Sign, name_causes
+from correlation.model import Model
+from correlation.signal.loop import analyse_loop
+from correlation.signal.ring_down import analyse_ring_down
+from reduction.joint_law.cubic_spring import CubicSpring
+from reduction.joint_law.jenkins import JenkinsElement
+
+STIFFNESS, MASS, RATIO = 5e5, 1.3, 0.004
+STROKE = np.cos(np.linspace(0, 8 * np.pi, 4001))
+
+
+@cache
+def decay(softening: float, drag: float, seed: int, noise: float = 1e-3) -> FreeDecay:
+    """A decay whose frequency falls by a share, and whose damping rises by one, from nothing to 1 mm."""
+    omega, step, n = np.sqrt(STIFFNESS / MASS), 1 / 2500, 4000
+    amplitude, phase, x = 1e-3 * (1 + 0.1 * seed), 0.0, np.empty(n)
+    for number in range(n):
+        x[number] = amplitude * np.cos(phase)
+        amplitude *= np.exp(-RATIO * omega * (1 + drag * amplitude / 1e-3) * step)
+        phase += omega * (1 - softening * (amplitude / 1e-3) ** 2) * step
+    x += noise * 1e-3 * np.random.default_rng(seed).standard_normal(n)
+    time = np.arange(n) * step
+    return FreeDecay(
+        name=f"{seed}", configuration="jointed", sensor="tip", unit="m", time=time, signal=x,
+        modes=analyse_ring_down(time, x, quantity="displacement"),
+    )  # fmt: skip
+
+
+def trends(model: Model, softening: float, drag: float) -> dict[str, Sign]:
+    decays = [decay(softening, drag, seed) for seed in (1, 2, 3)]
+    signs = list_ring_down_signs(model, decays, [predict_ring_down(model, each) for each in decays])
+    return {sign.kind: sign for sign in signs}
+
+
+def test_a_falling_frequency_and_a_rising_damping_are_signs_of_slip(oscillator: Callable[..., Model]) -> None:
+    found = trends(oscillator(), softening=0.01, drag=0.5)
+    assert found["frequency"].is_clear
+    assert found["frequency"].difference < 0
+    assert found["damping"].is_clear
+    assert found["damping"].difference > 0
+    assert "falls from 9" in found["frequency"].measured
+    assert "stays at 98.7 Hz" in found["frequency"].predicted
+    assert "slip in joints" in name_causes(list(found.values()))
+
+
+def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
+    found = trends(oscillator(), softening=0.0, drag=0.0)
+    assert not any(sign.is_clear for sign in found.values())
+    assert name_causes(list(found.values())) == ""
+
+
+def test_a_model_that_hardens_as_the_decay_does_shows_the_same(oscillator: Callable[..., Model]) -> None:
+    """w = w0 sqrt(1 + 3 k3 A^2 / (4 k)): by 1 % at 1 mm."""
+    hardening = CubicSpring(name="cubic", direction=np.ones(1), stiffness=0.02 * STIFFNESS / 0.75 / 1e-6)
+    assert trends(oscillator(), softening=-0.01, drag=0.0)["frequency"].is_clear
+    found = trends(oscillator(hardening), softening=-0.01, drag=0.0)
+    # The curves differ by 3/8 q^2 of the series: 4e-5.
+    assert abs(found["frequency"].difference) < 5
+
+
+def loop(force: np.ndarray, amplitude: float = 1e-3) -> ForceLoop:
+    x = amplitude * STROKE
+    return ForceLoop(name="loop", displacement=x, force=force, loops=analyse_loop(x, force), frequency=1.0, place="tip")
+
+
+def slide(x: np.ndarray, stiffness: float, limit: float, play: float = 0.0) -> np.ndarray:
+    """A Jenkins element behind a dead zone."""
+    slider, force = 0.0, np.empty(len(x))
+    for number, here in enumerate(x):
+        gap = here - slider
+        stretch = np.sign(gap) * max(abs(gap) - play / 2, 0.0)
+        force[number] = np.clip(stiffness * stretch, -limit, limit)
+        if abs(stiffness * stretch) > limit:
+            slider = here - np.sign(gap) * (limit / stiffness + play / 2)
+    return force
+
+
+@pytest.mark.parametrize("play", [5e-5, 2e-4, 6e-4])
+def test_play_is_read_in_metres(play: float) -> None:
+    found = analyse_loop(1e-3 * STROKE, slide(1e-3 * STROKE, 1e5, 10.0, play))
+    # Two samples of the stroke, where it is fastest.
+    assert found.dwell == pytest.approx(play, abs=1.3e-5)
+
+
+@pytest.mark.parametrize("limit", [5.0, 30.0, 80.0])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_joint_without_play_has_none(limit: float, noise: float) -> None:
+    force = slide(1e-3 * STROKE, 1e5, limit) + noise * limit * np.random.default_rng(3).standard_normal(len(STROKE))
+    assert analyse_loop(1e-3 * STROKE, force).dwell == 0.0
+
+
+def test_loops_show_work_and_play_that_the_model_lacks(
+    oscillator: Callable[..., Model], jenkins: JenkinsElement
+) -> None:
+    # The grip of the bench bears against the spring of the oscillator beside the slider.
+    x = 1e-3 * STROKE
+    own, model = STIFFNESS * x, oscillator(jenkins)
+    same = loop(own + slide(x, jenkins.tangential_stiffness, jenkins.limit_force))
+    signs = {sign.kind: sign for sign in list_loop_signs(model, [same], [predict_loop(model, same)])}
+    assert not any(sign.is_clear for sign in signs.values())
+    loose = loop(slide(x, 1e6, 200.0, play=3e-4))
+    signs = {sign.kind: sign for sign in list_loop_signs(model, [loose], [predict_loop(model, loose)])}
+    assert signs["play"].is_clear
+    assert signs["play"].measured == "stays near zero over 0.3 mm"
+    assert signs["work"].is_clear
+    assert "backlash" in name_causes(list(signs.values()))
