@@ -211,7 +211,8 @@ def floors(arrangement: Arrangement) -> tuple[float, float]:
     shared = np.zeros(len(chosen))
     for mode in modes.T if modes is not None else ():
         shared += np.abs(_through_reference(features, _complex(features, held.measured, mode))) ** 2
-    return float(np.sqrt((alone + shared)[chosen].mean())), float(np.sqrt(alone[chosen].mean()))
+    shares = held.shares[chosen]
+    return float(np.sqrt(shares @ (alone + shared)[chosen])), float(np.sqrt(shares @ alone[chosen]))
 
 
 def _complex(

@@ -14,9 +14,19 @@ from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration_parameter import CalibrationParameter
+from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.finalist import Finalist, weigh_each
+from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Problem, Refit
-from diagnosis.fit.refit import baseline_fit, choose_finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
+from diagnosis.fit.refit import (
+    baseline_fit,
+    choose_finalists,
+    fit_from_starts,
+    is_lost,
+    quick_fit,
+    refit,
+    shortlist,
+)
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
@@ -88,7 +98,12 @@ class Diagnosis(Generic[P]):
 
 
 def screen_and_refit(
-    problem: Problem, effects: Sequence[Effect], run_step: RunStep, report: Report, shares: Shares
+    problem: Problem,
+    effects: Sequence[Effect],
+    run_step: RunStep,
+    report: Report,
+    shares: Shares,
+    starts: Sequence[tuple[Effect, Values]] = (),
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
 
@@ -102,6 +117,8 @@ def screen_and_refit(
         As in `diagnose`.
     shares
         Shares of the round that are done when its parts begin.
+    starts
+        Effects with values from which their fits may begin as well.
 
     Returns
     -------
@@ -119,7 +136,8 @@ def screen_and_refit(
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
-    refits, last = [], choose_finalists(multistart_fits(problem, fits, run_step), problem.effort)
+    fits = fit_from_starts(problem, scores, fits, starts, run_step)
+    refits, last = [], choose_finalists(fits, problem.effort)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
@@ -180,8 +198,13 @@ def diagnose(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
-    searched = _choose_searched(arrangement, run_step)
-    scores, before, refits = screen_and_refit(searched, catalogue.candidates, run_step, report, shares)
+    searched, starts = _choose_searched(arrangement, run_step), list[tuple[Effect, Values]]()
+    if is_lost(searched, searched.fit):
+        report("response control", shares.screening / 2)
+        starts = run_step("starts under response control", partial(_find_starts, arrangement, catalogue.candidates))
+        arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))
+        searched = _choose_searched(arrangement, run_step, "usual model error, branches apart")
+    scores, before, refits = screen_and_refit(searched, catalogue.candidates, run_step, report, shares, starts)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     finalists = weigh_each(campaign, arrangement, before, refits, find_catalogue, run_step)
@@ -207,8 +230,22 @@ def diagnose(
     )  # fmt: skip
 
 
-def _choose_searched(arrangement: Arrangement, run_step: RunStep) -> Arrangement:
+def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
+    """Effects that explain most at measured motions, the best of them first, with the values of their fits."""
+    found = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
+    return found[: arrangement.effort.finalists]
+
+
+def _fade_other_branch(arrangement: Arrangement, starts: Sequence[tuple[Effect, Values]]) -> Arrangement:
+    """The same without the points at which the best start is on another branch than the structure was."""
+    if not starts:
+        return arrangement
+    effect, values = starts[0]
+    return arrangement.fade_other_branch(arrangement.unknowns([effect]).compose(values))
+
+
+def _choose_searched(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:
     """Arrangement by which effects are screened and fitted: a model error beyond any may be an effect."""
     if not arrangement.left.is_far:
         return arrangement
-    return run_step("usual model error", lambda: expect_usual_error(arrangement))
+    return run_step(name, lambda: expect_usual_error(arrangement))

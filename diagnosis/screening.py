@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Matrix, Vector
-from diagnosis.fit.problem import Problem
+from diagnosis.fit.problem import Screened
 from hbsolve.errors import ModelError
 
 #: Least strength to try, as a share of the typical one.
@@ -71,7 +71,7 @@ class Score:
 
 
 def screen(
-    problem: Problem, effects: Sequence[Effect], report: Callable[[int, int], None] | None = None
+    problem: Screened, effects: Sequence[Effect], report: Callable[[int, int], None] | None = None
 ) -> list[Score]:
     """Scores of effects, best first.
 
@@ -95,7 +95,7 @@ def screen(
     return sorted(scores, key=lambda score: -score.gain)
 
 
-def compute_slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
+def compute_slope_gains(problem: Screened, effects: Sequence[Effect]) -> Vector:
     """Gain of each effect by its derivative at the vanishing value, within its bounds, shape (e,)."""
     basis = make_calibration_basis(problem)
     residual = project_out(basis, problem.fit.residual)
@@ -108,7 +108,7 @@ def compute_slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
     )
 
 
-def make_calibration_basis(problem: Problem) -> Matrix:
+def make_calibration_basis(problem: Screened) -> Matrix:
     """Orthonormal basis of the changes by the calibration parameters, shape (m + p, p)."""
     return make_basis(problem.fit.jacobian * problem.fit.unknowns.size)
 
@@ -123,7 +123,7 @@ def project_out(basis: Matrix, changes: Float[NDArray[np.float64], "m ..."]) -> 
     return np.asarray(changes - basis @ (basis.T @ changes))
 
 
-def _slopes(problem: Problem, effects: Sequence[Effect]) -> Iterator[Vector]:
+def _slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vector]:
     """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
     fit = problem.fit
     # All effects are applied at once at their vanishing values: the states are those of the fit.
@@ -137,7 +137,7 @@ def _slopes(problem: Problem, effects: Sequence[Effect]) -> Iterator[Vector]:
         yield from np.concatenate([slopes[:, strengths].T, np.zeros((len(group), len(fit.values)))], axis=1)
 
 
-def _score(problem: Problem, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
+def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
     """Score by the derivative, then by the difference at the strength that it predicts, at most the typical one."""
     parameter, effort = effect.parameters[0], problem.effort
     typical = parameter.typical - parameter.vanishes
@@ -187,7 +187,7 @@ def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
     return _Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
 
 
-def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
+def _change(problem: Screened, effect: Effect, step: float, relief: Vector) -> Vector:
     """Whitened change by an effect while the calibration parameters make up for what they can, shape (m + p,).
 
     Otherwise the curvature of a mere shift of the resonance would hide everything else.
@@ -206,12 +206,12 @@ def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Ve
     return np.concatenate([np.where(there, moved, 0.0), prior])
 
 
-def _relief(problem: Problem, slope: Vector) -> Vector:
+def _relief(problem: Screened, slope: Vector) -> Vector:
     """Change of the fitted values that best makes up for an effect of unit strength, shape (p,)."""
     return np.asarray(-np.linalg.lstsq(problem.fit.jacobian, slope, rcond=1e-12)[0])
 
 
-def _made_up(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
+def _made_up(problem: Screened, effect: Effect, step: float, relief: Vector) -> Vector:
     """Fitted values that best make up for an effect, then its own, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
     rest = [each.vanishes for each in effect.parameters[1:]]

@@ -146,3 +146,33 @@ def find_astray(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[ND
             between = (points.frequency > low) & (points.frequency < high) & np.isin(points.sweep, (0, each.sweep))
             astray |= between & (points.free == each.free) & (points.level == each.level)
     return astray
+
+
+def find_other_branch(
+    observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
+) -> Bool[NDArray[np.bool_], " k"]:
+    """Rows of a level that jumps at which the model is on another branch than the structure was, shape (k,).
+
+    There the largest motion is further off than half of the way of the jump, as a ratio.
+
+    Parameters
+    ----------
+    observed, prediction, sweeps
+        As for `compute_jump_errors`.
+    """
+    points, measured, predicted = observed.points, np.abs(observed.value), np.abs(prediction.value)
+    astray = np.zeros(len(points), dtype=bool)
+    for jump, _ in find_measured_jumps(observed, sweeps):
+        of_level = observed.motion & (points.harmonic == 1) & (points.free == jump.free) & (points.level == jump.level)
+        of_level &= observed.count > 0
+        sensor = points.sensor[of_level][np.argmax(measured[of_level])]
+        own = np.flatnonzero(of_level & (points.sensor == sensor) & np.isin(points.sweep, (0, jump.sweep)))
+        rising = own[np.argsort(points.frequency[own])]
+        step = int(np.searchsorted(points.frequency[rising], jump.frequency))
+        way = abs(np.log(measured[rising[step]] / measured[rising[step - 1]]))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            off = np.abs(np.log(predicted[own] / measured[own])) > way / 2
+        for row in own[off]:
+            same = (points.frequency == points.frequency[row]) & (points.sweep == points.sweep[row])
+            astray |= same & (points.free == jump.free) & (points.level == jump.level)
+    return astray

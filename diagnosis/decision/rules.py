@@ -20,7 +20,7 @@ from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import fit_effect
+from diagnosis.fit.refit import quick_fit
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.step import RunStep
@@ -80,7 +80,7 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
     for place, number in enumerate(promising):
         if place < CHECKED:
             (score,) = screen(arrangement, [effects[number]])
-            gains[number] = arrangement.fit.chi2 - fit_effect(arrangement, score).chi2
+            gains[number] = arrangement.fit.chi2 - quick_fit(arrangement, score).chi2
         else:
             gains[number] = worth
     best = int(np.argmax(gains)) if len(gains) else -1

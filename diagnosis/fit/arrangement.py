@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import FAINT, Comparison
+from diagnosis.fit.controlled_start import fit_under_control
 from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.jitter import list_jitter
@@ -27,6 +28,7 @@ from diagnosis.fit.weighting import (
     DRAWS,
     Measured,
     allow_model_error,
+    fade_other_branch,
     leave_out_model_error,
     update_model_error,
     weighted,
@@ -86,10 +88,7 @@ class Arrangement:
     budget: Budget
     finer: tuple[FinerModel, ...]
 
-    @property
-    def effort(self) -> Effort:
-        """Selection of the effects that are fitted."""
-        return Effort(patient=not self.budget.model)
+    effort: ClassVar[Effort] = Effort()
 
     @property
     def left(self) -> ErrorSize:
@@ -100,13 +99,23 @@ class Arrangement:
         """Calibration parameters with their priors; added effects and the given ones without."""
         return _unknowns(self.base, self.calibration, [*self.added, *effects])
 
+    def fade_other_branch(self, model: Model) -> "Arrangement":
+        """The same with next to no weight where a model is on another branch than the structure was."""
+        unseen = self.held_out.predictor.predict(model)
+        train = fade_other_branch(self.train, self.train.predictor.predict(model))
+        held_out, settled = fade_other_branch(self.held_out, unseen), fade_other_branch(self.settled, unseen)
+        fit = self.fit
+        if train is not self.train:
+            fit = calibrate(train, fit.unknowns, fit.values, fit.prediction, exact=True)
+        return replace(self, train=train, held_out=held_out, settled=settled, fit=fit)
+
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
         settled = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
         return Refit(
             effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
-            error=_relative(self.train, fit.prediction), held_error=_relative(self.settled, settled.prediction),
+            error=self.train.error(fit.prediction), held_error=self.settled.error(settled.prediction),
             n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
             held_stated_chi2=_stated_chi2(self.settled, settled.prediction),
         )  # fmt: skip
@@ -285,6 +294,8 @@ def _fit_with_model_error(
         if size is None and fit.chi2 > ASTRAY * fit.n_number:
             wide = update_model_error(plain, prediction)
             found.append(_settle(wide, calibrate(wide, unknowns, values, prediction, report, quick=True), report))
+            start = fit_under_control(comparison, unknowns, values, usual).fit.values
+            found.append(_settle(wide, calibrate(wide, unknowns, start, prediction, report, quick=True), report))
         plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
         if _size(plain) != NO_ERROR:
             return plain, calibrate(
@@ -360,13 +371,6 @@ def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None
     if comparison.model_error is None:
         return None
     return float(np.mean(leave_out_model_error(comparison).residual(prediction) ** 2))
-
-
-def _relative(comparison: Comparison, prediction: Prediction) -> float:
-    """Root mean square relative error of the fundamentals of motion."""
-    there = np.isfinite(prediction.value) & comparison.features.fundamental
-    measured = comparison.observed.value[there]
-    return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))
 
 
 def _unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:

@@ -1,6 +1,7 @@
 """Measured features beside those of a model, in units of what noise and numerical error explain."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -88,6 +89,33 @@ class Comparison:
         """Measured less predicted features, zero where there is no prediction, shape (m,)."""
         return np.nan_to_num(self.measured - self.features.of_values(prediction.value))
 
+    def error(self, prediction: Prediction) -> float:
+        """Error of the fundamentals of motion relative to what was measured, of each curve and over all [-].
+
+        Both are root mean squares. Without a phase moduli are compared.
+        """
+        value, measured = prediction.value, self.observed.value
+        predicted = np.where(self.features.amplitude, np.abs(value), value)
+        there = np.isfinite(value) & (self.shares > 0)
+        relative = np.abs(predicted[there] / measured[there] - 1)
+        return float(np.sqrt(self.shares[there] @ relative**2 / self.shares[there].sum())) if there.any() else np.nan
+
+    @cached_property
+    def shares(self) -> Float[NDArray[np.float64], " k"]:
+        """Weight of the squared relative error of each row in that of all, shape (k,): fundamentals of motion alone.
+
+        A curve is one sensor at one level; all of them count alike, and the points of a curve by their squares.
+        """
+        points, rows = self.features.points, np.flatnonzero(self.features.fundamental)
+        sensor = np.unique(points.sensor, return_inverse=True)[1]
+        key = np.column_stack([points.free, points.level, sensor])[rows]
+        curve = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        squares = np.nan_to_num(np.abs(self.observed.value[rows])) ** 2
+        sums = np.bincount(curve, squares)
+        result = np.zeros(len(points))
+        result[rows] = squares / np.where(sums > 0, sums, np.inf)[curve] / max(len(sums), 1)
+        return result
+
     @property
     def log_weight(self) -> float:
         """-2 ln of the density of the measurements and the model error, beside chi^2 [-]."""
@@ -98,8 +126,11 @@ class Comparison:
         """The same with factors on the deviations of numbers, shape (m,), or without any."""
         if factor is None:
             return self
-        whitening = replace(self.whitening, deviation=self.whitening.deviation * factor)
-        return replace(self, whitening=whitening, faded=factor if self.faded is None else factor * self.faded)
+        faded = factor if self.faded is None else factor * self.faded
+        if self.model_error is None:
+            return replace(self, whitening=_scale(self.whitening, factor), faded=faded)
+        error = replace(self.model_error, without=_scale(self.model_error.without, factor))
+        return replace(self, whitening=error.whitening, model_error=error, faded=faded)
 
     def has_prediction(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
         """Mask of the numbers that have a prediction."""
@@ -134,3 +165,7 @@ class Comparison:
         moved[number] += step if values[number] + step <= upper else -step
         there = self.predict(unknowns.compose(moved), prediction)
         return np.asarray((there.value - prediction.value) / (moved[number] - values[number]))
+
+
+def _scale(whitening: Whitening, factor: Vector) -> Whitening:
+    return replace(whitening, deviation=whitening.deviation * factor)

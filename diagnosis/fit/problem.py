@@ -31,8 +31,6 @@ class Effort:
         Number of best effects of the shortlist, and of all its effects [-].
     worthless
         Largest gain of chi^2 that does not deserve a fit [-].
-    patient
-        Whether fits that are lost begin anew at other strengths: not where model error takes up what they leave.
     finalists, far_behind
         Number of effects of the shortlist that are tested, and the largest chi^2 that all but the first two of them may
         be behind the best [-].
@@ -44,7 +42,6 @@ class Effort:
     best: int = 3
     most: int = 6
     worthless: float = 3.0
-    patient: bool = True
     finalists: int = 3
     far_behind: float = 40.0
 
@@ -111,8 +108,8 @@ class Refit:
         return len(self.fit.values) - len(self.effect.parameters if self.effect is not None else ())
 
 
-class Problem(Protocol):
-    """Training and held-out data beside a model whose calibration parameters, and added effects, are fitted."""
+class Screened(Protocol):
+    """Data beside a model whose calibration parameters, and added effects, are fitted."""
 
     @property
     def effort(self) -> Effort:
@@ -132,6 +129,10 @@ class Problem(Protocol):
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters and added effects, then the given effects."""
         ...
+
+
+class Problem(Screened, Protocol):
+    """The same with held-out data that test a fit."""
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test of a fit, with an effect or without, on the held-out data."""

@@ -8,8 +8,10 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.candidate.effect import Effect
 from diagnosis.effect import EFFECTS
 from diagnosis.fit.calibration import Fit, Matrix, calibrate
+from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Effort, Problem, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
@@ -21,9 +23,8 @@ PARALLEL, PROMISING = 0.6, 0.5
 MOST_RUGGED = 8
 #: A fit that gains less than this share of the gain of the screening is started again, from typical strength.
 KEPT = 0.7
-#: Reduced chi-squared beyond which a fit is lost; starts at these multiples of typical strength, to either side, are
-#: then tried as well: far from the truth chi^2 has many minima, one for each shape of the peaks.
-LOST, LADDER = 2.0, (0.03, 0.1, 0.3, 3.0, 10.0)
+#: Reduced chi-squared beyond which a fit is lost.
+LOST = 2.0
 
 
 def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) -> list[Score]:
@@ -56,26 +57,14 @@ def baseline_fit(problem: Problem) -> Refit:
     return problem.tested(None, problem.fit)
 
 
-def fit_effect(problem: Problem, score: Score) -> Fit:
-    """Quick fit of one effect with the calibration parameters, accurate enough to choose the finalists.
-
-    Parameters
-    ----------
-    problem
-        Measurements and model.
-    score
-        Effect and start.
-    """
-    return multistart_fit(problem, score, quick_fit(problem, score))
-
-
 def quick_fit(problem: Problem, score: Score) -> Fit:
     """Quick fit from the strength of the screening; from typical strength where that gains too little."""
     effect, baseline = score.effect, problem.fit
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
     quick = calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)
     if baseline.chi2 - quick.chi2 < KEPT * score.gain:
-        quick = min(quick, _fit_from(problem, score, 1.0), key=lambda fit: fit.chi2)
+        anew = _fit_from(problem, effect, _typical_start(problem, score))
+        quick = min(quick, anew, key=lambda fit: fit.chi2)
     return quick
 
 
@@ -84,51 +73,51 @@ def is_lost(problem: Problem, fit: Fit) -> bool:
     return fit.chi2 >= LOST * problem.fit.n_number
 
 
-def multistart_fit(problem: Problem, score: Score, quick: Fit) -> Fit:
-    """Best quick fit from several strengths where the given one is lost; else the given one."""
-    if problem.effort.patient and is_lost(problem, problem.fit):
-        for share in (sign * step for step in LADDER for sign in (1.0, -1.0)):
-            if not is_lost(problem, quick):
-                break
-            quick = min(quick, _fit_from(problem, score, share), key=lambda fit: fit.chi2)
-    return quick
-
-
-def multistart_fits(
-    problem: Problem, fits: Sequence[tuple[Score, Fit]], run_step: RunStep = compute_step
+def fit_from_starts(
+    problem: Problem,
+    scores: Sequence[Score],
+    fits: Sequence[tuple[Score, Fit]],
+    starts: Sequence[tuple[Effect, Values]],
+    run_step: RunStep = compute_step,
 ) -> list[tuple[Score, Fit]]:
-    """Quick fits of several effects, each by `multistart_fit`, best first, until one is not lost.
-
-    Other starts of the remaining effects cannot change the verdict then: from two starts each they leave more than
-    noise, and one effect does not.
+    """Quick fits of effects, of each the better one of the given fit and that from another start.
 
     Parameters
     ----------
     problem
         Measurements and model.
+    scores
+        Scores of all effects.
     fits
         Effects with their `quick_fit`.
+    starts
+        Effects with the values that their other fits begin from.
     run_step
         Looks up the stored result of a step, or computes it.
     """
-    ranked = sorted(fits, key=lambda pair: pair[1].chi2)
-    for number, (score, fit) in enumerate(ranked if problem.effort.patient else ()):
-        if not all(is_lost(problem, other) for _, other in ranked):
-            break
-        wider = run_step(f"wider fit of {score.effect.name}", partial(multistart_fit, problem, score, fit))
-        ranked[number] = (score, wider)
-    return ranked
+    found, by_name = (
+        {score.effect.name: (score, fit) for score, fit in fits},
+        {each.effect.name: each for each in scores},
+    )
+    for effect, start in starts:
+        name, begin = effect.name, partial(_fit_from, problem, effect, start)
+        fit = run_step(f"fit of {name} from another start", begin)
+        if name not in found or fit.chi2 < found[name][1].chi2:
+            found[name] = (by_name[name], fit)
+    return list(found.values())
 
 
-def _fit_from(problem: Problem, score: Score, share: float) -> Fit:
-    """Quick fit from a multiple of typical strength, positive to the side of the strength of the screening."""
-    effect, baseline = score.effect, problem.fit
-    parameter = effect.parameters[0]
-    size = share * abs(parameter.typical - parameter.vanishes)
+def _fit_from(problem: Problem, effect: Effect, start: Values) -> Fit:
+    return calibrate(problem.train, problem.unknowns([effect]), start, problem.fit.prediction, quick=True)
+
+
+def _typical_start(problem: Problem, score: Score) -> Values:
+    """Values of the first fit with typical strength, to the side of the strength of the screening."""
+    parameter = score.effect.parameters[0]
+    size = abs(parameter.typical - parameter.vanishes)
     other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
-    rest = [each.vanishes for each in effect.parameters[1:]]
-    start = np.array([*baseline.values, np.clip(other, parameter.lower, parameter.upper), *rest])
-    return calibrate(problem.train, problem.unknowns([effect]), start, baseline.prediction, quick=True)
+    rest = [each.vanishes for each in score.effect.parameters[1:]]
+    return np.array([*problem.fit.values, np.clip(other, parameter.lower, parameter.upper), *rest])
 
 
 def choose_finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
@@ -149,7 +138,7 @@ def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
     quick
         Quick fit of it; computed by default.
     """
-    quick = fit_effect(problem, score) if quick is None else quick
+    quick = quick_fit(problem, score) if quick is None else quick
     fit = calibrate(problem.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
     return problem.tested(score.effect, fit)
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.jump_error import compute_jump_errors, find_astray
+from correlation.metric.jump_error import compute_jump_errors, find_astray, find_other_branch
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
 from correlation.noise.kink import REACH, Shift, find_departures, make_curvature_modes, make_kink_modes
-from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError
+from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError, compute_moduli
 from correlation.noise.nuisance import (
     Budget,
     ModelFeatures,
@@ -24,7 +24,6 @@ from correlation.noise.nuisance import (
 from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import RowTable, join_tables
-from diagnosis.fit.calibration import Vector
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
@@ -200,6 +199,26 @@ def leave_out_model_error(comparison: Comparison) -> Comparison:
     return comparison if error is None else replace(comparison, whitening=error.without, model_error=None)
 
 
+def fade_astray(comparison: Comparison, prediction: Prediction) -> Comparison:
+    """The same with next to no weight between a measured jump and the predicted one; their distance is the error."""
+    errors = compute_jump_errors(comparison.observed, prediction, comparison.predictor.sweeps)
+    return _fade_rows(comparison, find_astray(comparison.observed, errors))
+
+
+def fade_other_branch(comparison: Comparison, prediction: Prediction) -> Comparison:
+    """The same with next to no weight for the points at which a model is on another branch than the structure was."""
+    return _fade_rows(comparison, find_other_branch(comparison.observed, prediction, comparison.predictor.sweeps))
+
+
+def _fade_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Comparison:
+    of, numbers = comparison, rows[comparison.features.row]
+    if not numbers.any():
+        return comparison
+    # What was measured there is no error of the model: not even one of its own size counts.
+    size = np.maximum(compute_moduli(of.features, of.measured) / of.whitening.deviation, 1.0)
+    return of.fade(np.where(numbers, FAINT * size, 1.0))
+
+
 def join_measured(sides: Sequence[Measured]) -> Measured:
     """All measurements of several sets as one; rows of one point in two sets are two rows."""
     if len(sides) == 1:
@@ -258,20 +277,12 @@ def _finished(
         predictor=side.predictor,
         noise=scatter.noise,
     )
+    comparison = fade_astray(comparison, prediction)
     if like is not None:
         comparison = comparison.fade(like.faded)
-    else:
-        comparison = comparison.fade(_fade_astray(side, prediction))
-        if fitted:
-            comparison = comparison.fade(weigh_outliers(comparison.features, comparison.residual(prediction)))
+    elif fitted:
+        comparison = comparison.fade(weigh_outliers(comparison.features, comparison.residual(prediction)))
     return comparison, scatter._replace(whitening=comparison.whitening)
-
-
-def _fade_astray(side: Measured, prediction: Prediction) -> Vector | None:
-    """Next to no weight for the points between a measured jump and the predicted one; their distance is the error."""
-    errors = compute_jump_errors(side.observed, prediction, side.predictor.sweeps)
-    astray = find_astray(side.observed, errors)[side.features.row]
-    return np.where(astray, FAINT, 1.0) if astray.any() else None
 
 
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:

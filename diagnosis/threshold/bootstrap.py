@@ -27,7 +27,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import misfit
 from diagnosis.fit.arrangement import arrange_anew
 from diagnosis.fit.finalist import weigh_each
-from diagnosis.fit.refit import baseline_fit, choose_finalists, fit_effect, refit, shortlist
+from diagnosis.fit.refit import baseline_fit, choose_finalists, quick_fit, refit, shortlist
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
 from diagnosis.threshold.detection_threshold import Thresholds
@@ -75,7 +75,7 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     campaign = simulation.draw(np.random.default_rng(seed))
     drawn = arrange_anew(simulation.arrangement, campaign)
     before = baseline_fit(drawn)
-    fits = [(score, fit_effect(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
+    fits = [(score, quick_fit(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
     refits = [refit(drawn, score, fit) for score, fit in choose_finalists(fits, drawn.effort)]
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
     finalists = weigh_each(campaign, drawn, before, refits, find_catalogue)

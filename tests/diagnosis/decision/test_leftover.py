@@ -12,7 +12,7 @@ from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, misfit, w
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.finalist import fall
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import baseline_fit, fit_effect, refit
+from diagnosis.fit.refit import baseline_fit, quick_fit, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 
@@ -142,7 +142,7 @@ def test_what_is_left_is_confirmed_by_a_fit(
     found = find_leftover(accepting, [right], worth=1.0)
     (score,) = screen(accepting, [right])
     # The same fit again.
-    assert found.gain == pytest.approx(accepting.fit.chi2 - fit_effect(accepting, score).chi2, rel=1e-9)
+    assert found.gain == pytest.approx(accepting.fit.chi2 - quick_fit(accepting, score).chi2, rel=1e-9)
     # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
     assert found.gain == pytest.approx(find_leftover(accepting, [right]).gain, rel=0.1)
     assert found.gain != find_leftover(accepting, [right]).gain
@@ -158,7 +158,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
 
     monkeypatch.setattr(rules, "compute_slope_gains", lambda *_: np.array(promised))
     monkeypatch.setattr(rules, "screen", lambda _, effects: [each.number for each in effects])
-    monkeypatch.setattr(rules, "fit_effect", fit)
+    monkeypatch.setattr(rules, "quick_fit", fit)
     monkeypatch.setattr(rules, "localise", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(fit=SimpleNamespace(chi2=chi2))

@@ -12,14 +12,12 @@ from diagnosis.fit import refit as refits
 from diagnosis.fit.problem import Effort
 from diagnosis.fit.refit import (
     KEPT,
-    LADDER,
-    LOST,
     MOST_RUGGED,
     PARALLEL,
     PROMISING,
     choose_finalists,
-    fit_effect,
-    multistart_fits,
+    fit_from_starts,
+    quick_fit,
     shortlist,
 )
 from diagnosis.screening import Score
@@ -78,7 +76,7 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
     monkeypatch.setattr(refits, "calibrate", calibrations)
     accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None, n_number=n_number)
     arrangement: Any = SimpleNamespace(fit=accepted, train=None, effort=EFFORT, unknowns=lambda effects: effects)
-    return fit_effect(arrangement, of), calibrations
+    return quick_fit(arrangement, of), calibrations
 
 
 def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,54 +121,18 @@ def test_effects_of_several_numbers_have_a_jacobian_of_their_own(monkeypatch: py
     np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, 1.0, 2.0])
 
 
-def test_who_is_lost_climbs_to_either_side_until_the_way_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    n_number = int(CHI2 / LOST / 2)
-    misses, found_at = [CHI2 - 100.0] * 4, LOST * n_number - 50.0
-    found, asked = fit(score(100.0, strength=-0.3), *misses, found_at, monkeypatch=monkeypatch, n_number=n_number)
-    assert found.chi2 == found_at
-    # The start of the screening kept its promise, so that typical strength itself was not tried.
-    strengths = [start[-1] for start in asked.starts[1:]]
-    np.testing.assert_allclose(strengths, [-LADDER[0], LADDER[0], -LADDER[1], LADDER[1]], rtol=1e-14)  # round-off
-
-
-def race(monkeypatch: pytest.MonkeyPatch, begun: dict[str, float], wider: dict[str, float]) -> tuple[Any, list[str]]:
-    """What effects come to whose quick fits have some chi^2, of 500 numbers; and who was searched, in order."""
-    asked: list[str] = []
-
-    def searching(_: object, of: Score, found: Any) -> Any:
-        asked.append(of.effect.name)
-        return SimpleNamespace(chi2=min(found.chi2, wider[of.effect.name]))
-
-    monkeypatch.setattr(refits, "multistart_fit", searching)
-    arrangement: Any = SimpleNamespace(fit=SimpleNamespace(n_number=500), effort=EFFORT)
-    fits: Any = [(score(1.0, name=name), SimpleNamespace(chi2=chi2)) for name, chi2 in begun.items()]
-    return {of.effect.name: fit.chi2 for of, fit in multistart_fits(arrangement, fits)}, asked
-
-
-def test_the_search_ends_with_the_first_effect_that_has_found_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    way = LOST * 500
-    begun = {"a": 9 * way, "b": 2 * way, "c": 3 * way}
-    found, asked = race(monkeypatch, begun, {"a": way - 9, "b": 1.5 * way, "c": way - 1})
-    assert asked == ["b", "c"]
-    assert found == {"a": 9 * way, "b": 1.5 * way, "c": way - 1}
-
-
-def test_nobody_is_searched_where_one_effect_had_found_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    begun = {"a": 5 * LOST * 500, "b": LOST * 500 - 1}
-    assert race(monkeypatch, begun, {}) == (begun, [])
-
-
-def test_all_are_searched_where_none_finds_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    begun = {"a": 5 * LOST * 500, "b": 4 * LOST * 500}
-    assert race(monkeypatch, begun, begun) == (begun, ["b", "a"])
-
-
-def test_who_never_finds_the_way_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
-    chi2 = [CHI2 - 100.0 - number for number in range(1 + 2 * len(LADDER))]
-    found, asked = fit(score(100.0), *chi2, monkeypatch=monkeypatch, n_number=10)
-    assert found.chi2 == min(chi2)
-    assert len(asked.starts) == len(chi2)
-    assert all(-5 <= start[-1] <= 5 for start in asked.starts)
+def test_of_two_starts_of_one_effect_the_better_fit_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    calibrations = Calibrations(90.0, 300.0, 70.0)
+    monkeypatch.setattr(refits, "calibrate", calibrations)
+    problem: Any = SimpleNamespace(fit=SimpleNamespace(prediction=None), train=None, unknowns=lambda effects: effects)
+    scores = [score(1.0, name=name) for name in "abcd"]
+    a, b, c, _ = (each.effect for each in scores)
+    fits: Any = [(scores[0], SimpleNamespace(chi2=100.0)), (scores[1], SimpleNamespace(chi2=200.0))]
+    starts = [(a, np.ones(3)), (b, np.ones(3)), (c, np.array([1.0, 2.0, 3.0]))]
+    found = {of.effect.name: each.chi2 for of, each in fit_from_starts(problem, scores, fits, starts)}
+    # An effect that was not on the shortlist takes part; one without another start stays as it is.
+    assert found == {"a": 90.0, "b": 200.0, "c": 70.0}
+    np.testing.assert_array_equal(calibrations.starts[2], [1.0, 2.0, 3.0])
 
 
 def ranked(*gains: float, alike: bool = True) -> list[Score]:

@@ -1,0 +1,151 @@
+"""Measured features beside those of a model that moves as it was measured to move, and measured ends of branches.
+
+Far from the truth chi^2 of responses under a given force has many minima, one for each way in which a wrong peak can
+lie over a measured one. Under response control it has one as a rule, which is where fits of responses begin.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.metric.jump_error import find_measured_jumps
+from correlation.model import Model
+from correlation.noise.model_error import ErrorSize, compute_moduli
+from correlation.response_control import ControlledPrediction, ControlledPredictor, Fold
+from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
+from diagnosis.fit.comparison import NOT_FOUND, Comparison
+from diagnosis.fit.fit_parameter import Unknowns, Values
+
+#: Step of a difference of predictions, relative to the typical size of a parameter.
+STEP = 1e-3
+#: Relative change of frequencies and of damping by which their errors are taken [-].
+SHIFT = 1e-5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ControlledComparison:
+    """Features at measured motions, with standard deviations of their own.
+
+    Parameters
+    ----------
+    features
+        Features by which motions are compared.
+    measured
+        Features of the measurements, shape (m,).
+    deviation
+        Standard deviation of each by noise and model error, and of the force of each fold, relative to it,
+        shape (m + f,).
+    predictor
+        Predictor at the measured motions.
+    """
+
+    features: FeatureVector
+    measured: Vector
+    deviation: Vector
+    predictor: ControlledPredictor
+
+    search: ClassVar[Search] = Search()
+
+    @classmethod
+    def beside(cls, comparison: Comparison, model: Model, size: ErrorSize) -> "ControlledComparison":
+        """The same measurements under response control.
+
+        Parameters
+        ----------
+        comparison
+            Measurements under the given force, with the noise of a single repeat.
+        model, size
+            Model whose errors have this size.
+        """
+        of, features = comparison, comparison.features
+        folds = list(_list_folds(of.observed, of.predictor.sweeps, size.reading))
+        predictor = ControlledPredictor(
+            points=features.points, measured=features.values(of.measured), motion=features.fundamental,
+            folds=tuple(fold for fold, _ in folds),
+        )  # fmt: skip
+        nominal = features.of_values(predictor.predict(model).value)
+        noise = of.noise / np.sqrt(np.maximum(of.observed.count[features.row], 1))
+        variance = noise**2 + (size.reading * compute_moduli(features, of.measured)) ** 2
+        for each, moved in (
+            (size.frequency, model.shifted("jointed", SHIFT).shifted("free", SHIFT)),
+            (size.damping, model.with_system(damping=(1 + SHIFT) * model.system.damping)),
+        ):
+            change = features.of_values(predictor.predict(moved).value) - nominal
+            variance += np.nan_to_num(each / SHIFT * change) ** 2
+        deviation = np.concatenate([np.sqrt(variance), [each for _, each in folds]])
+        return cls(features=features, measured=of.measured, deviation=deviation, predictor=predictor)
+
+    def scaled(self, factor: float) -> "ControlledComparison":
+        """The same with all deviations multiplied."""
+        return replace(self, deviation=factor * self.deviation)
+
+    def predict(
+        self, model: Model, before: ControlledPrediction | None = None, starts: Values | None = None
+    ) -> ControlledPrediction:
+        """States of the model at the measured motions, which have no starts."""
+        del starts
+        return self.predictor.predict(model, before)
+
+    def residual(self, prediction: ControlledPrediction) -> Vector:
+        """Measured less predicted, shape (m + f,) [standard deviations]."""
+        difference = np.concatenate([self.measured - self._predicted(prediction), -np.log(prediction.fold)])
+        there = np.concatenate([np.isfinite(self.measured), np.ones(len(prediction.fold), dtype=bool)])
+        residual = np.where(np.isfinite(difference), difference / self.deviation, NOT_FOUND)
+        return np.where(there, residual, 0.0)
+
+    def has_prediction(self, prediction: ControlledPrediction) -> Bool[NDArray[np.bool_], " n"]:
+        """Mask of the numbers that have a prediction, shape (m + f,)."""
+        return np.asarray(np.isfinite(np.concatenate([self._predicted(prediction), prediction.fold])))
+
+    def slopes(
+        self, unknowns: Unknowns, values: Values, model: Model, prediction: ControlledPrediction, first: int = 0
+    ) -> Matrix:
+        """Derivatives of the predictions by differences, shape (m + f, p - first)."""
+        del model
+        here, columns = self.residual(prediction), np.zeros((len(self.deviation), len(values) - first))
+        for number in range(first, len(values)):
+            upper, step = unknowns.bounds[number][1], STEP * unknowns.size[number]
+            moved = np.array(values)
+            moved[number] += step if values[number] + step <= upper else -step
+            there = self.predict(unknowns.compose(moved), prediction)
+            both = self.has_prediction(there) & self.has_prediction(prediction)
+            change = (here - self.residual(there)) / (moved[number] - values[number])
+            columns[:, number - first] = np.where(both, change, 0.0)
+        return columns
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """Inverse of the curvature of chi^2."""
+        del residual
+        return inverse(jacobian, size)
+
+    def _predicted(self, prediction: ControlledPrediction) -> Vector:
+        return self.features.of_values(prediction.value)
+
+
+def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) -> Iterator[tuple[Fold, float]]:
+    """Measured ends of branches, each with the relative standard deviation of its force."""
+    points = observed.points
+    for jump, width in find_measured_jumps(observed, sweeps):
+        own = observed.motion & (points.harmonic == 1) & (observed.count > 0)
+        own &= (points.free == jump.free) & (points.level == jump.level) & np.isin(points.sweep, (0, jump.sweep))
+        size = np.where(own, np.abs(observed.value), 0.0)
+        sensor = str(points.sensor[np.argmax(size)])
+        rows = np.flatnonzero(own & (points.sensor == sensor))
+        rows = rows[np.argsort(points.frequency[rows])]
+        above = int(np.searchsorted(points.frequency[rows], jump.frequency))
+        if not 2 <= above <= len(rows) - 2:
+            continue
+        left, reached = (rows[above - 1], rows[above])[:: jump.sweep]
+        beside = rows[above - 2] if jump.sweep > 0 else rows[above + 1]
+        # The force of a fold rises with the frequency at least as fast as the amplitude on the branch that ends.
+        slope = 1 + abs(np.log(size[left] / size[beside]) / np.log(points.frequency[left] / points.frequency[beside]))
+        deviation = float(np.hypot(slope * width / np.sqrt(12) / jump.frequency, error))
+        lower, upper = sorted((float(size[left]), float(size[reached])))
+        force = float(points.force[left])
+        yield Fold(jump.free, jump.level, sensor, jump.frequency, force, lower, upper, jump.falls), deviation

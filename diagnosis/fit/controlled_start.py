@@ -1,0 +1,121 @@
+"""Starts of fits far from the truth, from fits under response control."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.noise.model_error import ErrorSize
+from diagnosis.candidate.effect import Effect
+from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.controlled_comparison import ControlledComparison
+from diagnosis.fit.fit_parameter import Unknowns, Values
+from diagnosis.fit.problem import Effort, Screened
+from diagnosis.screening import compute_slope_gains
+from hbsolve.errors import ModelError
+
+#: Usual error of the readings of a model for which none is stated [-].
+USUAL = 1e-3
+#: Fits, each with deviations that the misfit of the one before asks for.
+ROUNDS = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ControlledFit:
+    """A fit under response control.
+
+    Parameters
+    ----------
+    comparison
+        Measurements, with deviations so large that chi^2 is as expected.
+    fit
+        The fit.
+    misfit
+        Factor on the deviations of noise and usual model error [-].
+    """
+
+    comparison: ControlledComparison
+    fit: Fit
+    misfit: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Controlled:
+    """A problem under response control."""
+
+    of: Screened
+    train: ControlledComparison
+    fit: Fit
+
+    @property
+    def effort(self) -> Effort:
+        return self.of.effort
+
+    def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
+        return self.of.unknowns(effects)
+
+
+def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values, usual: float) -> ControlledFit:
+    """Fit at measured motions.
+
+    Parameters
+    ----------
+    comparison
+        Measurements under the given force.
+    unknowns, start
+        Parameters, and where the fit begins.
+    usual
+        Usual error of readings [-]; zero for what is usual elsewhere.
+    """
+    size, values, misfit, fit = ErrorSize.usual(usual or USUAL), unknowns.clipped(start), 1.0, None
+    for _ in range(ROUNDS):
+        model = unknowns.compose(values)
+        plain = ControlledComparison.beside(comparison, model, size)
+        if fit is None:
+            # A large error first, so that priors count.
+            misfit = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
+        weighed = plain.scaled(misfit)
+        fit = calibrate(weighed, unknowns, values, quick=True)
+        values = fit.values
+        misfit *= _root_mean_square(fit.residual[: fit.n_number])
+        misfit = max(misfit, 1.0)
+    assert fit is not None
+    return ControlledFit(comparison=weighed, fit=fit, misfit=misfit)
+
+
+def find_controlled_starts(
+    problem: Screened, comparison: Comparison, effects: Sequence[Effect], usual: float
+) -> list[tuple[Effect, Values]]:
+    """Effects that explain most at measured motions, best first, and the values of their fits.
+
+    Parameters
+    ----------
+    problem
+        Parameters of the fits, and how many effects deserve one.
+    comparison
+        Measurements under the given force.
+    effects
+        Candidates.
+    usual
+        As in `fit_under_control`.
+    """
+    unknowns = problem.unknowns([])
+    without = fit_under_control(comparison, unknowns, unknowns.vanishing, usual)
+    weighed = without.comparison
+    exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, exact=True)
+    gains = compute_slope_gains(_Controlled(of=problem, train=weighed, fit=exact), effects)
+    found = []
+    for number in np.argsort(-gains)[: problem.effort.most]:
+        effect = effects[number]
+        more = problem.unknowns([effect])
+        start = np.array([*exact.values, *more.vanishing[len(exact.values) :]])
+        try:
+            found.append((effect, fit_under_control(comparison, more, start, usual)))
+        except ModelError:
+            continue  # a structure with so much of it is not supported
+    return [(effect, each.fit.values) for effect, each in sorted(found, key=lambda pair: pair[1].misfit)]
+
+
+def _root_mean_square(residual: Values) -> float:
+    return float(np.sqrt(np.mean(residual**2))) if len(residual) else 0.0
