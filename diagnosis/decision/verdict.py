@@ -90,7 +90,7 @@ class Verdict(Tabular):
     @property
     def sentence(self) -> str:
         """Verdict in one sentence."""
-        if self.finding in {Finding.NOTHING, Finding.UNKNOWN} and self.reason:
+        if self.reason and not self.effects:
             return self.reason
         if self.finding is Finding.NOT_CLOSE:
             return (

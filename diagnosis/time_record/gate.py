@@ -58,7 +58,7 @@ class HeldOutGate:
         """Whether the excess falls to `RATIO`, and significantly so."""
         excess, left = self.before.held_error**2 - self.noise, refit.held_error**2 - self.noise
         falls = excess > NONE**2 and left <= RATIO**2 * excess
-        return bool(falls and _surely_better(self.before.blocks, refit.blocks))
+        return bool(falls and self.is_surely_better(self.before, refit))
 
     def explains(self, refit: Refit) -> bool:
         """Whether the remaining error is mostly noise, as far as that is known."""
@@ -67,7 +67,11 @@ class HeldOutGate:
 
     def is_alike(self, best: Refit, other: Refit) -> bool:
         """Whether another effect explains as well, and the best is not significantly better."""
-        return self.explains(other) and not _surely_better(other.blocks, best.blocks)
+        return self.explains(other) and not self.is_surely_better(other, best)
+
+    def is_surely_better(self, before: Refit, after: Refit) -> bool:
+        """Whether the blocks of the held-out data vote for the second significantly."""
+        return _surely_better(before.blocks, after.blocks)
 
     def is_unexplained(self) -> bool:
         """Whether the error without an effect is at least twice the noise in mean square."""

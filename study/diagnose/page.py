@@ -112,8 +112,8 @@ def page(result: Round, history: History) -> str:
         places=result.diagnosis.places,
         accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
-        now=factors(result, result.diagnosis.before),
-        then={} if result.best is None else factors(result, result.best),
+        now=factors(result.setup, result.diagnosis.before),
+        then={} if result.best is None else factors(result.setup, result.best),
         pull=_pull,
         added=_added(result),
         holds=bool(result.setup.added or result.setup.calibrated),
@@ -183,8 +183,8 @@ def _factor(estimate: tuple[float, float]) -> str:
 
 
 def _added(result: Round) -> list[dict[str, str]]:
-    now = strengths(result, result.diagnosis.before)
-    then = strengths(result, result.best) if result.best is not None else []
+    now = strengths(result.setup, result.diagnosis.before)
+    then = strengths(result.setup, result.best) if result.best is not None else []
     listed = []
     for number, (effect, strength, deviation) in enumerate(now):
         parameter = effect.parameters[0]

@@ -103,14 +103,14 @@ def document(result: Round) -> dict[str, Any]:
         "named": [
             {"effect": effect.name, **_estimate(strength, deviation), "unit": effect.parameters[0].unit}
             for item in diagnosis.verdict.effects
-            for effect, strength, deviation in strengths(result, item)[-1:]
+            for effect, strength, deviation in strengths(result.setup, item)[-1:]
         ],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
-            for name, (factor, deviation) in factors(result, diagnosis.before).items()
+            for name, (factor, deviation) in factors(result.setup, diagnosis.before).items()
         },
-        "frequency_shifts": frequency_shifts(result, diagnosis.before),
-        "gains": {name: _estimate(*numbers, "gain") for name, numbers in gains(result, diagnosis.before).items()},
+        "frequency_shifts": frequency_shifts(result.setup, diagnosis.before),
+        "gains": {name: _estimate(*numbers, "gain") for name, numbers in gains(result.setup, diagnosis.before).items()},
         "added": [
             {
                 "effect": effect.name,
@@ -119,7 +119,7 @@ def document(result: Round) -> dict[str, Any]:
                 "in_case": float(was.values[0]),
             }
             for (effect, strength, deviation), was in zip(
-                strengths(result, diagnosis.before), result.setup.added, strict=True
+                strengths(result.setup, diagnosis.before), result.setup.added, strict=True
             )
         ],
         "candidates": [_row_document(row) for row in rows(result)],
@@ -189,14 +189,14 @@ def _fitted(result: Round) -> Iterator[str]:
     named = [
         f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
         + (f" (case: {in_case.get(name, 1.0):.5g})" if in_case else "")
-        for name, (value, deviation) in factors(result, before).items()
+        for name, (value, deviation) in factors(result.setup, before).items()
     ]
     yield f"Calibrated: {', '.join(named) or 'the case has no calibration parameters'}"
-    if found := [describe_gain(name, *numbers) for name, numbers in gains(result, before).items()]:
+    if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, before).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
-    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result, before).items()]:
+    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, before).items()]:
         yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"
-    for (effect, strength, deviation), was in zip(strengths(result, before), result.setup.added, strict=True):
+    for (effect, strength, deviation), was in zip(strengths(result.setup, before), result.setup.added, strict=True):
         parameter = effect.parameters[0]
         now = interval(strength, deviation, parameter)
         yield f"Added: {effect.name}, {now} (case: {interval(float(was.values[0]), 0.0, parameter)})"

@@ -17,6 +17,7 @@ from study.case.setup import read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.console import plain
 from study.diagnose.add import add
+from study.diagnose.data_run import DataDiagnosed, run_data_diagnosis
 from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
 from study.diagnose.round import Round, Steps, diagnose_case, errors
@@ -54,7 +55,7 @@ class Diagnosed:
 
 def run_diagnose(
     case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False, trials: int = 0
-) -> Diagnosed:
+) -> Diagnosed | DataDiagnosed:
     """Diagnose, note it in the history of the case, and write page, figures and JSON.
 
     Parameters
@@ -81,6 +82,8 @@ def run_diagnose(
     open_case(case)  # mistakes of the file itself come first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
+    if campaign.data and not len(campaign.measurement):
+        return run_data_diagnosis(case, campaign, folder, run, without=without, auto=auto)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
     from study.diagnose.page import contents
 
@@ -165,7 +168,7 @@ def record(result: Round, case: Path, campaign: Path) -> Step:
         accepted=before if not result.setup.added else earlier[-1] if earlier else None,
         before=before,
         candidates=[
-            write_up(result, refit)
+            write_up(result.setup, refit)
             for refit in result.diagnosis.refits
             if refit.effect and refit.effect.name not in added
         ],
@@ -175,8 +178,10 @@ def record(result: Round, case: Path, campaign: Path) -> Step:
     return history.steps[-1]
 
 
-def full_text(diagnosed: Diagnosed) -> str:
+def full_text(diagnosed: Diagnosed | DataDiagnosed) -> str:
     """For people: what was added, and the last round."""
+    if isinstance(diagnosed, DataDiagnosed):
+        return diagnosed.text()
     lines = []
     for number, result in enumerate(diagnosed.rounds[:-1]):
         lines.append(f"Round {number + 1}: {headline(result)} Added to the case.")
@@ -186,8 +191,10 @@ def full_text(diagnosed: Diagnosed) -> str:
     return "\n".join(lines)
 
 
-def full_document(diagnosed: Diagnosed) -> dict[str, Any]:
+def full_document(diagnosed: Diagnosed | DataDiagnosed) -> dict[str, Any]:
     """For ``--json``."""
+    if isinstance(diagnosed, DataDiagnosed):
+        return diagnosed.document()
     return {
         **document(diagnosed.last),
         "rounds": [document(result) for result in diagnosed.rounds],

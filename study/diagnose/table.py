@@ -13,6 +13,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import UnknownGain
 from diagnosis.screening import Score
 from study.case.added import WRITTEN, key_of, text_of
+from study.case.setup import Setup
 from study.diagnose.edit import Written
 from study.diagnose.history import Errors
 from study.diagnose.round import Round, errors
@@ -127,42 +128,42 @@ def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
     return f"{digits(value / size, count)} {unit}".rstrip()
 
 
-def factors(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
+def factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Calibration parameters of the case in a fit, with their standard deviations, by name."""
-    return {item.name: (a, b) for item, a, b in _calibrated(result, refit) if item.is_of_case}
+    return {item.name: (a, b) for item, a, b in _calibrated(setup, refit) if item.is_of_case}
 
 
-def gains(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
+def gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Gains that nobody stated, as fitted, with their standard deviations, by name."""
-    fitted = _calibrated(result, refit)
+    fitted = _calibrated(setup, refit)
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}
 
 
-def frequency_shifts(result: Round, refit: Refit) -> dict[str, float]:
+def frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
     """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
-    fitted = _calibrated(result, refit)
+    fitted = _calibrated(setup, refit)
     return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, ModeCorrection)}
 
 
-def _calibrated(result: Round, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
+def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
     """All calibration parameters of a fit, with value and standard deviation; effects come after them."""
     fit = refit.fit
-    return list(zip(result.setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False))
+    return list(zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False))
 
 
-def strengths(result: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
+def strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
     """Effects that were added before, and the refit's own, with strength and standard deviation."""
-    return [(effect, *numbers[0]) for effect, numbers in _effects(result, refit)]
+    return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
 
 
-def write_up(result: Round, refit: Refit) -> dict[str, Any]:
+def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
     """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval."""
     added = {
         effect.name: {
             key_of(parameter): _written(value, deviation, parameter)
             for parameter, (value, deviation) in zip(effect.parameters, numbers, strict=True)
         }
-        for effect, numbers in _effects(result, refit)
+        for effect, numbers in _effects(setup, refit)
     }
     assert refit.effect is not None
     return {
@@ -171,17 +172,17 @@ def write_up(result: Round, refit: Refit) -> dict[str, Any]:
         "added": added,
         "calibrated": {
             name: Written(float(f"{value:.6g}"), f"{INTERVAL * deviation:.2g}")
-            for name, (value, deviation) in factors(result, refit).items()
+            for name, (value, deviation) in factors(setup, refit).items()
         },
         "after": errors(refit).document,
     }
 
 
-def _effects(result: Round, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
+def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
     """Effects that were added before, and the refit's own, with values and standard deviations of their parameters."""
-    effects = [item.effect for item in result.setup.added] + ([] if refit.effect is None else [refit.effect])
+    effects = [item.effect for item in setup.added] + ([] if refit.effect is None else [refit.effect])
     numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
-    listed, first = [], len(result.setup.accepted)
+    listed, first = [], len(setup.accepted)
     for effect in effects:
         listed.append((effect, numbers[first : first + len(effect.parameters)]))
         first += len(effect.parameters)

@@ -1,0 +1,1 @@
+"""Diagnosis of data that are compared by features: ring-downs, loops, modes, frequency responses."""

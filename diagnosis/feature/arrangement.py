@@ -1,0 +1,126 @@
+"""Training and held-out data beside a model whose calibration parameters are fitted to their features."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from correlation.data_type.registry import Datum
+from correlation.errors import CampaignError
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration_parameter import CalibrationParameter
+from diagnosis.fit.feature_comparison import NOT_FOUND, FeatureComparison
+from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.problem import Effort, Refit
+from hbsolve.errors import ModelError
+
+#: Where no datum is held out, every so manieth tests the fit.
+EVERY = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureArrangement:
+    """Data and model of a diagnosis.
+
+    Parameters
+    ----------
+    base
+        Model without the added effects.
+    calibration
+        Calibration parameters, which every fit sets.
+    added
+        Effects added in earlier rounds.
+    train, held_out
+        Features of training and of held-out data.
+    fit
+        Fit of the calibration parameters and the added effects.
+    """
+
+    base: Model
+    calibration: tuple[CalibrationParameter, ...]
+    added: tuple[Added, ...]
+    train: FeatureComparison
+    held_out: FeatureComparison
+    fit: Fit
+
+    #: Features are few and their errors common: no gain of chi^2 alone justifies or excludes a fit.
+    effort: ClassVar[Effort] = Effort(
+        unseen=0.0, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
+    )
+
+    def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
+        """Calibration parameters with their priors; added effects and the given ones without."""
+        applied = [*(each.effect for each in self.added), *effects]
+        return Unknowns.from_effects(self.base, [(each, each.deviation) for each in self.calibration], applied)
+
+    def find_worst_frequency(self, fit: Fit) -> tuple[float, float] | None:
+        """The frequency that a fitted model misses most, and its relative error [Hz, -]; None without any."""
+        unit = np.array([unit for features in self.train.features for unit in features.unit])
+        rows = np.flatnonzero((unit == "Hz") & np.isfinite(fit.prediction))
+        if not len(rows):
+            return None
+        measured = self.train.measured[rows]
+        off = fit.prediction[rows] / measured - 1
+        worst = int(np.argmax(np.abs(off)))
+        return float(measured[worst]), float(off[worst])
+
+    def tested(self, effect: Effect | None, fit: Fit) -> Refit:
+        """Test on the held-out data; errors are root mean squares in standard deviations."""
+        try:
+            residual = self.held_out.residual(self.held_out.predict(fit.model))
+        except (CampaignError, ModelError):
+            residual = np.full(len(self.held_out.measured), NOT_FOUND)
+        squares = [float(np.mean(each**2)) for each in (fit.residual[: fit.n_number], residual)]
+        return Refit(
+            effect=effect, fit=fit, held_chi2=squares[1], n_held=len(residual), error=squares[0] ** 0.5,
+            held_error=squares[1] ** 0.5,
+        )  # fmt: skip
+
+
+def arrange_features(
+    base: Model, data: Sequence[Datum], calibration: Sequence[CalibrationParameter], *, added: Sequence[Added] = ()
+) -> FeatureArrangement:
+    """Fit the calibration parameters, and added effects beside them.
+
+    Parameters
+    ----------
+    base
+        Model without the added effects, with the sensors of the data.
+    data
+        Data; where none is held out, every third one tests the fit, and a single one tests itself.
+    calibration
+        Calibration parameters.
+    added
+        Effects added in earlier rounds.
+
+    Raises
+    ------
+    CampaignError
+        The model lacks what some data speak of, or all data are held out.
+    """
+    fitted, tested = _split(data)
+    if not fitted:
+        raise CampaignError("all data are held out: leave some to fit")
+    train = FeatureComparison.of(fitted)
+    effects = [each.effect for each in added]
+    unknowns = Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
+    start = np.array([*unknowns.vanishing[: len(calibration)], *(value for each in added for value in each.values)])
+    fit = calibrate(train, unknowns, start, train.predict(base), exact=True)
+    return FeatureArrangement(
+        base=base, calibration=tuple(calibration), added=tuple(added), train=train,
+        held_out=FeatureComparison.of(tested), fit=fit,
+    )  # fmt: skip
+
+
+def _split(data: Sequence[Datum]) -> tuple[list[Datum], list[Datum]]:
+    """Training data and held-out data."""
+    fitted, tested = ([each for each in data if each.held_out is side] for side in (False, True))
+    if tested or len(data) < 2:
+        return fitted, tested or list(data)
+    tests = [number % EVERY == 1 for number in range(len(data))]
+    fitted, tested = ([each for each, test in zip(data, tests, strict=True) if test is side] for side in (False, True))
+    return fitted, tested

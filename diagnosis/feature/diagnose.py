@@ -1,0 +1,185 @@
+"""Diagnosis of data that are compared by features: one round."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from correlation.data_type.registry import DATA_TYPES, Datum
+from correlation.data_type.sign import CLEAR, Sign, name_causes
+from correlation.model import Model
+from correlation.noise.model_error import FAR
+from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
+from diagnosis.decision.rules import find
+from diagnosis.decision.verdict import INTERVAL, Finding, Verdict
+from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
+from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration_parameter import CalibrationParameter
+from diagnosis.fit.problem import Refit
+from diagnosis.step import RunStep, compute_step
+from diagnosis.time_record.gate import PART, SURE, HeldOutGate
+
+#: As timed on ring-downs and loops.
+SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, places=1.0, left=1.0, intervals=1.0)
+
+FeatureDiagnosis: TypeAlias = Diagnosis[FeatureArrangement]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureResult:
+    """A diagnosis, and what the data show by themselves.
+
+    Parameters
+    ----------
+    diagnosis
+        Its fits and verdict.
+    signs
+        Properties of the data beside the calibrated model.
+    """
+
+    diagnosis: FeatureDiagnosis
+    signs: tuple[Sign, ...]
+
+
+def diagnose_features(
+    base: Model,
+    data: Sequence[Datum],
+    calibration: Sequence[CalibrationParameter],
+    *,
+    added: Sequence[Added] = (),
+    without: Collection[str] = (),
+    extra: Sequence[Extra] = (),
+    level: float = 1.0,
+    run_step: RunStep = compute_step,
+    report: Report | None = None,
+) -> FeatureResult:
+    """Diagnose which effect is missing from a model.
+
+    An effect is named if the held-out error in excess of the deviations falls enough and throughout, and little is left
+    (`diagnosis.time_record.gate`). Signs that the model does not show are reported in any case.
+
+    Parameters
+    ----------
+    base
+        Model without the added effects, with the sensors of the data.
+    data
+        Data, some of them held out.
+    calibration
+        Calibration parameters, which every fit sets.
+    added
+        Effects added in earlier rounds; all are fitted again.
+    without, extra, level
+        As for `diagnosis.candidate.catalogue.list_effects`.
+    run_step
+        Looks up the stored result of a step, or computes it.
+    report
+        Called with the name of a step and the share of the round that is done [-].
+
+    Raises
+    ------
+    CampaignError
+        The model lacks what some data speak of, or all data are held out.
+    EffectError
+        An unknown kind of effect, or an invalid effect of the user's own.
+    """
+    report = report or (lambda _step, _share: None)
+    report("calibration", 0.0)
+    arrangement = run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
+    there = {each.effect.name for each in added}
+    catalogue = list_effects(base, without=without, extra=extra, level=level)
+    catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
+    scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
+    refits.sort(key=lambda refit: refit.held_error)
+    signs = run_step("signs", lambda: list_signs(arrangement.fit.model, data))
+    verdict = _judge(arrangement, before, refits, data, signs, catalogue)
+    report("done", 1.0)
+    diagnosis = Diagnosis(
+        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
+        verdict=verdict,
+    )  # fmt: skip
+    return FeatureResult(diagnosis=diagnosis, signs=signs)
+
+
+def list_signs(model: Model, data: Sequence[Datum]) -> tuple[Sign, ...]:
+    """What data show by themselves beside a model, the clearest first."""
+    found: list[Sign] = []
+    for name in dict.fromkeys(datum.type for datum in data):
+        kind = DATA_TYPES[name]
+        own = [datum for datum in data if datum.type == name]
+        if kind.signs is not None:
+            found += kind.signs(model, own, [kind.predict(model, datum) for datum in own])
+    return tuple(sorted(found, key=lambda sign: -abs(sign.difference)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureGate(HeldOutGate):
+    """Gate for effects that lower the held-out error, are clear of zero, and explain what the data show by themselves.
+
+    Parameters
+    ----------
+    data
+        All data.
+    signs
+        What they show beside the model without a further effect.
+    """
+
+    data: Sequence[Datum]
+    signs: Sequence[Sign]
+
+    def passes(self, refit: Refit) -> bool:
+        """Whether the excess of the error falls significantly, by a strength that is known."""
+        assert refit.effect is not None
+        strength = abs(refit.strength - refit.effect.parameters[0].vanishes)
+        # Where the model is further off than the deviations say, they are too small in proportion.
+        return super().passes(refit) and strength > INTERVAL * max(1.0, refit.error) * refit.deviation
+
+    def is_surely_better(self, before: Refit, after: Refit) -> bool:
+        """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
+        fall = before.n_held * (before.held_chi2 - after.held_chi2)
+        return fall > SURE**2 * max(1.0, after.held_chi2)
+
+    def explains(self, refit: Refit) -> bool:
+        """Whether little of the error is left, and of every clear sign."""
+        return super().explains(refit) and self._shows(refit)
+
+    def _shows(self, refit: Refit) -> bool:
+        after = {(each.kind, each.quantity): each for each in list_signs(refit.fit.model, self.data)}
+        pairs = [(each, after[each.kind, each.quantity]) for each in self.signs if each.is_clear]
+        return all(abs(now.difference) <= max(CLEAR, PART * abs(was.difference)) for was, now in pairs)
+
+
+def _judge(
+    arrangement: FeatureArrangement,
+    before: Refit,
+    refits: Sequence[Refit],
+    data: Sequence[Datum],
+    signs: Sequence[Sign],
+    catalogue: Catalogue,
+) -> Verdict:
+    """Verdict of the gate; clear signs that no effect explains make it "unknown"."""
+    # Errors are in standard deviations, so that of noise is one.
+    finding, effects = find(FeatureGate(before=before, floor=np.ones(1), data=data, signs=signs), refits)
+    clear = [each for each in signs if each.is_clear]
+    off = arrangement.find_worst_frequency((*effects, before)[0].fit)
+    if off is not None and abs(off[1]) > FAR[0]:
+        finding, effects = Finding.NOT_CLOSE, []
+    elif finding is Finding.NOTHING and clear:
+        finding = Finding.UNKNOWN
+    units = {each.name: each.parameters[0].unit for each in catalogue.candidates}
+    reason = _reason(finding, before, clear, off)
+    return Verdict(finding=finding, effects=effects, before=before, detectable={}, units=units, reason=reason)
+
+
+def _reason(finding: Finding, before: Refit, clear: Sequence[Sign], off: tuple[float, float] | None) -> str:
+    """Finding in words, where no effect is named."""
+    size = f"the held-out features differ from the model by {before.held_error:.2g} standard deviations"
+    if finding is Finding.NOTHING:
+        return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
+    shown, causes = "; ".join(each.sentence for each in clear) or size, name_causes(clear)
+    more = f" {causes[0].upper()}{causes[1:]}." if causes else ""
+    if finding is Finding.NOT_CLOSE and off is not None:
+        far = f"its resonance near {off[0]:.3g} Hz is {100 * off[1]:+.2g} % off, which nothing known explains"
+        return f"The model is not close enough to be diagnosed: {far}. The data show: {shown}.{more}"
+    return f"Something is missing, and it is none of the known effects: {shown}.{more}"

@@ -1,0 +1,278 @@
+"""Diagnosis of a campaign without steady states: loops, ring-downs, frequency responses and modes alone."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from correlation.campaign.measurement import Campaign
+from correlation.data_type.sign import Sign
+from correlation.sensor_placement import with_sensors
+from diagnosis.decision.verdict import INTERVAL, Finding
+from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
+from diagnosis.fit.problem import Refit
+from pipeline.output import replace_file
+from study.case.setup import Setup, read_case
+from study.compare.data import compare_data
+from study.compare.data_view import show_data
+from study.compare.page import render_sections
+from study.compare.report import side_by_side
+from study.compare.result import Calibrated
+from study.compare.section.section import Section, Table
+from study.compare.sentence import Summary
+from study.diagnose.add import add
+from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
+from study.diagnose.progress import phases
+from study.diagnose.round import Steps
+from study.diagnose.table import interval, write_up
+from study.run_context import RunContext
+
+#: Rounds of ``--auto`` at most.
+MOST_ROUNDS = 6
+ADVICE = {
+    Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so by itself',
+    Finding.AMBIGUOUS: 'plan a test that separates them, or add one of them: stickslip add "{effect}"',
+    Finding.NOTHING: "none; the case explains these measurements",
+    Finding.UNKNOWN: "look at the curves on the page, and describe an effect of your own (docs/effects.md)",
+    Finding.NOT_CLOSE: "check supports, masses and modes of the case, and units and places of the sensors",
+}
+TONE = {
+    Finding.MISSING: "missing", Finding.AMBIGUOUS: "ambiguous", Finding.NOTHING: "nothing", Finding.UNKNOWN: "missing",
+    Finding.NOT_CLOSE: "missing",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DataDiagnosed:
+    """Result of the command.
+
+    Parameters
+    ----------
+    setup
+        Case, with the sensors of the campaign.
+    campaign
+        Measurements.
+    diagnosis
+        The last round.
+    signs
+        What the data show by themselves beside the calibrated model.
+    files
+        Written files.
+    """
+
+    setup: Setup
+    campaign: Campaign
+    diagnosis: FeatureDiagnosis
+    signs: tuple[Sign, ...]
+    files: tuple[Path, ...] = ()
+
+    @property
+    def headline(self) -> str:
+        """The verdict with strengths in units of their size."""
+        verdict = self.diagnosis.verdict
+        named = [f"{each.name} ({_strength(each)})" for each in verdict.effects]
+        if not named:
+            return verdict.sentence
+        falls = (
+            f"the held-out features differ by {verdict.effects[0].held_error:.3g} standard deviations with it, and by "
+            f"{verdict.before.held_error:.3g} without"
+        )
+        tell = " is missing, and these data cannot tell which" if len(named) > 1 else " is missing"
+        return f"{' or '.join(named)}{tell}: {falls}."
+
+    @property
+    def advice(self) -> str:
+        """The next step for the user."""
+        verdict = self.diagnosis.verdict
+        return ADVICE[verdict.finding].format(effect=verdict.effects[0].name if verdict.effects else "")
+
+    @property
+    def calibrated(self) -> tuple[Calibrated, ...]:
+        """Calibration parameters; where the model is further off than deviations say, these are wider in proportion."""
+        before = self.diagnosis.before
+        excess = max(1.0, before.error)
+        values = zip(self.setup.accepted, before.fit.values.tolist(), before.fit.deviation.tolist(), strict=False)
+        return tuple(Calibrated(name=item.name, factor=a, deviation=excess * b) for item, a, b in values)
+
+    def text(self) -> str:
+        """For people: verdict, signs, calibration, candidates."""
+        return "\n".join([*self._lines(), "", *map(str, self.files)])
+
+    def _lines(self) -> Iterator[str]:
+        yield side_by_side(self.setup.title, self.campaign.title)
+        yield ""
+        yield self.headline
+        yield f"  next: {self.advice}"
+        yield ""
+        if self.signs:
+            yield "What the data show by themselves:"
+            yield from (f"  {'!' if sign.is_clear else ' '} {sign.sentence}" for sign in self.signs)
+            yield ""
+        fitted = [f"{each.name} x {each.factor:.4f} +- {INTERVAL * each.deviation:.2g}" for each in self.calibrated]
+        yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
+        before = self.diagnosis.before
+        yield f"  error {before.error:.3g}, held out {before.held_error:.3g} standard deviations"
+        yield ""
+        for refit in self.diagnosis.refits:
+            error = f"error {refit.error:.3g}, held out {refit.held_error:.3g}"
+            yield f"  with {refit.name}: {error} standard deviations; {_strength(refit)}"
+        for left in self.diagnosis.catalogue.untestable:
+            yield f"  {left.name} cannot be tested: {left.reason}"
+
+    def document(self) -> dict[str, Any]:
+        """The same for ``--json``."""
+        verdict = self.diagnosis.verdict
+        return {
+            "title": self.setup.title,
+            "campaign": self.campaign.title,
+            "finding": verdict.finding.value,
+            "verdict": self.headline,
+            "effects": [each.name for each in verdict.effects],
+            "signs": [{**vars(sign), "clear": sign.is_clear} for sign in self.signs],
+            "calibrated": {
+                each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
+            },
+            "before": {"error": verdict.before.error, "held_out_error": verdict.before.held_error},
+            "candidates": [
+                {
+                    "effect": each.name, "strength": each.strength, "deviation": each.deviation, "error": each.error,
+                    "held_out_error": each.held_error,
+                }
+                for each in self.diagnosis.refits
+            ],
+            "untestable": [
+                {"effect": item.name, "reason": item.reason} for item in self.diagnosis.catalogue.untestable
+            ],
+            "files": [str(file) for file in self.files],
+        }  # fmt: skip
+
+
+def run_data_diagnosis(
+    case: Path, campaign: Campaign, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False
+) -> DataDiagnosed:
+    """Diagnose, note it in the history of the case, and write page, figures and JSON.
+
+    Parameters
+    ----------
+    case
+        A case file; `auto` edits it.
+    campaign, folder
+        A campaign without steady states.
+    run
+        Output folder, store and progress.
+    without, auto
+        As in `study.diagnose.run.run_diagnose`.
+
+    Raises
+    ------
+    CaseError, CampaignError, EffectError, OutputError
+        With what is wrong in the case, the campaign, the kinds or the folders.
+    """
+    for suspicion in campaign.suspicions:
+        run.warn(str(suspicion))
+    for _ in range(MOST_ROUNDS):
+        found = _diagnose_once(case, campaign, run, without)
+        _record(found, case, folder)
+        best = found.diagnosis.verdict.effects[:1]
+        if not auto or found.diagnosis.verdict.finding is not Finding.MISSING:
+            break
+        add(case, best[0].name, run=run)
+    with run.progress.step("page and figures", expected=5):
+        files = _draw(found, case, run)
+    for file, content in files.items():
+        replace_file(file, content)
+    return replace(found, files=tuple(files))
+
+
+def _diagnose_once(case: Path, campaign: Campaign, run: RunContext, without: Sequence[str]) -> DataDiagnosed:
+    setup = read_case(case, campaign, run).setup
+    setup = replace(setup, model=with_sensors(setup.model, campaign))
+    left_out = tuple(sorted({*setup.without, *without}))
+    run_step = Steps(run.store, setup, campaign, left_out)
+    with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
+        found = diagnose_features(
+            setup.model, campaign.data, setup.accepted, added=setup.added, without=left_out, extra=setup.effects,
+            run_step=shown.watched(run_step), report=shown.report,
+        )  # fmt: skip
+    return DataDiagnosed(setup=setup, campaign=campaign, diagnosis=found.diagnosis, signs=found.signs)
+
+
+def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
+    """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
+    fitted = [write_up(found.setup, refit) for refit in found.diagnosis.refits if refit.effect is not None]
+    step = Step(
+        what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder), sentence=found.headline,
+        finding=found.diagnosis.verdict.finding.value, before=_errors(found.diagnosis.before), candidates=fitted,
+    )  # fmt: skip
+    history_of(case).with_step(step).save()
+
+
+def _errors(refit: Refit) -> Errors:
+    return Errors(
+        training=refit.error, held_out=refit.held_error, training_chi2=refit.error**2, held_out_chi2=refit.held_chi2
+    )
+
+
+def _strength(refit: Refit) -> str:
+    assert refit.effect is not None
+    return interval(refit.strength, max(1.0, refit.error) * refit.deviation, refit.effect.parameters[0])
+
+
+def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes]:
+    """Page, pictures and JSON by their paths."""
+    assert run.output is not None
+    best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
+    compared = compare_data(best.fit.model, found.campaign.data)
+    title = found.setup.title if best.effect is None else f"{found.setup.title}, with {best.name}"
+    drawn, sections = show_data(best.fit.model, found.campaign.data, compared, title)
+    verdict = found.diagnosis.verdict
+    html = render_sections(
+        title=found.setup.title,
+        campaign=found.campaign.title,
+        summary=Summary(
+            tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,), next=found.advice,
+            cards=(
+                ("held-out error, calibrated [standard deviations]", f"{verdict.before.held_error:.3g}"),
+                *((f"held-out error with {each.name}", f"{each.held_error:.3g}") for each in verdict.effects),
+            ),
+        ),
+        calibrated=found.calibrated,
+        suspicions=found.campaign.suspicions,
+        sections=[*_sections(found), *sections],
+    )  # fmt: skip
+    stem = f"{case.stem}_diagnosis"
+    import json
+
+    from study.console import plain
+
+    files = {run.output / f"{stem}.html": html.encode()}
+    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    document = json.dumps(plain(found.document()), indent=1, ensure_ascii=False)
+    return {**files, run.output / f"{stem}.json": document.encode()}
+
+
+def _sections(found: DataDiagnosed) -> Iterator[Section]:
+    """Signs and candidates."""
+    if found.signs:
+        rows = [
+            (sign.quantity, sign.measured, sign.predicted, f"{sign.difference:+.3g}" + (" !" if sign.is_clear else ""))
+            for sign in found.signs
+        ]
+        yield Section(
+            title="What the data show by themselves",
+            text="Properties of all data together beside those of the calibrated model; ! marks what is no chance.",
+            table=Table(head=("quantity", "measured", "model", "difference [standard deviations]"), rows=rows, words=3),
+        )
+    rows = [
+        (each.name, _strength(each), f"{each.error:.3g}", f"{each.held_error:.3g}") for each in found.diagnosis.refits
+    ]
+    if rows:
+        before = found.diagnosis.before
+        yield Section(
+            title="Candidates",
+            text=f"Errors without any: {before.error:.3g}, held out {before.held_error:.3g} standard deviations.",
+            table=Table(
+                head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,
+                words=2,
+            ),
+        )  # fmt: skip

@@ -1,0 +1,123 @@
+"""Diagnosis by features: what is missing is named, what is not there is not, and signs speak where nothing fits."""
+
+import numpy as np
+import pytest
+
+from correlation.data_type.mode import MeasuredMode
+from correlation.data_type.sign import Sign
+from correlation.model import Dof, Model, Sensor
+from diagnosis.decision.verdict import Finding
+from diagnosis.feature.arrangement import arrange_features
+from diagnosis.feature.diagnose import FeatureGate, FeatureResult, diagnose_features, list_signs
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from fe.dense_modes import compute_dense_modes
+from reduction.jointed_system import JointedSystem, along
+
+N, K = 3, 4e4
+#: Relative deviations of frequencies and of damping.
+ERROR = 2e-4, 0.02
+
+
+def chain(*, mass: float = 0.0, modulus: float = 1.0) -> Model:
+    """Three masses between walls; a further one at the second."""
+    stiffness = modulus * K * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    weights = np.diag([1.0, 1.2 + mass, 0.7])
+    system = JointedSystem(
+        mass=weights, damping=1e-4 * stiffness, stiffness=stiffness, joints=[], static_load=np.zeros(N),
+        harmonic_force=np.array([np.zeros(N), [1.0, 0, 0]]),
+    )  # fmt: skip
+    places = {name: along(N, {number: 1.0}) for number, name in enumerate("abc")}
+    return Model(
+        system=system, places=places, sensors=tuple(Sensor(name=name, row=row) for name, row in places.items()),
+        dofs=tuple(Dof(body="chain", node=node, direction="x") for node in range(N)), n_harmonic=2,
+    )  # fmt: skip
+
+
+def measure(truth: Model, seed: int, n_repeat: int = 6) -> list[MeasuredMode]:
+    """All modes, several times, with noise."""
+    modes = compute_dense_modes(truth.system.mass, truth.system.stiffness)
+    omega = np.sqrt(modes.lambda_)
+    ratio = np.einsum("rk,rs,sk->k", modes.mode_shapes, truth.system.damping, modes.mode_shapes) / (2 * omega)
+    random, found = np.random.default_rng(seed), []
+    for repeat in range(n_repeat):
+        for number in range(N):
+            frequency, damping = omega[number] / (2 * np.pi), float(ratio[number])
+            noise = random.standard_normal(2)
+            found.append(
+                MeasuredMode(
+                    name=f"{repeat} {number}", configuration="jointed",
+                    frequency=float(frequency * (1 + ERROR[0] * noise[0])), frequency_deviation=ERROR[0] * frequency,
+                    damping=damping * (1 + ERROR[1] * noise[1]), damping_deviation=ERROR[1] * damping,
+                    held_out=repeat >= n_repeat - 2,
+                )
+            )  # fmt: skip
+    return found
+
+
+def diagnose(truth: Model, seed: int) -> FeatureResult:
+    model = chain()
+    return diagnose_features(model, measure(truth, seed), list_calibration_parameters(model), without=["gain"])
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_hidden_mass_is_named_by_its_modes(seed: int) -> None:
+    found = diagnose(chain(mass=0.05), seed).diagnosis
+    assert found.verdict.finding is Finding.MISSING
+    (best,) = found.verdict.effects
+    assert best.name == "mass at b"
+    assert best.strength == pytest.approx(0.05, abs=4 * best.deviation)
+    # The interval is small enough for that to mean something.
+    assert best.deviation < 0.005
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_noise_alone_is_nothing(seed: int) -> None:
+    found = diagnose(chain(), seed).diagnosis
+    assert found.verdict.finding is Finding.NOTHING
+    assert found.verdict.sentence.startswith("Nothing is missing")
+
+
+def test_a_calibration_parameter_is_no_effect() -> None:
+    found = diagnose(chain(modulus=1.02), 5).diagnosis
+    assert found.verdict.finding is Finding.NOTHING
+    assert found.before.fit.values[1] == pytest.approx(1.02, abs=2e-3)
+
+
+def test_a_model_that_is_far_off_is_said_so() -> None:
+    truth = chain(modulus=1.6)
+    truth = truth.with_system(mass=truth.system.mass @ np.diag([1.0, 1.9, 0.6]))
+    found = diagnose(truth, 6).diagnosis
+    assert found.verdict.finding is Finding.NOT_CLOSE
+    assert "resonance near" in found.verdict.sentence
+
+
+def test_every_third_datum_tests_where_none_is_held_out() -> None:
+    modes = [MeasuredMode(**{**vars(each), "held_out": False}) for each in measure(chain(), 7)]
+    model = chain()
+    found = arrange_features(model, modes, list_calibration_parameters(model))
+    names = [[each.name for each in side.data] for side in (found.train, found.held_out)]
+    assert names[1] == [each.name for each in modes[1::3]]
+    assert sorted(names[0] + names[1]) == sorted(each.name for each in modes)
+
+
+def test_an_effect_that_leaves_a_sign_explains_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The held-out error falls enough, but the data still show what the model does not."""
+    result = diagnose(chain(mass=0.05), 1)
+    found = result.diagnosis
+
+    def sign(difference: float) -> Sign:
+        return Sign(quantity="mode", kind="frequency", measured="falls", predicted="stays", difference=difference)
+
+    def explains(before: float, after: float) -> bool:
+        monkeypatch.setattr("diagnosis.feature.diagnose.list_signs", lambda *_: (sign(after),))
+        gate = FeatureGate(before=found.before, floor=np.ones(1), data=(), signs=(sign(before),))
+        return gate.explains(found.refits[0])
+
+    assert explains(-40.0, -15.0)
+    assert not explains(-40.0, -30.0)
+    # What was not clear need not be explained.
+    assert explains(-3.0, -9.0)
+
+
+def test_modes_have_no_signs() -> None:
+    assert list_signs(chain(), measure(chain(), 1)) == ()

@@ -1,0 +1,118 @@
+"""``stickslip diagnose`` without steady states: modes of a chain with a hidden mass, and a loop with play."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from study.cli import main
+
+CASE = """schema = 2
+title = "Three masses"
+[structure]
+kind = "plain"
+file = "chain.npz"
+[[place]]
+name = "left"
+dof = 0
+[[place]]
+name = "middle"
+dof = 1
+[[place]]
+name = "right"
+dof = 2
+[[load]]
+place = "left"
+[harmonics]
+highest = 3
+"""
+
+
+def eigenfrequencies(mass: float) -> np.ndarray:
+    stiffness = 4e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    return np.sqrt(np.sort(np.linalg.eigvals(np.diag([1, 1 / (1.2 + mass), 1 / 0.7]) @ stiffness).real)) / (2 * np.pi)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    stiffness = 4e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    np.savez(tmp_path / "chain.npz", M=np.diag([1.0, 1.2, 0.7]), K=stiffness, C=1e-4 * stiffness)
+    (tmp_path / "chain.toml").write_text(CASE, encoding="utf-8")
+    (tmp_path / "modal").mkdir()
+    random, lines = np.random.default_rng(1), ['schema = 1\ntitle = "Modal test"']
+    for repeat in range(6):
+        for number, frequency in enumerate(eigenfrequencies(0.05)):
+            value = frequency * (1 + 2e-4 * random.standard_normal())
+            lines.append(f"""[[mode]]
+name = "{number} {repeat}"
+configuration = "jointed"
+frequency = "{value:.6f} Hz"
+frequency_deviation = "{2e-4 * frequency:.6f} Hz"
+{"held_out = true" if repeat > 3 else ""}""")
+    (tmp_path / "modal" / "campaign.toml").write_text("\n".join(lines), encoding="utf-8")
+    return tmp_path
+
+
+def run(folder: Path, campaign: str, capfdbinary: pytest.CaptureFixture[bytes], *options: str) -> dict[str, Any]:
+    words = ["diagnose", str(folder / "chain.toml"), str(folder / campaign), "--out", str(folder / "out"), "--json"]
+    assert main([*words, *options]) == 0
+    result: dict[str, Any] = json.loads(capfdbinary.readouterr().out)
+    return result
+
+
+def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    found = run(folder, "modal", capfdbinary)
+    assert found["finding"] == "missing"
+    assert found["effects"] == ["mass at middle"]
+    best = next(each for each in found["candidates"] if each["effect"] == "mass at middle")
+    assert best["strength"] == pytest.approx(0.05, abs=4 * best["deviation"])
+    html = (folder / "out" / "chain_diagnosis.html").read_text(encoding="utf-8")
+    assert "mass at middle" in html
+    assert "<script src" not in html
+    assert main(["add", "mass at middle", "--case", str(folder / "chain.toml")]) == 0
+    capfdbinary.readouterr()
+    assert 'effect = "mass at middle"' in (folder / "chain.toml").read_text(encoding="utf-8")
+    again = run(folder, "modal", capfdbinary)
+    assert again["finding"] == "nothing"
+    assert again["before"]["held_out_error"] < 0.2 * found["before"]["held_out_error"]
+
+
+def test_auto_adds_what_is_missing(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    assert run(folder, "modal", capfdbinary, "--auto")["finding"] == "nothing"
+    assert 'effect = "mass at middle"' in (folder / "chain.toml").read_text(encoding="utf-8")
+
+
+def test_a_loop_with_play_is_unknown_and_says_play(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    x = 1e-3 * np.cos(np.linspace(0, 10 * np.pi, 5001))
+    force, slider = np.empty(len(x)), 0.0
+    for number, here in enumerate(x):
+        gap = here - slider
+        stretch = np.sign(gap) * max(abs(gap) - 1e-4, 0.0)
+        force[number] = np.clip(1e6 * stretch, -200, 200)
+        if abs(stretch) > 2e-4:
+            slider = here - np.sign(gap) * 3e-4
+    (folder / "bench").mkdir()
+    table = "\n".join(f"{a:.9g},{b:.9g}" for a, b in zip(x, force, strict=True))
+    (folder / "bench" / "loop.csv").write_text(f"x,f\n{table}\n", encoding="utf-8")
+    (folder / "bench" / "campaign.toml").write_text(
+        """schema = 1
+title = "Bench"
+[[loop]]
+name = "1 mm"
+file = "loop.csv"
+place = "left"
+frequency = "1 Hz"
+[loop.columns]
+displacement = { column = "x", unit = "m" }
+force = { column = "f", unit = "N" }
+""",
+        encoding="utf-8",
+    )
+    found = run(folder, "bench", capfdbinary)
+    assert found["finding"] == "unknown"
+    assert "backlash" in found["verdict"]
+    play = next(sign for sign in found["signs"] if sign["kind"] == "play")
+    assert play["clear"]
+    assert "0.2 mm" in play["measured"]
