@@ -179,7 +179,11 @@ def comparison() -> SimpleNamespace:
     modes = np.column_stack([3e-4 * measured, 2e-4 * draw.standard_normal((len(measured), 2))])
     whitening = Whitening(deviation=1e-4 * draw.uniform(0.5, 2.0, len(measured)), modes=modes)
     observed = SimpleNamespace(motion=motion)
-    return SimpleNamespace(features=features, measured=measured, whitening=whitening, observed=observed)
+    # Three curves of one point each, which count alike.
+    shares = np.where(motion & (POINTS.harmonic == 1), 1 / 3, 0.0)
+    return SimpleNamespace(
+        features=features, measured=measured, whitening=whitening, observed=observed, shares=shares
+    )  # fmt: skip
 
 
 def test_the_floor_is_the_error_of_the_true_model() -> None:
