@@ -30,8 +30,8 @@ FLOW_POINTS = 2000
 BEYOND = 6.0
 #: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them.
 ROUNDS, ENOUGH = 25, 1e-4
-#: Step of a difference by a coefficient, as a share of its unit: 1 in a logarithm, a radian over the record in a phase.
-STEP = 1e-6
+#: Step of the difference by the amplitude at the start, in its logarithm.
+STEP = 5e-7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,6 +88,43 @@ class Flow:
         at = step * np.arange(self.n_sample)
         # Beyond the last point of the flow, which is far below the noise, it rests there.
         return np.asarray(np.exp(np.interp(at, time, logarithm) + 1j * np.interp(at, time, phase)))
+
+    def slopes(self, coefficients: Vector, step: float, wave: Envelope) -> Matrix:
+        r"""Derivatives of the real part of a wave by its coefficients, shape (n_sample, 2 + 2 b).
+
+        Where a coefficient changes the time at which the flow passes a by dt and the phase there by dphi, the wave at a
+        fixed time changes by :math:`A e^{i \varphi} (-\dot a\, dt + i (d\varphi - \dot\varphi\, dt))`.
+        """
+        from scipy.sparse import csr_array
+
+        count = (len(coefficients) - 2) // 2
+        time, logarithm, phase = self.path(coefficients)
+        basis = self.basis(logarithm)
+        inverse = np.exp(-np.clip(basis @ coefficients[2 : 2 + count], -50, 50))[:, None]
+        omega = (basis @ coefficients[2 + count :])[:, None]
+        # d (1 / delta) = -B / delta by the coefficients of ln delta; d (omega / delta) = -omega B / delta by those, and
+        # B / delta by the coefficients of omega.
+        each = (logarithm[0] - logarithm[1]) / 2 * basis * inverse
+        rates = np.hstack([-each, -omega * each, each])
+        summed = np.concatenate([np.zeros((1, 3 * count)), np.cumsum(rates[1:] + rates[:-1], axis=0)])
+        # Each sample lies between two points of the flow.
+        at = step * np.arange(self.n_sample)
+        below = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+        width, moves = time[below + 1] - time[below], at < time[-1]
+        share = np.where(moves, (at - time[below]) / width, 1.0)
+        entries = np.column_stack([1 - share, share]).ravel()
+        places = np.column_stack([below, below + 1]).ravel()
+        between = csr_array((entries, places, 2 * np.arange(self.n_sample + 1)), shape=(self.n_sample, len(time)))
+        later, turned, by_omega = np.split(between @ summed, 3, axis=1)
+        fall, turn = (np.where(moves, np.diff(path)[below] / width, 0.0) for path in (logarithm, phase))
+        result = np.empty((self.n_sample, len(coefficients)))
+        moved = np.array(coefficients)
+        moved[0] += STEP
+        result[:, 0] = (self.wave(moved, step) - wave).real / STEP
+        result[:, 1] = -wave.imag
+        result[:, 2 : 2 + count] = later * (wave.imag * turn - wave.real * fall)[:, None] - turned * wave.imag[:, None]
+        result[:, 2 + count :] = -by_omega * wave.imag[:, None]
+        return result
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -198,12 +235,8 @@ def _linearise(
     for flow, coefficients in zip(flows, at, strict=True):
         wave = flow.wave(coefficients, step)
         left[: flow.n_sample] -= wave.real
-        units = STEP * _largest_step(flow, step)
         slopes = np.zeros((n, len(coefficients)))
-        for place, unit in enumerate(units):
-            moved = np.array(coefficients)
-            moved[place] += unit
-            slopes[: flow.n_sample, place] = (flow.wave(moved, step) - wave).real / unit
+        slopes[: flow.n_sample] = flow.slopes(coefficients, step, wave)
         own.append(slopes)
         amplitude = np.maximum(np.abs(wave), 1e-300)
         powers = (amplitude / amplitude.max())[:, None] ** np.arange(AMPLITUDE_DEGREE + 1) * amplitude[:, None]

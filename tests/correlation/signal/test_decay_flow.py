@@ -1,0 +1,21 @@
+"""Derivatives of the wave of a decaying mode, against differences."""
+
+import numpy as np
+import pytest
+
+from correlation.signal.decay_flow import Flow
+
+
+@pytest.mark.parametrize(("breaks", "degree"), [(np.linspace(-3, 0, 5), 2), (np.array([-3.0, 0.0]), 0)])
+def test_slopes_of_a_wave_are_those_of_differences(breaks: np.ndarray, degree: int) -> None:
+    random, step = np.random.default_rng(1), 1 / 2000
+    count = len(breaks) + degree - 1 if degree else 1
+    rates = np.log(2.0) + 0.2 * random.standard_normal(count)
+    coefficients = np.concatenate([[-0.1, 0.3], rates, 700 + 5 * random.standard_normal(count)])
+    flow = Flow(breaks=breaks, degree=degree, coefficients=coefficients, n_sample=4000, harmonics=())
+    found = flow.slopes(coefficients, step, flow.wave(coefficients, step))
+    for number, unit in enumerate([1e-6, 1e-6, *[1e-6] * count, *[1e-3] * count]):
+        moved = np.eye(len(coefficients))[number] * unit
+        difference = (flow.wave(coefficients + moved, step) - flow.wave(coefficients - moved, step)).real / (2 * unit)
+        # A sample that passes a point of the flow within the step sees another straight line: 1e-3 of the largest slope.
+        np.testing.assert_allclose(found[:, number], difference, atol=1e-3 * np.abs(difference).max())
