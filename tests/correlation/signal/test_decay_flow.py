@@ -17,5 +17,5 @@ def test_slopes_of_a_wave_are_those_of_differences(breaks: np.ndarray, degree: i
     for number, unit in enumerate([1e-6, 1e-6, *[1e-6] * count, *[1e-3] * count]):
         moved = np.eye(len(coefficients))[number] * unit
         difference = (flow.wave(coefficients + moved, step) - flow.wave(coefficients - moved, step)).real / (2 * unit)
-        # A sample that passes a point of the flow within the step sees another straight line: 1e-3 of the largest slope.
+        # A sample that passes a point of the flow within the step sees another straight line.
         np.testing.assert_allclose(found[:, number], difference, atol=1e-3 * np.abs(difference).max())
