@@ -16,6 +16,10 @@ from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
 
+#: An effect that makes the held-out error larger by this factor gains nothing there, whatever chi^2 says: an engineer
+#: would not add it. Less is what the jitter of held-out repeats does to an error [-].
+WORSE = 1.1
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Finalist:
@@ -60,6 +64,8 @@ def weigh_each(
         without = beside.tested(None, calibrate(beside.train, of.unknowns, of.values, of.prediction))
         falls = [fall(before, refit), fall(without, own)]
         held_falls = [held_fall(before, refit), held_fall(without, own)]
+        if own.held_error > WORSE * before.held_error:
+            held_falls.append(0.0)
         return Finalist(refit=replace(own, gain=min(falls), held_gain=min(held_falls)), arrangement=beside)
 
     return [run_step(f"{each.name} by its own covariance", partial(weigh, each)) for each in refits]

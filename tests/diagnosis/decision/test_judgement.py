@@ -1,5 +1,6 @@
 """Finalists are judged by their own covariance: what is hidden holds, and what is not does not."""
 
+from dataclasses import replace
 from functools import partial
 from types import ModuleType
 from typing import Any
@@ -82,6 +83,18 @@ def test_what_is_hidden_is_named_with_its_strength(
     assert [each.name for each in verdict.effects] == [TRUE] == [ranked[0].name]
     assert verdict.effects[0].strength == pytest.approx(MASS, abs=3 * verdict.effects[0].deviation)
     assert ranked[0].refit.gain > ranked[1].refit.gain
+
+
+def test_an_effect_that_makes_the_held_out_error_larger_gains_nothing_there(
+    campaign: Any, arrangement: Arrangement, scores: list[Score]
+) -> None:
+    """The error without it is said to be next to none: chi^2 falls all the same."""
+    before = replace(baseline_fit(arrangement), held_error=1e-9)
+    (found,) = weigh_each(
+        campaign, arrangement, before, [refit(arrangement, scores[0])], partial(list_campaign_effects, campaign)
+    )
+    assert found.refit.gain > 10
+    assert found.refit.held_gain <= 0
 
 
 def test_an_effect_leaves_less_model_error(
