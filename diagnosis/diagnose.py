@@ -198,12 +198,8 @@ def diagnose(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
-    searched, starts = _choose_searched(arrangement, run_step), list[tuple[Effect, Values]]()
-    if is_lost(searched, searched.fit):
-        report("response control", shares.screening / 2)
-        starts = run_step("starts under response control", partial(_find_starts, arrangement, catalogue.candidates))
-        arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))
-        searched = _choose_searched(arrangement, run_step, "usual model error, branches apart")
+    report("response control", shares.screening / 2)
+    arrangement, searched, starts = _begin(arrangement, catalogue.candidates, run_step)
     scores, before, refits = screen_and_refit(searched, catalogue.candidates, run_step, report, shares, starts)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
@@ -228,6 +224,18 @@ def diagnose(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(ranked),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
+
+
+def _begin(
+    arrangement: Arrangement, effects: Sequence[Effect], run_step: RunStep
+) -> tuple[Arrangement, Arrangement, list[tuple[Effect, Values]]]:
+    """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
+    searched = _choose_searched(arrangement, run_step)
+    if not is_lost(searched, searched.fit):
+        return arrangement, searched, []
+    starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
+    arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))
+    return arrangement, _choose_searched(arrangement, run_step, "usual model error, branches apart"), starts
 
 
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
