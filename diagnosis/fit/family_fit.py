@@ -192,7 +192,7 @@ def sampled_bands(
     result = {}
     for level in sorted({family.level for family in families}):
         curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
-        states = share_histories(curve, range(len(omega)), objectives, population, SAMPLES, (SEED,))
+        states = share_histories(curve, range(len(omega)), objectives, population, SAMPLES, (SEED,), branches=False)
         reached = np.array([states.reached[at] for at in range(len(omega))])
         for number, (name, harmonic) in enumerate(channels):
             sensor = sensors[name]

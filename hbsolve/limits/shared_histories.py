@@ -59,6 +59,8 @@ def share_histories(
     population: Sequence[Sliders],
     count: int,
     seed: Sequence[int],
+    *,
+    branches: bool = True,
 ) -> SharedStates:
     """Continue a population and random histories along the frequencies `numbers`, up and down.
 
@@ -76,6 +78,8 @@ def share_histories(
         Random histories [-].
     seed
         Of them.
+    branches
+        Whether an arc over the level looks for branches that no slider leads to, which takes longer than all else.
     """
     swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
     seen: dict[int, list[_Seen]] = {at: [] for at in numbers}
@@ -90,7 +94,7 @@ def share_histories(
         for at, trials in swept_states(curve, order, population).items():
             for trial in trials:
                 look(at, trial, is_random=False)
-    for at in numbers:
+    for at in numbers if branches else ():
         for trial in _branches(curve.point(at)):
             look(at, trial, is_random=False)
     for row, _, trial in random_states(curve, swept, count, seed):
