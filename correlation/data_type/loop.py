@@ -210,14 +210,12 @@ def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequenc
         if there.any():
             # All loops have the calibration of their channels in common: the mean is no better known than one.
             difference = float(np.mean(np.array(ratios)[there]))
-            low, high, lowest, highest = (
-                f"{end(np.array(each)[there]):.3g}" for each in (values, answers) for end in (np.min, np.max)
-            )
+            measured_range, predicted_range = (_range_in_words(np.array(each)[there]) for each in (values, answers))
             unit = "J" if kind == "work" else "N/m"
             signs.append(
                 Sign(
-                    quantity=words, kind=kind, difference=difference, measured=f"is {low} to {high} {unit}",
-                    predicted=f"{lowest} to {highest} {unit}",
+                    quantity=words, kind=kind, difference=difference, measured=f"is {measured_range} {unit}",
+                    predicted=f"{predicted_range} {unit}",
                 )
             )  # fmt: skip
     dwell = np.array([loop.loops.dwell for loop in loops])
@@ -236,6 +234,11 @@ def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequenc
             )
         )  # fmt: skip
     return signs
+
+
+def _range_in_words(numbers: Numbers) -> str:
+    low, high = f"{numbers.min():.3g}", f"{numbers.max():.3g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def _predict_dwell(model: Model, loop: ForceLoop) -> float:
