@@ -64,7 +64,7 @@ def weigh_each(
         without = beside.tested(None, calibrate(beside.train, of.unknowns, of.values, of.prediction))
         falls = [fall(before, refit), fall(without, own)]
         held_falls = [held_fall(before, refit), held_fall(without, own)]
-        if own.held_error > WORSE * before.held_error:
+        if own.held_error > WORSE * without.held_error:
             held_falls.append(0.0)
         return Finalist(refit=replace(own, gain=min(falls), held_gain=min(held_falls)), arrangement=beside)
 

@@ -8,6 +8,8 @@ from study.diagnose.round import Round
 FAR = 3.0
 #: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter.
 WORSE = 4.0
+#: Held-out error that is large [-], and reduced chi-squared by noise and stated errors that these do not explain.
+LARGE, UNEXPLAINED = 0.1, 2.0
 
 
 def list_doubts(result: Round) -> list[str]:
@@ -18,7 +20,7 @@ def list_doubts(result: Round) -> list[str]:
     result
         The round.
     """
-    return [*_harm(result), *_strayed(result), *_model_error(result), *result.remarks]
+    return [*_harm(result), *_left(result), *_strayed(result), *_model_error(result), *result.remarks]
 
 
 def _harm(result: Round) -> Iterator[str]:
@@ -31,6 +33,19 @@ def _harm(result: Round) -> Iterator[str]:
             f"{what} makes the held-out error worse: {100 * drawn.held_error:.3g} % as drawn, "
             f"{100 * before.held_error:.3g} % with it."
         )
+
+
+def _left(result: Round) -> Iterator[str]:
+    """A large error of the held-out data that noise and stated errors do not explain, with what is named or without."""
+    final = result.best or result.diagnosis.before
+    chi2 = final.held_chi2 if final.held_stated_chi2 is None else final.held_stated_chi2
+    if final.held_error > LARGE and chi2 > UNEXPLAINED:
+        held_out, others = (f"{100 * error:.2g} %" for error in (final.held_error, final.error))
+        errs = f"still errs by {held_out} on the held-out data ({others} on the others)"
+        if final.effect is None:
+            yield f"The model {errs}: they show what the others do not, or the model is not close."
+        else:
+            yield f"With {final.name} the model {errs}: more is missing, or it stands in for something else."
 
 
 def _strayed(result: Round) -> Iterator[str]:

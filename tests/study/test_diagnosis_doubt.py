@@ -12,16 +12,19 @@ from study.diagnose.doubt import list_doubts
 
 def result(
     values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0,
-    error: ErrorSize = NO_ERROR,
+    error: ErrorSize = NO_ERROR, stated: float | None = None, best: Any = None,
 ) -> Any:  # fmt: skip
     factor = SimpleNamespace(vanishes=1.0, lower=0.95, upper=1.05)
     parameter = SimpleNamespace(name="E", deviation=0.01, parameters=(factor,))
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_chi2=1.0, held_error=drawn), best=None, setup=SimpleNamespace(added=()), remarks=(),
+        drawn=SimpleNamespace(held_chi2=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()), remarks=(),
         diagnosis=SimpleNamespace(
-            before=SimpleNamespace(held_chi2=1.0 + chi2, held_error=before, fit=fit, n_held=100),
+            before=SimpleNamespace(
+                held_chi2=1.0 + chi2, held_error=before, fit=fit, n_held=100, held_stated_chi2=stated, error=0.03,
+                effect=None,
+            ),
             arrangement=SimpleNamespace(calibration=calibration),
             verdict=SimpleNamespace(model_error=error),
         ),
@@ -52,3 +55,22 @@ def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> Non
 def test_what_the_model_errs_by_is_said() -> None:
     (doubt,) = list_doubts(result(error=ErrorSize(frequency=0.003)))
     assert "0.3 % in natural frequencies" in doubt
+
+
+def test_a_large_held_out_error_that_is_left_is_said() -> None:
+    (doubt,) = list_doubts(result(drawn=0.5, before=0.17, stated=9.0))
+    assert "still errs by 17 % on the held-out data (3 % on the others)" in doubt
+    # Noise may be as large.
+    assert list_doubts(result(drawn=0.5, before=0.17, stated=1.1)) == []
+    fit = SimpleNamespace(values=np.array([1.0]))
+    best = SimpleNamespace(
+        held_chi2=1.0,
+        held_stated_chi2=30.0,
+        held_error=0.33,
+        error=0.12,
+        effect=object(),
+        name="density of all",
+        fit=fit,
+    )
+    (doubt,) = list_doubts(result(drawn=5.0, before=4.8, stated=90.0, best=best))
+    assert doubt.startswith("With density of all the model still errs by 33 %")
