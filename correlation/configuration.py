@@ -258,17 +258,26 @@ class Configuration:
         self, level: float, frequencies: Sequence[float], track: Track
     ) -> Complex[NDArray[np.complex128], "n h s"]:
         """Readings of all sensors in the states of a track, shape (n, H + 1, s); NaN where there is no state."""
+        return self.read_driven(self._forced_all(level, frequencies), frequencies, track)
+
+    def read_driven(
+        self,
+        drive: Float[NDArray[np.float64], "n 1 1"] | Complex[NDArray[np.complex128], "n h 1"],
+        frequencies: Sequence[float],
+        track: Track,
+    ) -> Complex[NDArray[np.complex128], "n h s"]:
+        """The same under forces of any phase, shape (n, H + 1, 1), or (n, 1, 1) for all harmonics alike."""
         motion, force, order = self.rows
         static, dynamic, contact, omega = self.linear.read(tuple(frequencies), motion)
         g = complex_from_real(track.force)
-        read = static + self._forced_all(level, frequencies) * dynamic - (contact @ g[..., None])[..., 0]
+        read = static + drive * dynamic - (contact @ g[..., None])[..., 0]
         read[:, 0] = read[:, 0].real
         times = 1j * np.arange(read.shape[1])[None, :, None] * omega[:, None, None]
         pushed = g + self.balance.table.reference * complex_from_real(track.motion)
         readings = read * times**order + pushed @ force.T
         if self.model.base_acceleration is not None:
-            level_of = self._forced_all(level, frequencies)[:, 0]
-            readings[:, 1] += level_of * (1j * omega[:, None]) ** (order - 2.0) * self.base
+            first = drive[:, min(1, drive.shape[1] - 1)]
+            readings[:, 1] += first * (1j * omega[:, None]) ** (order - 2.0) * self.base
         return np.asarray(readings)
 
     @cached_property

@@ -38,7 +38,7 @@ from hbsolve.solution import MAX_ITERATION, TOLERANCE
 Coefficients = Complex[NDArray[np.complex128], " k"]
 Motions = Float[NDArray[np.float64], "n d nh"]
 Rows = Int[NDArray[np.int64], " n"]
-#: Configuration, level [N] and direction of the sweep of a curve; of a fold its number.
+#: Configuration, level [N] and direction of the sweep of a curve.
 Curve = tuple[bool, float, int]
 
 #: Amplitudes at which the force of a fold is computed, and how far they go beyond those of both branches [-].
@@ -49,7 +49,6 @@ class Fold(NamedTuple):
     """End of a measured branch: the force at which a sweep jumped."""
 
     free: bool
-    level: float
     sensor: str
     """Sensor that is held."""
     frequency: float
@@ -74,7 +73,7 @@ class ControlledPrediction:
     fold
         Needed over measured force of each fold, shape (f,) [-]; NaN where the model has none.
     motion
-        Motions of the joint directions in each state, by curve and by fold.
+        Motions of the joint directions in each state, by curve.
     """
 
     value: Coefficients
@@ -200,8 +199,8 @@ def _solve(
     """
     balance, n = solver.balance, len(frequencies)
     linear = solver.linear.stacked(tuple(frequencies))
-    rows, force_rows, order = solver.rows
-    static, dynamic, contact, omega = solver.linear.read(frequencies, rows)
+    rows, _, order = solver.rows
+    _, dynamic, contact, omega = solver.linear.read(frequencies, rows)
     state, sensor = np.arange(n), solver.numbers(sensors)
     # Readings are time derivatives, and those of a shaken base have its own motion in them.
     turned, base = (1j * omega[:, None]) ** order, solver.base * (1j * omega[:, None]) ** (order - 2.0)
@@ -226,15 +225,9 @@ def _solve(
         ))  # fmt: skip
     g = complex_from_real(track.force)
     drive = (held + (felt * g[:, 1]).sum(axis=1)) / through
-    level = np.repeat(force[:, None], g.shape[1], axis=1).astype(np.complex128)
-    level[:, 1] = drive
-    read = static + level[..., None] * dynamic - (contact @ g[..., None])[..., 0]
-    read[:, 0] = read[:, 0].real
-    pushed = g + balance.table.reference * complex_from_real(track.motion)
-    times = (1j * np.arange(g.shape[1])[None, :, None] * omega[:, None, None]) ** order
-    reading = read * times + pushed @ force_rows.T
-    reading[:, 1] += drive[:, None] * base
-    return _Held(track, drive, np.asarray(reading))
+    by_harmonic = np.repeat(force[:, None], g.shape[1], axis=1).astype(np.complex128)
+    by_harmonic[:, 1] = drive
+    return _Held(track, drive, solver.read_driven(by_harmonic[..., None], frequencies, track))
 
 
 def _find_fold_force(solver: Configuration, fold: Fold) -> float:

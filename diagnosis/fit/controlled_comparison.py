@@ -148,4 +148,4 @@ def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) ->
         deviation = float(np.hypot(slope * width / np.sqrt(12) / jump.frequency, error))
         lower, upper = sorted((float(size[left]), float(size[reached])))
         force = float(points.force[left])
-        yield Fold(jump.free, jump.level, sensor, jump.frequency, force, lower, upper, jump.falls), deviation
+        yield Fold(jump.free, sensor, jump.frequency, force, lower, upper, jump.falls), deviation

@@ -101,7 +101,7 @@ def test_folds_are_the_extrema_of_the_s_curve(*, leaves_upper: bool) -> None:
     resonance = np.sqrt((MASS * omega**2 - STIFFNESS) / (0.75 * CUBIC))
     sign, bounds = (1, (0.8 * resonance, 1.2 * resonance)) if leaves_upper else (-1, (1e-6, 0.8 * resonance))
     exact = scipy.optimize.minimize_scalar(lambda a: sign * force(a), bounds=bounds, options={"xatol": 1e-12})
-    fold = Fold(False, 2.0, "tip", 105.0, 2.0, 0.4 * resonance, resonance, leaves_upper)
+    fold = Fold(False, "tip", 105.0, 2.0, 0.4 * resonance, resonance, leaves_upper)
     points = make_points(np.array([105.0]), 2.0)
     found = control(points, np.array([1e-4 + 0j]), fold).predict(oscillator(CUBIC_SPRING, n_harmonic=2))
     # 48 amplitudes over a factor of ten, and a parabola through three of them: the upper fold is a sharp minimum.
@@ -109,7 +109,7 @@ def test_folds_are_the_extrema_of_the_s_curve(*, leaves_upper: bool) -> None:
 
 
 def test_a_linear_model_has_no_fold() -> None:
-    fold = Fold(False, 2.0, "tip", 105.0, 2.0, 1e-4, 4e-4, True)
+    fold = Fold(False, "tip", 105.0, 2.0, 1e-4, 4e-4, True)
     points = make_points(np.array([105.0]), 2.0)
     found = control(points, np.array([1e-4 + 0j]), fold).predict(oscillator())
     assert np.isnan(found.fold).all()
