@@ -124,7 +124,7 @@ def screen_and_refit(
     -------
     Scores, best first; the test of the model without a further effect; the refits.
     """
-    lost = is_lost(problem, problem.fit)
+    lost = is_lost(problem)
     report("screening", shares.screening)
 
     def report_screening(done: int, total: int) -> None:
@@ -197,7 +197,7 @@ def diagnose(
     arrangement = run_step(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
-    shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
+    shares = LONG if is_lost(arrangement) else USUAL
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, catalogue.candidates, run_step)
     scores, before, refits = screen_and_refit(searched, catalogue.candidates, run_step, report, shares, starts)
@@ -231,7 +231,7 @@ def _begin(
 ) -> tuple[Arrangement, Arrangement, list[tuple[Effect, Values]]]:
     """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
     searched = _choose_searched(arrangement, run_step)
-    if not is_lost(searched, searched.fit):
+    if not is_lost(searched):
         return arrangement, searched, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
     arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))

@@ -148,6 +148,16 @@ def find_astray(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[ND
     return astray
 
 
+def list_swept_rows(observed: Observation, jump: Jump) -> tuple[Int[NDArray[np.int64], " n"], int]:
+    """Rows of the sweep and the motion that jumped, by rising frequency, and the place of the first above the jump."""
+    points = observed.points
+    of_level = observed.motion & (points.harmonic == 1) & (observed.count > 0)
+    of_level &= (points.free == jump.free) & (points.level == jump.level)
+    sensor = points.sensor[of_level][np.argmax(np.abs(observed.value[of_level]))]
+    rows = _rising(observed, of_level & (points.sensor == sensor) & np.isin(points.sweep, (0, jump.sweep)))
+    return rows, int(np.searchsorted(points.frequency[rows], jump.frequency))
+
+
 def find_other_branch(
     observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
 ) -> Bool[NDArray[np.bool_], " k"]:
@@ -163,13 +173,8 @@ def find_other_branch(
     points, measured, predicted = observed.points, np.abs(observed.value), np.abs(prediction.value)
     astray = np.zeros(len(points), dtype=bool)
     for jump, _ in find_measured_jumps(observed, sweeps):
-        of_level = observed.motion & (points.harmonic == 1) & (points.free == jump.free) & (points.level == jump.level)
-        of_level &= observed.count > 0
-        sensor = points.sensor[of_level][np.argmax(measured[of_level])]
-        own = np.flatnonzero(of_level & (points.sensor == sensor) & np.isin(points.sweep, (0, jump.sweep)))
-        rising = own[np.argsort(points.frequency[own])]
-        step = int(np.searchsorted(points.frequency[rising], jump.frequency))
-        way = abs(np.log(measured[rising[step]] / measured[rising[step - 1]]))
+        own, above = list_swept_rows(observed, jump)
+        way = abs(np.log(measured[own[above]] / measured[own[above - 1]]))
         with np.errstate(invalid="ignore", divide="ignore"):
             off = np.abs(np.log(predicted[own] / measured[own])) > way / 2
         for row in own[off]:

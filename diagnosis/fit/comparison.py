@@ -160,9 +160,7 @@ class Comparison:
         self, unknowns: Unknowns, values: Values, prediction: Prediction, number: int
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Derivative by a difference of predictions, for a parameter that moves points."""
-        upper = unknowns.bounds[number][1]
-        moved, step = np.array(values), STEP * unknowns.size[number]
-        moved[number] += step if values[number] + step <= upper else -step
+        moved = unknowns.moved(values, number, STEP)
         there = self.predict(unknowns.compose(moved), prediction)
         return np.asarray((there.value - prediction.value) / (moved[number] - values[number]))
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.jump_error import find_measured_jumps
+from correlation.metric.jump_error import find_measured_jumps, list_swept_rows
 from correlation.model import Model
 from correlation.noise.model_error import ErrorSize, compute_moduli
 from correlation.response_control import ControlledPrediction, ControlledPredictor, Fold
@@ -110,9 +110,7 @@ class ControlledComparison:
         del model
         here, columns = self.residual(prediction), np.zeros((len(self.deviation), len(values) - first))
         for number in range(first, len(values)):
-            upper, step = unknowns.bounds[number][1], STEP * unknowns.size[number]
-            moved = np.array(values)
-            moved[number] += step if values[number] + step <= upper else -step
+            moved = unknowns.moved(values, number, STEP)
             there = self.predict(unknowns.compose(moved), prediction)
             both = self.has_prediction(there) & self.has_prediction(prediction)
             change = (here - self.residual(there)) / (moved[number] - values[number])
@@ -130,15 +128,9 @@ class ControlledComparison:
 
 def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) -> Iterator[tuple[Fold, float]]:
     """Measured ends of branches, each with the relative standard deviation of its force."""
-    points = observed.points
+    points, size = observed.points, np.abs(observed.value)
     for jump, width in find_measured_jumps(observed, sweeps):
-        own = observed.motion & (points.harmonic == 1) & (observed.count > 0)
-        own &= (points.free == jump.free) & (points.level == jump.level) & np.isin(points.sweep, (0, jump.sweep))
-        size = np.where(own, np.abs(observed.value), 0.0)
-        sensor = str(points.sensor[np.argmax(size)])
-        rows = np.flatnonzero(own & (points.sensor == sensor))
-        rows = rows[np.argsort(points.frequency[rows])]
-        above = int(np.searchsorted(points.frequency[rows], jump.frequency))
+        rows, above = list_swept_rows(observed, jump)
         if not 2 <= above <= len(rows) - 2:
             continue
         left, reached = (rows[above - 1], rows[above])[:: jump.sweep]
@@ -148,4 +140,4 @@ def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) ->
         deviation = float(np.hypot(slope * width / np.sqrt(12) / jump.frequency, error))
         lower, upper = sorted((float(size[left]), float(size[reached])))
         force = float(points.force[left])
-        yield Fold(jump.free, sensor, jump.frequency, force, lower, upper, jump.falls), deviation
+        yield Fold(jump.free, str(points.sensor[left]), jump.frequency, force, lower, upper, jump.falls), deviation

@@ -77,9 +77,7 @@ class FeatureComparison:
         del model
         slopes = np.zeros((len(prediction), len(values) - first))
         for number in range(first, len(values)):
-            upper = unknowns.bounds[number][1]
-            moved, step = np.array(values), STEP * unknowns.size[number]
-            moved[number] += step if values[number] + step <= upper else -step
+            moved = unknowns.moved(values, number, STEP)
             change = self.predict(unknowns.compose(moved)) - prediction
             slopes[:, number - first] = change / (moved[number] - values[number]) / self.deviation
         return np.where(np.isfinite(slopes), slopes, 0.0)

@@ -89,6 +89,12 @@ class Unknowns:
         lower, upper = np.array(self.bounds).reshape(-1, 2).T
         return np.clip(values, lower, upper)
 
+    def moved(self, values: Values, number: int, share: float) -> Values:
+        """Values with one moved by a share of its size, down where it would pass its upper bound, shape (p,)."""
+        result, step = np.array(values), share * self.size[number]
+        result[number] += step if values[number] + step <= self.bounds[number][1] else -step
+        return result
+
     def compose(self, values: Values) -> Model:
         """Model with all effects applied."""
         model, given = self.base, iter([*(float(value) for value in values[self.n_start :]), *self.pinned])

@@ -68,9 +68,9 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     return quick
 
 
-def is_lost(problem: Problem, fit: Fit) -> bool:
-    """Whether a fit is far from the minimum, by its reduced chi-squared."""
-    return fit.chi2 >= LOST * problem.fit.n_number
+def is_lost(problem: Problem) -> bool:
+    """Whether the first fit is far from the minimum, by its reduced chi-squared."""
+    return problem.fit.chi2 >= LOST * problem.fit.n_number
 
 
 def fit_from_starts(

@@ -60,14 +60,12 @@ class SliderBox:
         return np.asarray(self.reach if self.bounded else np.full(len(self.radius), 4.0 * float(self.radius.mean())))
 
     @property
-    def loaded(self) -> Sliders:
-        """Radii, those of sliders without load at rest as if they had some, shape (s,) [m]."""
-        return np.asarray(np.maximum(self.radius, UNLOADED * self.radius.mean()))
-
-    @property
     def static(self) -> Sliders:
-        """How far from the middle static forces within Coulomb's cone at rest have left each slider, shape (s,) [m]."""
-        return self.loaded
+        """How far from the middle static forces within Coulomb's cone at rest have left each slider, shape (s,) [m].
+
+        These are the radii, those of sliders without load at rest as if they had some.
+        """
+        return np.asarray(np.maximum(self.radius, UNLOADED * self.radius.mean()))
 
     def clip(self, w: Sliders) -> Sliders:
         """The nearest state in the box."""
@@ -149,7 +147,7 @@ def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generat
         pattern *= 2 ** random.uniform(0, DOUBLINGS)
     if kind % N_KIND >= 6:
         return box.nominal + pattern * box.span
-    return box.clip(box.nominal - pattern * box.loaded)
+    return box.clip(box.nominal - pattern * box.static)
 
 
 def starting_sliders(

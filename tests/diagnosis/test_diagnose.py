@@ -137,9 +137,7 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
     fits = {
         f"fit of {score.effect.name}"
-        for score in shortlist(
-            heavy.scores, heavy.arrangement.effort, lost=is_lost(heavy.arrangement, heavy.arrangement.fit)
-        )
+        for score in shortlist(heavy.scores, heavy.arrangement.effort, lost=is_lost(heavy.arrangement))
     }
     wide = f"intervals beside {heavy.verdict.effects[0].name}"
     own = {f"{each.name} by its own covariance" for each in heavy.refits}
