@@ -10,7 +10,7 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.arrangement import Added, first_values, make_unknowns
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.feature_comparison import NOT_FOUND, FeatureComparison
@@ -55,7 +55,7 @@ class FeatureArrangement:
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; added effects and the given ones without."""
         applied = [*(each.effect for each in self.added), *effects]
-        return Unknowns.from_effects(self.base, [(each, each.deviation) for each in self.calibration], applied)
+        return make_unknowns(self.base, self.calibration, applied)
 
     def find_worst_frequency(self, fit: Fit) -> tuple[float, float] | None:
         """The frequency that a fitted model misses most, and its relative error [Hz, -]; None without any."""
@@ -106,10 +106,8 @@ def arrange_features(
     if not fitted:
         raise CampaignError("all data are held out: leave some to fit")
     train = FeatureComparison.of(fitted)
-    effects = [each.effect for each in added]
-    unknowns = Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
-    start = np.array([*unknowns.vanishing[: len(calibration)], *(value for each in added for value in each.values)])
-    fit = calibrate(train, unknowns, start, train.predict(base), exact=True)
+    unknowns = make_unknowns(base, calibration, [each.effect for each in added])
+    fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), exact=True)
     return FeatureArrangement(
         base=base, calibration=tuple(calibration), added=tuple(added), train=train,
         held_out=FeatureComparison.of(tested), fit=fit,

@@ -97,7 +97,7 @@ class Arrangement:
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; added effects and the given ones without."""
-        return _unknowns(self.base, self.calibration, [*self.added, *effects])
+        return make_unknowns(self.base, self.calibration, [*self.added, *effects])
 
     def fade_other_branch(self, model: Model) -> "Arrangement":
         """The same with next to no weight where a model is on another branch than the structure was."""
@@ -154,7 +154,7 @@ def arrange(
         Nothing is held out, there is a single repeat, or the model lacks a sensor.
     """
     effects = tuple(each.effect for each in added)
-    unknowns = _unknowns(base, calibration, effects)
+    unknowns = make_unknowns(base, calibration, effects)
     finer = tuple(
         FinerModel(
             unknowns=replace(
@@ -164,9 +164,15 @@ def arrange(
         )
         for each in budget.refined
     )
-    values = np.array([*unknowns.vanishing[: len(calibration)], *(value for each in added for value in each.values)])
+    values = first_values(unknowns, added)
     found = _compared(campaign, unknowns, values, budget, finer, report)
     return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **found)
+
+
+def first_values(unknowns: Unknowns, added: Sequence[Added]) -> Values:
+    """Where a fit begins: calibration parameters as drawn, added effects as they were last, shape (p,)."""
+    last = [value for each in added for value in each.values]
+    return np.array([*unknowns.vanishing[: len(unknowns.prior) - len(last)], *last])
 
 
 def arrange_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
@@ -373,7 +379,8 @@ def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None
     return float(np.mean(leave_out_model_error(comparison).residual(prediction) ** 2))
 
 
-def _unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
+def make_unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
+    """Calibration parameters with their priors, then effects without."""
     return Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
 
 

@@ -12,9 +12,9 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
+from diagnosis.fit.arrangement import make_unknowns
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.feature_comparison import FeatureComparison
-from diagnosis.fit.fit_parameter import Unknowns
 from pipeline.output import replace_file
 from study.case.setup import Setup
 from study.compare.data import (
@@ -162,7 +162,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     if not training:
         raise CampaignError(f"{campaign.folder}: all data are held out: leave some to train on")
     base = with_sensors(replace(setup, calibrated={}).complete, campaign)
-    unknowns = Unknowns.from_effects(base, [(item, item.deviation) for item in setup.accepted], [])
+    unknowns = make_unknowns(base, setup.accepted, [])
     comparison = FeatureComparison.of(training)
     fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), exact=True)
     # Where the model is further off than the deviations say, they are too small in proportion.

@@ -1,5 +1,6 @@
 """Diagnosis of a campaign without steady states: loops, ring-downs, frequency responses and modes alone."""
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,19 +21,19 @@ from study.compare.report import side_by_side
 from study.compare.result import Calibrated
 from study.compare.section.section import Section, Table
 from study.compare.sentence import Summary
+from study.console import plain
 from study.diagnose.add import add
-from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
+from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
-from study.diagnose.round import Steps
+from study.diagnose.report import ADVICE
+from study.diagnose.round import Steps, errors
 from study.diagnose.table import interval, write_up
 from study.run_context import RunContext
 
 #: Rounds of ``--auto`` at most.
 MOST_ROUNDS = 6
-ADVICE = {
-    Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so by itself',
-    Finding.AMBIGUOUS: 'plan a test that separates them, or add one of them: stickslip add "{effect}"',
-    Finding.NOTHING: "none; the case explains these measurements",
+#: The next step, where it is not that of steady states.
+OWN_ADVICE = {
     Finding.UNKNOWN: "look at the curves on the page, and describe an effect of your own (docs/effects.md)",
     Finding.NOT_CLOSE: "check supports, masses and modes of the case, and units and places of the sensors",
 }
@@ -84,7 +85,7 @@ class DataDiagnosed:
     def advice(self) -> str:
         """The next step for the user."""
         verdict = self.diagnosis.verdict
-        return ADVICE[verdict.finding].format(effect=verdict.effects[0].name if verdict.effects else "")
+        return (ADVICE | OWN_ADVICE)[verdict.finding].format(effect=verdict.effects[0].name if verdict.effects else "")
 
     @property
     def calibrated(self) -> tuple[Calibrated, ...]:
@@ -170,11 +171,11 @@ def run_data_diagnosis(
     """
     for suspicion in campaign.suspicions:
         run.warn(str(suspicion))
-    for _ in range(MOST_ROUNDS):
+    for left in reversed(range(MOST_ROUNDS)):
         found = _diagnose_once(case, campaign, run, without)
         _record(found, case, folder)
         best = found.diagnosis.verdict.effects[:1]
-        if not auto or found.diagnosis.verdict.finding is not Finding.MISSING:
+        if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
             break
         add(case, best[0].name, run=run)
     with run.progress.step("page and figures", expected=5):
@@ -202,15 +203,9 @@ def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
     fitted = [write_up(found.setup, refit) for refit in found.diagnosis.refits if refit.effect is not None]
     step = Step(
         what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder), sentence=found.headline,
-        finding=found.diagnosis.verdict.finding.value, before=_errors(found.diagnosis.before), candidates=fitted,
+        finding=found.diagnosis.verdict.finding.value, before=errors(found.diagnosis.before), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
-
-
-def _errors(refit: Refit) -> Errors:
-    return Errors(
-        training=refit.error, held_out=refit.held_error, training_chi2=refit.error**2, held_out_chi2=refit.held_chi2
-    )
 
 
 def _strength(refit: Refit) -> str:
@@ -241,10 +236,6 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
         sections=[*_sections(found), *sections],
     )  # fmt: skip
     stem = f"{case.stem}_diagnosis"
-    import json
-
-    from study.console import plain
-
     files = {run.output / f"{stem}.html": html.encode()}
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
     document = json.dumps(plain(found.document()), indent=1, ensure_ascii=False)
