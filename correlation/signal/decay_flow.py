@@ -71,6 +71,10 @@ class Flow:
 
     def path(self, coefficients: Vector) -> tuple[Vector, Vector, Vector]:
         """Time since the start [s], a, and phi along the flow, shape (p,) each."""
+        return self._path(coefficients)[:3]
+
+    def _path(self, coefficients: Vector) -> tuple[Vector, Vector, Vector, Matrix, Vector, Vector]:
+        """The same with the basis functions, shape (p, b), decay rate and frequency there, shape (p,) [1/s, rad/s]."""
         count = (len(coefficients) - 2) // 2
         lowest = min(self.breaks[0], coefficients[0]) - BEYOND
         logarithm = np.linspace(coefficients[0], lowest, FLOW_POINTS)
@@ -80,7 +84,7 @@ class Flow:
         step = (logarithm[0] - logarithm[1]) / 2
         time = np.concatenate([[0.0], np.cumsum(step * (1 / rate[1:] + 1 / rate[:-1]))])
         turned = np.concatenate([[0.0], np.cumsum(step * (omega[1:] / rate[1:] + omega[:-1] / rate[:-1]))])
-        return time, logarithm, coefficients[1] + turned
+        return time, logarithm, coefficients[1] + turned, basis, rate, omega
 
     def wave(self, coefficients: Vector, step: float) -> Envelope:
         """A e^{i phi} at its samples, shape (n_sample,)."""
@@ -98,14 +102,11 @@ class Flow:
         from scipy.sparse import csr_array
 
         count = (len(coefficients) - 2) // 2
-        time, logarithm, phase = self.path(coefficients)
-        basis = self.basis(logarithm)
-        inverse = np.exp(-np.clip(basis @ coefficients[2 : 2 + count], -50, 50))[:, None]
-        omega = (basis @ coefficients[2 + count :])[:, None]
+        time, logarithm, phase, basis, rate, omega = self._path(coefficients)
         # d (1 / delta) = -B / delta by the coefficients of ln delta; d (omega / delta) = -omega B / delta by those, and
         # B / delta by the coefficients of omega.
-        each = (logarithm[0] - logarithm[1]) / 2 * basis * inverse
-        rates = np.hstack([-each, -omega * each, each])
+        each = (logarithm[0] - logarithm[1]) / 2 * basis / rate[:, None]
+        rates = np.hstack([-each, -omega[:, None] * each, each])
         summed = np.concatenate([np.zeros((1, 3 * count)), np.cumsum(rates[1:] + rates[:-1], axis=0)])
         # Each sample lies between two points of the flow.
         at = step * np.arange(self.n_sample)
