@@ -1,30 +1,9 @@
 """States at which repeats are on different branches: the response jumps, and not in all of them at one frequency."""
 
 import numpy as np
-from jaxtyping import Bool
-from numpy.typing import NDArray
 
-from correlation.campaign.measurement import SAME_FREQUENCY, SWEEPS, Campaign, Suspicion
+from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion
 from correlation.feature.branch import Branches, find_branches
-from correlation.prediction import Points
-
-
-def find_jumps(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:
-    """Rows of states of which no reading can be used, shape (k,).
-
-    Parameters
-    ----------
-    campaign
-        Campaign with its single readings.
-    points
-        Rows of the same campaign.
-    """
-    lost = np.zeros(len(points), dtype=bool)
-    for of in find_branches(campaign):
-        for frequency in of.curves.frequency[of.lost]:
-            near = np.abs(points.frequency / frequency - 1) < SAME_FREQUENCY
-            lost |= (points.free == of.curves.free) & (points.level == of.curves.level) & near
-    return lost
 
 
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
