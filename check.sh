@@ -29,6 +29,7 @@ check mypy .venv/bin/mypy
 check imports .venv/bin/lint-imports
 [ -z "$failed" ] || echo "== failed so far:$failed (the tests run all the same)"
 
-# Last, so that the last line says how many tests passed.
-check tests .venv/bin/pytest -n 2 --dist loadfile "$@"
+# Last, so that the last line says how many tests passed. Files keep their order: by default those of few tests, which
+# are the long ones here, would come last, and one process would wait for the other.
+check tests .venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder "$@"
 [ -z "$failed" ]
