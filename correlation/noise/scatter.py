@@ -47,6 +47,9 @@ MEDIAN = 0.84
 CAUTION = 0.8
 #: Degrees of freedom with which the curves of a single repeat tell its noise, which widen it as `CAUTION` says.
 SINGLE = 20
+#: Usual standard deviations of what differs between repeats, where nothing was repeated: the frequencies of the jointed
+#: and of the free test, and preloads [-].
+USUAL = (3e-4, 3e-4, 1e-2)
 #: Prior standard deviation of what differs between repeats, preloads above all [-].
 LARGEST = 0.2
 #: Rounds of the weighted fit of a and b.
@@ -144,7 +147,7 @@ def _without_repeats(
     history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
 ) -> Scatter:
-    """Covariance of a single repeat of known noise; nothing is known of what would differ in another one."""
+    """Covariance of a single repeat of known noise: its frequency and preload are off by an unknown usual amount."""
     noise = features.per_reading(observed.mean) * observed.noise[features.row]
     unknown = np.flatnonzero(~(noise > 0))
     if len(unknown):
@@ -154,10 +157,12 @@ def _without_repeats(
             "of too few frequencies to see its noise: repeat the test, or state the noise of the sensor"
         )
     deviation = np.sqrt(_margin(SINGLE) * noise**2 + ROUGH**2 * (history**2).sum(axis=1))
-    none = [np.zeros((block.shape[1], block.shape[1])) for block in jitter]
+    usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL, jitter, strict=False)]
     bias = _bias(features, features.of_values(observed.mean), noise)
-    modes = np.column_stack([*(np.zeros_like(block) for block in jitter), history, budget, bias])
-    return Scatter(Whitening(deviation=deviation, modes=modes), none, noise)
+    shared = [size * block for size, block in zip(USUAL, jitter, strict=False)]
+    return Scatter(
+        Whitening(deviation=deviation, modes=np.column_stack([*shared, history, budget, bias])), usual, noise
+    )
 
 
 def _bias(features: FeatureVector, value: Variance, noise: Variance) -> Float[NDArray[np.float64], "m g"]:

@@ -80,3 +80,16 @@ def test_repeats_tell_their_noise_where_none_is_stated() -> None:
     seen = take_training_part(campaign(n_repeat=2))
     assert np.isnan(seen.noise).all()
     assert np.isfinite(take_training_part(replace(campaign(n_repeat=2, noise=(0.1, 0.0)))).noise).all()
+
+
+def test_the_preload_of_one_repeat_is_off_by_a_usual_amount() -> None:
+    """Repeats would tell how far it is off: without them no change of 1 % is more than a standard deviation."""
+    seen = take_training_part(campaign(noise=(1e-4, 0.0)))
+    features = FeatureVector.choose(seen.points, seen.value, seen.motion, seen.phased)
+    size, nothing = np.abs(3.0 / seen.value)[features.row], np.zeros((len(features.row), 0))
+    by_preload = size[:, None]
+    scatter = estimate_scatter(seen, features, [nothing, nothing, by_preload], nothing, nothing)
+    one_percent = 0.01 * by_preload[:, 0]
+    # Beside readings of 0.01 % the whole change is that of the preload: its prior alone is left.
+    assert np.linalg.norm(scatter.whitening(one_percent)) == pytest.approx(1.0, rel=1e-2)
+    assert scatter.jitter[2] == pytest.approx(1e-4)
