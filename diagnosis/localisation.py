@@ -19,7 +19,6 @@ Phases of the missing force relative to the displacement: 180 deg spring, 0 deg 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -27,13 +26,9 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.model import Model
-from correlation.noise.covariance import Whitening
-from correlation.noise.model_error import NO_ERROR
+from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.calibration import Matrix, Vector
-from diagnosis.fit.comparison import NOT_FOUND
-from diagnosis.fit.weighting import resize_model_error
-from diagnosis.screening import make_basis, project_out
+from diagnosis.fit.calibration import Matrix
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
@@ -41,8 +36,6 @@ NOTHING = ModelParameter()
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
 #: Least standard deviation of an exponent that they give, so far apart.
 COARSE = 0.3
-#: Shares of the model error beside which unknown forces are fitted as well [-].
-LESS_ERROR = (0.1, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,25 +91,10 @@ class Place:
         )
 
 
-class _Weights(NamedTuple):
-    """A covariance by which unknown forces are fitted, with all that is fitted beside projected out."""
-
-    whitening: Whitening
-    basis: Matrix
-    residual: Vector
-    surplus: float
-    """-2 ln p of the model without a force beyond that of the best covariance [-]."""
-
-    def across(self, changes: Matrix) -> Matrix:
-        """Whitened changes, shape (m, c), as rows of all data and priors."""
-        whitened = np.pad(self.whitening(changes), ((0, len(self.residual) - len(changes)), (0, 0)))
-        return project_out(self.basis, whitened)
-
-
 def localise(arrangement: Arrangement) -> list[Place]:
     """Places ranked by the gain of an unknown force there, best first."""
     fit = arrangement.fit
-    weights = _list_weights(arrangement)
+    weights = list_weights(arrangement)
     points = arrangement.train.features.points
     places = []
     for name, row in fit.model.places.items():
@@ -139,29 +117,6 @@ def localise(arrangement: Arrangement) -> list[Place]:
                 found.append(max(by_weights, key=lambda place: place.gain))
             places.append(_best(found))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
-
-
-def _list_weights(arrangement: Arrangement) -> list[_Weights]:
-    """Covariances with model error of the size that is left without a force, and with less of it.
-
-    A force that explains what was taken for model error leaves less: each place is judged by what suits it best.
-    """
-    train, fit = arrangement.train, arrangement.fit
-    m, there = fit.n_number, train.has_prediction(fit.prediction)
-    difference = train.difference(fit.prediction)
-    jacobian, prior = train.whitening.undo(fit.jacobian[:m]), fit.jacobian[m:]
-    listed = [train]
-    if train.model_error is not None and train.model_error.size != NO_ERROR:
-        listed += [resize_model_error(train, share) for share in LESS_ERROR]
-    weights: list[_Weights] = []
-    costs = []
-    for each in listed:
-        basis = make_basis(np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size)
-        residual = np.concatenate([np.where(there, each.whitening(difference), NOT_FOUND), fit.residual[m:]])
-        across = project_out(basis, residual)
-        costs.append(float(across @ across) + each.log_weight)
-        weights.append(_Weights(each.whitening, basis, across, costs[-1] - costs[0]))
-    return weights
 
 
 def _changes(
@@ -240,7 +195,7 @@ def _place(
     levels: NDArray[np.float64],
     amplitude: NDArray[np.float64],
     changes: Matrix,
-    weights: _Weights,
+    weights: Weights,
 ) -> Place:
     across, residual = weights.across(changes), weights.residual
     solution, *_ = np.linalg.lstsq(across, residual, rcond=1e-10)

@@ -88,7 +88,7 @@ def screen(
     basis = make_calibration_basis(problem)
     residual = project_out(basis, fit.residual)
     scores = []
-    for number, (effect, slope) in enumerate(zip(effects, _slopes(problem, effects), strict=True)):
+    for number, (effect, slope) in enumerate(zip(effects, compute_slopes(problem, effects), strict=True)):
         scores.append(_score(problem, effect, basis, residual, slope))
         if report is not None:
             report(number + 1, len(effects))
@@ -99,10 +99,10 @@ def compute_slope_gains(problem: Screened, effects: Sequence[Effect]) -> Vector:
     """Gain of each effect by its derivative at the vanishing value, within its bounds, shape (e,)."""
     basis = make_calibration_basis(problem)
     residual = project_out(basis, problem.fit.residual)
-    slopes = _slopes(problem, effects)
+    slopes = compute_slopes(problem, effects)
     return np.array(
         [
-            _least(effect, project_out(basis, slope), residual).gain
+            find_least(effect, project_out(basis, slope), residual).gain
             for effect, slope in zip(effects, slopes, strict=True)
         ]
     )
@@ -123,7 +123,7 @@ def project_out(basis: Matrix, changes: Float[NDArray[np.float64], "m ..."]) -> 
     return np.asarray(changes - basis @ (basis.T @ changes))
 
 
-def _slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vector]:
+def compute_slopes(problem: Screened, effects: Sequence[Effect]) -> Iterator[Vector]:
     """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
     fit = problem.fit
     # All effects are applied at once at their vanishing values: the states are those of the fit.
@@ -146,13 +146,13 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
     if 1 - absorbed < effort.least_left or whole * abs(typical) < effort.unseen:
         slope, across = 0 * slope, 0 * across
-    tried = _least(effect, across, residual)
+    tried = find_least(effect, across, residual)
     relief = _relief(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
     if abs(step) > LEAST * abs(typical) and 1 - absorbed >= effort.least_left:
         change = _change(problem, effect, step, relief)
-        finite = _least(effect, project_out(basis, change) / step, residual)
+        finite = find_least(effect, project_out(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
@@ -170,7 +170,7 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     )  # fmt: skip
 
 
-class _Least(NamedTuple):
+class Least(NamedTuple):
     """Least chi^2 along a change per unit of strength: the step to it, and the fall of chi^2."""
 
     across: Vector
@@ -178,13 +178,14 @@ class _Least(NamedTuple):
     gain: float
 
 
-def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
+def find_least(effect: Effect, across: Vector, residual: Vector) -> Least:
+    """Least chi^2 along a change per unit of strength, shape (n,), within the bounds of an effect."""
     parameter, steepness = effect.parameters[0], float(across @ across)
     if not steepness:
-        return _Least(across, 0.0, 0.0)
+        return Least(across, 0.0, 0.0)
     step = float(across @ residual) / steepness
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    return _Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
+    return Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
 
 
 def _change(problem: Screened, effect: Effect, step: float, relief: Vector) -> Vector:

@@ -4,7 +4,8 @@ An effect passes if chi^2 of the training data falls by more than the detection 
 data falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked
 by both falls together. Effects so close to the best that the data cannot distinguish them are named with it. Then the
 remaining residual is examined: if an unknown force or another effect explains a good part of the gain of the best one,
-that one only stands in for it, and none of the known effects is the cause.
+that one only stands in for it, and none of the known effects is the cause. The same holds if an unknown force that is
+no known effect is left beyond chance: where a strong effect is missing, one of another kind may gain a great deal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +18,7 @@ from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.error_share import find_largest_gain
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
@@ -30,6 +32,9 @@ from diagnosis.threshold.detection_threshold import Thresholds
 BEHIND = 6.0
 #: Share of the gain of the best effect that others may gain beyond the threshold.
 STAND_IN = 0.15
+#: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
+#: well: it is then the next effect to be named.
+KNOWN = 0.5
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
 
@@ -46,11 +51,14 @@ class Leftover:
         Name of this effect.
     places
         Places where an unknown force would explain the rest, best first.
+    known
+        Largest gain of a known effect by the covariances of `places`, to first order.
     """
 
     gain: float
     name: str
     places: tuple[Place, ...]
+    known: float
 
 
 def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
@@ -88,6 +96,7 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
         gain=float(gains[best]) if best >= 0 else 0.0,
         name=effects[best].name if best >= 0 else "",
         places=tuple(localise(arrangement)),
+        known=find_largest_gain(arrangement, effects),
     )
 
 
@@ -206,7 +215,7 @@ def misfit(place: Place) -> float:
 
 
 def _stand_in(explained: float, rest: Leftover, thresholds: Thresholds) -> bool:
-    """Whether something else gains a good part of the gain of an effect, beyond the thresholds."""
-    unknown = misfit(rest.places[0]) if rest.places else 0.0
-    beyond = max(rest.gain - thresholds.gain, unknown - thresholds.misfit)
-    return beyond > STAND_IN * explained
+    """Whether something else gains a good part of the gain of an effect, or a force of no known effect is left."""
+    unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
+    beyond = max(rest.gain - thresholds.gain, unknown)
+    return beyond > STAND_IN * explained or (unknown > 0 and rest.known < KNOWN * rest.places[0].gain)

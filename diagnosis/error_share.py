@@ -1,0 +1,69 @@
+"""Covariances with the model error that is left, and with less of it.
+
+What is missing may have been taken for model error. It then leaves less of that, so that each explanation is judged by
+the covariance that suits it best.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from correlation.noise.covariance import Whitening
+from correlation.noise.model_error import NO_ERROR
+from diagnosis.candidate.effect import Effect
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.calibration import Matrix, Vector
+from diagnosis.fit.comparison import NOT_FOUND
+from diagnosis.fit.weighting import resize_model_error
+from diagnosis.screening import compute_slopes, find_least, make_basis, project_out
+
+#: Shares of the model error that are tried beside all of it [-].
+LESS_ERROR = (0.1, 0.0)
+
+
+class Weights(NamedTuple):
+    """A covariance, with all that is fitted projected out."""
+
+    whitening: Whitening
+    basis: Matrix
+    residual: Vector
+    surplus: float
+    """-2 ln p of the model beyond that by the covariance with all model error [-]."""
+
+    def across(self, changes: Matrix) -> Matrix:
+        """Whitened changes, shape (m, c), as rows of all data and priors."""
+        whitened = np.pad(self.whitening(changes), ((0, len(self.residual) - len(changes)), (0, 0)))
+        return project_out(self.basis, whitened)
+
+
+def list_weights(arrangement: Arrangement) -> list[Weights]:
+    """Covariances with the model error that the fit leaves, and with less of it."""
+    train, fit = arrangement.train, arrangement.fit
+    m, there = fit.n_number, train.has_prediction(fit.prediction)
+    difference = train.difference(fit.prediction)
+    jacobian, prior = train.whitening.undo(fit.jacobian[:m]), fit.jacobian[m:]
+    listed = [train]
+    if train.model_error is not None and train.model_error.size != NO_ERROR:
+        listed += [resize_model_error(train, share) for share in LESS_ERROR]
+    weights: list[Weights] = []
+    costs = []
+    for each in listed:
+        basis = make_basis(np.concatenate([each.whitening(jacobian), prior]) * fit.unknowns.size)
+        residual = np.concatenate([np.where(there, each.whitening(difference), NOT_FOUND), fit.residual[m:]])
+        across = project_out(basis, residual)
+        costs.append(float(across @ across) + each.log_weight)
+        weights.append(Weights(each.whitening, basis, across, costs[-1] - costs[0]))
+    return weights
+
+
+def find_largest_gain(arrangement: Arrangement, effects: Sequence[Effect]) -> float:
+    """Largest gain of an effect to first order, each by the covariance that suits it best [-]."""
+    weights, m = list_weights(arrangement), arrangement.fit.n_number
+    largest = 0.0
+    for effect, slope in zip(effects, compute_slopes(arrangement, effects), strict=True):
+        change = arrangement.train.whitening.undo(slope[:m, None])
+        for each in weights:
+            gain = find_least(effect, each.across(change)[:, 0], each.residual).gain
+            largest = max(largest, gain - each.surplus)
+    return largest
