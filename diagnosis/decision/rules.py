@@ -35,6 +35,8 @@ STAND_IN = 0.15
 #: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
 #: well: it is then the next effect to be named.
 KNOWN = 0.5
+#: Held-out error that is large [-], and reduced chi-squared by noise and stated errors that these do not explain.
+LARGE, UNEXPLAINED = 0.1, 2.0
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
 
@@ -142,6 +144,12 @@ def passes(refit: Refit, thresholds: Thresholds) -> bool:
     return refit.gain > thresholds.gain and refit.held_gain > 0
 
 
+def errs_on_held_out(refit: Refit) -> bool:
+    """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
+    chi2 = refit.held_chi2 if refit.held_stated_chi2 is None else refit.held_stated_chi2
+    return refit.held_error > LARGE and chi2 > UNEXPLAINED
+
+
 def decide(
     catalogue: Catalogue,
     scores: Sequence[Score],
@@ -171,13 +179,24 @@ def decide(
     left = next(passed, left)
     if left.is_far:
         finding, effects = Finding.NOT_CLOSE, []
+    reason = ""
+    if finding is Finding.NOTHING and errs_on_held_out(before):
+        finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
     found = places and finding is Finding.UNKNOWN and misfit(places[0]) > thresholds.misfit
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
-        place=places[0] if found else None, model_error=left,
+        place=places[0] if found else None, model_error=left, reason=reason,
     )  # fmt: skip
+
+
+def _tell_held_out_error(before: Refit) -> str:
+    held_out, others = (f"{100 * error:.2g} %" for error in (before.held_error, before.error))
+    return (
+        f"Something is missing that the held-out data alone show: the model errs by {held_out} there and by {others} "
+        "on the others, in which nothing is missing. Hold out other data, so that a fit sees these."
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator
 
+from diagnosis.decision.rules import errs_on_held_out
 from study.diagnose.round import Round
 
 #: Standard deviations of its prior beyond which a calibration parameter is in doubt.
 FAR = 3.0
 #: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter.
 WORSE = 4.0
-#: Held-out error that is large [-], and reduced chi-squared by noise and stated errors that these do not explain.
-LARGE, UNEXPLAINED = 0.1, 2.0
 
 
 def list_doubts(result: Round) -> list[str]:
@@ -36,16 +35,13 @@ def _harm(result: Round) -> Iterator[str]:
 
 
 def _left(result: Round) -> Iterator[str]:
-    """A large error of the held-out data that noise and stated errors do not explain, with what is named or without."""
-    final = result.best or result.diagnosis.before
-    chi2 = final.held_chi2 if final.held_stated_chi2 is None else final.held_stated_chi2
-    if final.held_error > LARGE and chi2 > UNEXPLAINED:
-        held_out, others = (f"{100 * error:.2g} %" for error in (final.held_error, final.error))
-        errs = f"still errs by {held_out} on the held-out data ({others} on the others)"
-        if final.effect is None:
-            yield f"The model {errs}: they show what the others do not, or the model is not close."
-        else:
-            yield f"With {final.name} the model {errs}: more is missing, or it stands in for something else."
+    """A large error of the held-out data that an effect which is named leaves."""
+    if result.best is not None and errs_on_held_out(result.best):
+        held_out, others = (f"{100 * error:.2g} %" for error in (result.best.held_error, result.best.error))
+        yield (
+            f"With {result.best.name} the model still errs by {held_out} on the held-out data ({others} on the "
+            "others): more is missing, or it stands in for something else."
+        )
 
 
 def _strayed(result: Round) -> Iterator[str]:

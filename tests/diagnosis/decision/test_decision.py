@@ -1,6 +1,7 @@
 """From hand-made refits to a verdict: each rule alone turns it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -118,6 +119,18 @@ def test_no_candidate_means_nothing_or_something_unknown() -> None:
     assert decided().finding is Finding.NOTHING
     assert named(decided()) == []
     assert decided(places=(place(LIMITS.misfit + 7),)).finding is Finding.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("error", "stated", "finding"),
+    [(0.17, 9.0, Finding.UNKNOWN), (0.17, 1.1, Finding.NOTHING), (0.05, 9.0, Finding.NOTHING)],
+)
+def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: float, finding: Finding) -> None:
+    """A stop that is reached at the highest level alone; but noise may be as large."""
+    before = replace(BEFORE, held_error=error, error=0.03, held_stated_chi2=stated)
+    verdict = decided(before=before)
+    assert verdict.finding is finding
+    assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
 
 
 @pytest.mark.parametrize(("behind", "finding"), [(BEHIND - 0.5, Finding.AMBIGUOUS), (BEHIND + 0.5, Finding.MISSING)])
