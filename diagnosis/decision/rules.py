@@ -9,7 +9,7 @@ no known effect is left beyond chance: where a strong effect is missing, one of 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -182,13 +182,20 @@ def decide(
     reason = ""
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
-    found = places and finding is Finding.UNKNOWN and misfit(places[0]) > thresholds.misfit
+    found = finding is Finding.UNKNOWN and gate.is_unexplained()
+    if finding is Finding.UNKNOWN and not found and gate.left:
+        (reason,) = (_tell_stand_in(name, rest) for name, rest in gate.left.items())
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=places[0] if found else None, model_error=left, reason=reason,
     )  # fmt: skip
+
+
+def _tell_stand_in(name: str, rest: Leftover) -> str:
+    left = f"leaves {rest.places[0].sentence}" if rest.places else f"{rest.name} explains much of what it leaves"
+    return f"Something is missing, and it is none of the known effects: {name} explains most, but {left}."
 
 
 def _tell_held_out_error(before: Refit) -> str:
@@ -208,6 +215,8 @@ class _ChanceGate:
     places: Sequence[Place]
     thresholds: Thresholds
     run_step: RunStep
+    left: dict[str, Leftover] = field(default_factory=dict)
+    """What is left beside effects that were asked for, by name."""
 
     def passes(self, refit: Refit) -> bool:
         return passes(refit, self.thresholds)
@@ -219,6 +228,7 @@ class _ChanceGate:
                 with_effect(self.arrangements[refit.name], refit), self.catalogue.candidates, self.thresholds.gain
             ),
         )
+        self.left[refit.name] = rest
         return not _stand_in(refit.gain, rest, self.thresholds)
 
     def is_alike(self, best: Refit, other: Refit) -> bool:
