@@ -119,7 +119,8 @@ install_python_packages() {
 compile_solver() {
     say "compiling what of the solvers is not compiled yet, so that their first use need not wait (at first a minute or two)"
     # An installation without its machine code is sound: it is made on first use.
-    { .venv/bin/python -m fe.sparse.compile_ahead && .venv/bin/python -m hbsolve.compile_ahead; } || say "that failed; it will be tried again on first use"
+    .venv/bin/python -m fe.sparse.compile_ahead &
+    { .venv/bin/python -m hbsolve.compile_ahead && wait $!; } || say "that failed; it will be tried again on first use"
 }
 
 install_system_packages
