@@ -41,8 +41,11 @@ def diagnose(
     ] = (),
     trials: Annotated[
         int,
-        Parameter(help="Simulated campaigns for the detection thresholds of a new layout of tests; 0: linear theory."),
-    ] = 40,
+        Parameter(
+            help="Simulated campaigns that check the detection thresholds of a new layout of tests, such as 40; each "
+            "takes as long as a diagnosis. 0: linear theory, with a margin."
+        ),
+    ] = 0,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Diagnose a case."""

@@ -156,7 +156,7 @@ def bootstrap(
     if announce is not None and not are_simulated(key, trials, store):
         announce(
             f"the detection thresholds of this layout of tests are computed once, from {trials} simulated campaigns "
-            "without a missing effect; an interrupted run goes on, and --trials 0 uses linear theory instead"
+            "without a missing effect; an interrupted run goes on, and without --trials linear theory gives them"
         )
     with progress.step("calibration"):
         arrangement = run_step(

@@ -17,7 +17,7 @@ COMMANDS = {
     "solve": ("solve", "chain.toml", "--out", "out"),
     "limits": ("limits", "chain.toml", "--out", "out"),
     "compare": ("compare", "chain.toml", "campaign", "--out", "out"),
-    "diagnose": ("diagnose", "chain.toml", "campaign", "--out", "out", "--trials", "0"),
+    "diagnose": ("diagnose", "chain.toml", "campaign", "--out", "out"),
     "reduce": ("reduce", "chain.toml", "--out", "out"),
     "modes": ("modes", "chain.toml", "--out", "out"),
     "add": ("add", "mass at tip", "--value", "5 g"),

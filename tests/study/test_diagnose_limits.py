@@ -52,7 +52,7 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     (announced,) = said
     assert "detection thresholds of this layout" in announced
     assert "2 simulated campaigns" in announced
-    assert "--trials 0" in announced
+    assert "without --trials" in announced
     monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
     shipped = Path("thresholds.json")

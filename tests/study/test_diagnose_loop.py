@@ -69,7 +69,7 @@ def test_auto_goes_on_until_nothing_is_missing_and_a_second_run_computes_nothing
 ) -> None:
     case = two_masses(HIDDEN)
     drawn = read_text(case)
-    assert cli.main(["diagnose", "chain.toml", "campaign", "--auto", "--trials", "0", "--out", "out", "--json"]) == 0
+    assert cli.main(["diagnose", "chain.toml", "campaign", "--auto", "--out", "out", "--json"]) == 0
     document = json.loads(capfdbinary.readouterr().out)
     assert [each["finding"] for each in document["rounds"]] == ["missing", "nothing"]
     assert [(each["what"], each["effect"]) for each in document["history"]] == [("add", "mass at tip")]
@@ -85,7 +85,7 @@ def test_auto_goes_on_until_nothing_is_missing_and_a_second_run_computes_nothing
     monkeypatch.setattr(Predictor, "predict", lambda *_: pytest.fail("something is computed again"))
     capfdbinary.readouterr()
     # The rounds, and what their pages draw, are found again; the figures alone are drawn anew.
-    assert cli.main(["diagnose", "chain.toml", "campaign", "--auto", "--trials", "0", "--out", "out", "--json"]) == 0
+    assert cli.main(["diagnose", "chain.toml", "campaign", "--auto", "--out", "out", "--json"]) == 0
     again = json.loads(capfdbinary.readouterr().out)
     assert again["rounds"] == document["rounds"]
 
