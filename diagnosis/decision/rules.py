@@ -4,8 +4,9 @@ An effect passes if chi^2 of the training data falls by more than the detection 
 data falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked
 by both falls together. Effects so close to the best that the data cannot distinguish them are named with it. Then the
 remaining residual is examined: if an unknown force or another effect explains a good part of the gain of the best one,
-that one only stands in for it, and none of the known effects is the cause. The same holds if an unknown force that is
-no known effect is left beyond chance: where a strong effect is missing, one of another kind may gain a great deal.
+that one only stands in for it, and none of the known effects is the cause. The same holds if a linear effect leaves an
+unknown force that is no known effect: a force that varies with the amplitude has a linear part, and what takes up this
+part may gain a great deal. An effect that varies with the amplitude as well is the known one that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
+from correlation.model import Model
 from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
@@ -229,7 +231,9 @@ class _ChanceGate:
             ),
         )
         self.left[refit.name] = rest
-        return not _stand_in(refit.gain, rest, self.thresholds)
+        assert refit.effect is not None
+        linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
+        return not _stand_in(refit, rest, self.thresholds, linear)
 
     def is_alike(self, best: Refit, other: Refit) -> bool:
         return support(other) > support(best) - BEHIND
@@ -243,8 +247,22 @@ def misfit(place: Place) -> float:
     return place.gain - place.n_number
 
 
-def _stand_in(explained: float, rest: Leftover, thresholds: Thresholds) -> bool:
-    """Whether something else gains a good part of the gain of an effect, or a force of no known effect is left."""
+def is_linear(effect: Effect, model: Model) -> bool:
+    """Whether an effect changes no joint of a model, so that it acts alike at all amplitudes."""
+    changed = effect.apply(model, [parameter.typical for parameter in effect.parameters])
+    before, after = model.system.joints, changed.system.joints
+    return len(before) == len(after) and all(one is other for one, other in zip(before, after, strict=True))
+
+
+def _stand_in(refit: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
+    """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
     unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
     beyond = max(rest.gain - thresholds.gain, unknown)
-    return beyond > STAND_IN * explained or (unknown > 0 and rest.known < KNOWN * rest.places[0].gain)
+    stranger = linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and _is_unexplained(refit)
+    return stranger or beyond > STAND_IN * refit.gain
+
+
+def _is_unexplained(refit: Refit) -> bool:
+    """Whether noise and stated errors do not explain what a fit leaves of the training data."""
+    stated = refit.fit.chi2 / refit.fit.n_number if refit.stated_chi2 is None else refit.stated_chi2
+    return stated > UNEXPLAINED

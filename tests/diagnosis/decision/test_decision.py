@@ -34,7 +34,13 @@ NO_EFFECT = Leftover(gain=0.0, name="", places=(), known=0.0)
 
 
 def refit(name: str, fall: float, held_fall: float, n_number: int = 1000) -> Refit:
-    effect: Any = SimpleNamespace(name=name, parameters=(SimpleNamespace(unit="kg"),)) if name else None
+    def apply(model: Any, values: list[float]) -> Any:
+        """As kinds do: a spring of a law of its own changes the joints, a mass does not."""
+        del values
+        return SimpleNamespace(system=SimpleNamespace(joints=[])) if name.startswith("cubic") else model
+
+    parameter = SimpleNamespace(unit="kg", typical=1.0)
+    effect: Any = SimpleNamespace(name=name, parameters=(parameter,), apply=apply) if name else None
     fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number)
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
@@ -68,8 +74,10 @@ def decided(
             asked.append(name)
         return rest
 
+    model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
+    arrangement = SimpleNamespace(left=left, fit=SimpleNamespace(model=model))
     ranked: list[Any] = [
-        SimpleNamespace(name=each.name, refit=each, arrangement=SimpleNamespace(left=left))
+        SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
         for each in sorted(refits, key=lambda each: -support(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
@@ -191,16 +199,23 @@ def test_what_chance_leaves_makes_no_stand_in() -> None:
 
 
 @pytest.mark.parametrize(
-    ("more", "known", "unknown"), [(8, KNOWN - 0.01, True), (8, KNOWN + 0.01, False), (4, 0.0, False)]
+    ("name", "more", "known", "stated", "unknown"),
+    [
+        ("mass", 8, KNOWN - 0.01, 9.0, True),
+        ("mass", 8, KNOWN + 0.01, 9.0, False),  # the next effect to be named
+        ("mass", 4, 0.0, 9.0, False),  # chance, beyond its six numbers
+        ("mass", 8, 0.0, 1.5, False),  # noise explains all that is left
+        ("cubic", 8, 0.0, 9.0, False),  # the nearest of the known laws
+    ],
 )
-def test_a_force_of_no_known_effect_is_left_by_a_stand_in_however_much_that_gains(
-    more: float, known: float, unknown: bool
+def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_however_much_it_gains(
+    name: str, more: float, known: float, stated: float, unknown: bool
 ) -> None:
-    """Where a frequency is 5 % off what mends that gains thousands; beyond its six numbers chance leaves 30."""
+    """Where a frequency is 5 % off, as a slider's is that sticks at low levels, what mends that gains thousands."""
     left = LIMITS.misfit + more
     rest = Leftover(gain=0.0, name="gap", places=(place(left),), known=known * left)
     assert left < STAND_IN * 10000
-    verdict = decided(refit("mass", 10000, 50), rest=rest)
+    verdict = decided(replace(refit(name, 10000, 50), stated_chi2=stated), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
         assert "mass explains most, but leaves near tip" in verdict.sentence
