@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.decision.closeness import find_far_resonance
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
@@ -45,5 +46,7 @@ def judge(
         return not passes(finalist.refit, by.thresholds), -support(finalist.refit)
 
     ranked = sorted(finalists, key=rank)
-    left = before.arrangement.left
-    return ranked, decide(by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left)
+    far = find_far_resonance(before.arrangement.train.observed, before.refit.fit.model)
+    return ranked, decide(
+        by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, before.arrangement.left, far
+    )

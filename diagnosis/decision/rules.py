@@ -19,6 +19,7 @@ from correlation.model import Model
 from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
+from diagnosis.decision.closeness import FarResonance
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.error_share import find_largest_gain
 from diagnosis.fit.arrangement import Arrangement
@@ -161,6 +162,7 @@ def decide(
     thresholds: Thresholds,
     run_step: RunStep,
     left: ErrorSize = NO_ERROR,
+    far: FarResonance | None = None,
 ) -> Verdict:
     """Verdict.
 
@@ -174,14 +176,17 @@ def decide(
         Looks up the stored result of a step, or computes it.
     left
         Model error that is left without an effect; where one passes, that which is left beside it counts.
+    far
+        A measured resonance that is far from those of the model.
     """
     gate = _ChanceGate({each.name: each.arrangement for each in finalists}, catalogue, places, thresholds, run_step)
     finding, effects = find(gate, [each.refit for each in finalists])
     passed = (each.arrangement.left for each in finalists if gate.passes(each.refit))
     left = next(passed, left)
-    if left.is_far:
-        finding, effects = Finding.NOT_CLOSE, []
     reason = ""
+    if left.is_far or far is not None:
+        finding, effects = Finding.NOT_CLOSE, []
+        reason = "" if far is None else far.sentence
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
     found = finding is Finding.UNKNOWN and gate.is_unexplained()

@@ -1,0 +1,61 @@
+"""A resonance that is far from all those of a model is told; one that contacts or a calibration may move is not."""
+
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from correlation.campaign.measurement import Campaign
+from correlation.feature.observation import Observation, take_training_part
+from correlation.model import Model
+from diagnosis.decision.closeness import FAR, find_far_resonance
+from reduction.joint_law.friction_contact import friction_contacts
+
+
+@pytest.fixture(scope="module")
+def observed(small: Model, paper: ModuleType) -> Observation:
+    campaign: Campaign = paper.make_campaign(small, seed=3)
+    return take_training_part(campaign)
+
+
+def scaled(model: Model, factor: float) -> Model:
+    """All springs, of the structure and of its contacts, times a factor: frequencies go by its root."""
+    joints = [
+        joint.with_values(
+            {name: factor * getattr(joint, name) for name in ("normal_stiffness", "tangential_stiffness")}
+        )
+        for joint in friction_contacts(model.system.joints)
+    ]
+    return model.with_system(stiffness=factor * model.system.stiffness, joints=joints)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.95, 1.05])
+def test_a_model_that_a_calibration_brings_near_is_close(observed: Observation, small: Model, factor: float) -> None:
+    assert find_far_resonance(observed, scaled(small, factor**2)) is None
+
+
+@pytest.mark.parametrize("factor", [0.8, 0.85])
+def test_a_model_whose_first_resonance_is_too_low_is_told_with_both(
+    observed: Observation, small: Model, factor: float
+) -> None:
+    far = find_far_resonance(observed, scaled(small, factor**2))
+    assert far is not None
+    assert far.nearest / far.measured == pytest.approx(factor, abs=0.05)
+    assert f"{far.measured:.4g} Hz" in far.sentence
+    assert f"{far.nearest:.4g} Hz" in far.sentence
+
+
+def test_contacts_may_lower_a_resonance_to_that_without_them(observed: Observation, small: Model) -> None:
+    """Stiffer contacts raise the upper end alone: they may slip."""
+    joints = [
+        joint.with_values({"tangential_stiffness": 10 * joint.tangential_stiffness})
+        for joint in friction_contacts(small.system.joints)
+    ]
+    assert find_far_resonance(observed, small.with_system(joints=joints)) is None
+
+
+def test_a_band_without_a_peak_tells_nothing(observed: Observation, small: Model) -> None:
+    flat: Any = replace(observed, repeat=np.ones_like(observed.repeat))
+    assert find_far_resonance(flat, scaled(small, (1 - 3 * FAR) ** 2)) is None
