@@ -167,6 +167,8 @@ class Model:
     shift
         Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
         default [-].
+    excess
+        Relative excess of the force of a test over its label, by configuration; none by default [-].
     base_acceleration
         Acceleration that a shaken base gives each degree of freedom at level 1 as if the structure were rigid, shape
         (r,) [m/s^2]; the system moves relative to the base under the inertia load, which its harmonic force contains.
@@ -191,6 +193,7 @@ class Model:
     pressed_together: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
+    excess: Mapping[str, float] = field(default_factory=dict)
     base_acceleration: Row | None = None
     n_harmonic: int = 8
     n_sample: int = 0
@@ -341,6 +344,10 @@ class Model:
     def shifted(self, configuration: str, shift: float) -> "Model":
         """The frequencies of one configuration raised by a share more."""
         return replace(self, shift={**self.shift, configuration: self.shift.get(configuration, 0.0) + shift})
+
+    def overdriven(self, configuration: str, excess: float) -> "Model":
+        """The force of one configuration larger by a share more."""
+        return replace(self, excess={**self.excess, configuration: self.excess.get(configuration, 0.0) + excess})
 
     def with_sensor(self, name: str, **changes: Any) -> "Model":
         """One sensor changed."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Measurement, Suspicion
 from correlation.data_quality.channel import find_channel_suspicions
+from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
@@ -40,7 +41,12 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         )
         for each in check(campaign)
     ]
-    return (*found, *find_channel_suspicions(campaign), *find_drive_suspicions(campaign))
+    return (
+        *found,
+        *find_channel_suspicions(campaign),
+        *find_drive_suspicions(campaign),
+        *find_drift_suspicions(campaign),
+    )
 
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:

@@ -99,11 +99,15 @@ class ModelFeatures(NamedTuple):
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
 
+#: Causes of jitter before the preloads: frequency and force of each configuration.
+N_COMMON = 4
+
+
 class NuisanceModes(NamedTuple):
     """Modes to first order."""
 
     jitter: list[Modes]
-    """Differences between repeats, for 100 %: frequency of each configuration, and all `Model.presses`."""
+    """Differences between repeats, for 100 %: frequency, then force of each configuration, and all `Model.presses`."""
     budget: Modes
     """Errors of discretisation, at one standard deviation, shape (m, b)."""
 
@@ -112,19 +116,27 @@ def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequenc
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
     presses = nominal.model.presses
     errors = make_error_tangents(nominal.model, budget, highest_frequency(nominal.features.points))
-    jitter = [
-        *make_frequency_shifts(nominal.model, by_exciter=True),
-        *(_press(nominal.model, group) for group in presses),
-    ]
+    common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
+    jitter = [*common, *(_press(nominal.model, group) for group in presses)]
     # Each state is linearised once for all of them.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
     later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
     by_level = [split_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
     return NuisanceModes(
-        jitter=[modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])],
+        jitter=[*(modes[:, [number]] for number in range(N_COMMON)), *([modes[:, N_COMMON:]] if presses else [])],
         budget=np.column_stack([changes[:, : errors.whole], *by_level]),
     )
+
+
+def _make_force_excesses(model: Model) -> list[Tangent]:
+    """A larger force in the jointed and in the free test; readings of a shaken base follow its measured motion."""
+    force = None if model.base_acceleration is not None else model.system.dynamic
+    rate = ModelParameter(harmonic_force=force)
+    return [
+        Tangent(jointed=rate, free=ModelParameter(), gain={}),
+        Tangent(jointed=ModelParameter(), free=rate, gain={}),
+    ]
 
 
 class ErrorTangents(NamedTuple):

@@ -47,9 +47,9 @@ MEDIAN = 0.84
 CAUTION = 0.8
 #: Degrees of freedom with which the curves of a single repeat tell its noise, which widen it as `CAUTION` says.
 SINGLE = 20
-#: Usual standard deviations of what differs between repeats, where nothing was repeated: the frequencies of the jointed
-#: and of the free test, and preloads [-].
-USUAL = (3e-4, 3e-4, 1e-2)
+#: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
+#: jointed and of the free test, and preloads [-]. The force is what was measured.
+USUAL = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
 #: Prior standard deviation of what differs between repeats, preloads above all [-].
 LARGEST = 0.2
 #: Rounds of the weighted fit of a and b.

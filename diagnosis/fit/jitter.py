@@ -16,6 +16,8 @@ from diagnosis.candidate.effect import Effect, EffectParameter
 
 #: Largest relative difference between repeats of any test bench, and a typical one [-].
 LARGEST, TYPICAL = 0.1, 1e-3
+#: The same of forces: a gain of an amplifier may be set anew.
+MOST_FORCE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,6 +41,29 @@ class FrequencyShift:
         """Model at shifted frequencies."""
         (shift,) = values
         return model.shifted(self.configuration, shift)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceExcess:
+    """Relative excess of the force of all points of one configuration over its label."""
+
+    configuration: str
+    kind: str = "jitter"
+    physics: str = "The amplifier, or the gain of its load cell, drifts from repeat to repeat."
+    signature: str = "All readings of a test grow alike, and slip sets in earlier."
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(name="excess", unit="-", lower=-MOST_FORCE, upper=MOST_FORCE, typical=TYPICAL),
+    )
+
+    @property
+    def name(self) -> str:
+        """Name with the configuration."""
+        return f"force of the {self.configuration} test"
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """Model under a larger force."""
+        (excess,) = values
+        return model.overdriven(self.configuration, excess)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,11 +91,12 @@ class PreloadJitter:
 def list_jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
     """Effects with the standard deviations of their numbers, for the blocks of `NuisanceModes.jitter`."""
     found: list[tuple[Effect, float]] = []
-    for configuration, covariance in zip(("jointed", "free"), covariances, strict=False):
+    singles = [kind(configuration=name) for kind in (FrequencyShift, ForceExcess) for name in ("jointed", "free")]
+    for effect, covariance in zip(singles, covariances, strict=False):
         if covariance[0, 0] > 0:
-            found.append((FrequencyShift(configuration=configuration), float(np.sqrt(covariance[0, 0]))))
-    if model.lines and len(covariances) > 2:
-        found += list_preload_jitter(model, covariances[2])
+            found.append((effect, float(np.sqrt(covariance[0, 0]))))
+    if model.lines and len(covariances) > len(singles):
+        found += list_preload_jitter(model, covariances[len(singles)])
     return found
 
 

@@ -5,7 +5,7 @@ ones. The response is then differentiated by the implicit function theorem (`cor
 solution, and without derivatives from the effect.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -61,11 +61,12 @@ def differentiate(
         if _moves(before, after):
             found.append(None)
             continue
-        shift = {name: _shift(before, after, name) for name in ("jointed", "free")}
+        shift = {name: _growth(before.shift, after.shift, name) for name in ("jointed", "free")}
+        excess = {name: _growth(before.excess, after.excess, name) for name in ("jointed", "free")}
         found.append(
             Tangent(
-                jointed=_rates(before.system, after.system, high - low, shift["jointed"]),
-                free=_rates(before.free().system, after.free().system, high - low, shift["free"]),
+                jointed=_rates(before.system, after.system, high - low, shift["jointed"], excess["jointed"]),
+                free=_rates(before.free().system, after.free().system, high - low, shift["free"], excess["free"]),
                 gain={
                     a.name: (b.gain - a.gain) / (high - low)
                     for a, b in zip(before.sensors, after.sensors, strict=True)
@@ -82,13 +83,13 @@ def _moves(before: Model, after: Model) -> bool:
     return any(not np.array_equal(a.directions, b.directions) for a, b in pairs)
 
 
-def _shift(before: Model, after: Model, configuration: str) -> float:
-    """Relative change of the true frequency."""
-    low, high = (1 + model.shift.get(configuration, 0.0) for model in (before, after))
+def _growth(before: Mapping[str, float], after: Mapping[str, float], configuration: str) -> float:
+    """Relative change of the true frequency or force."""
+    low, high = (1 + share.get(configuration, 0.0) for share in (before, after))
     return 2 * (high - low) / (high + low)
 
 
-def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: float) -> ModelParameter:
+def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: float, excess: float) -> ModelParameter:
     """Rates of one configuration; Omega (1 + e) acts as (1 + 2 e) M and (1 + e) C do."""
     shifted = {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
 
@@ -99,7 +100,7 @@ def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: floa
     k = max(len(before.dynamic), len(after.dynamic))
     force = np.zeros((k, before.n_dof), dtype=np.complex128)
     force[: len(after.dynamic)] += after.dynamic
-    force[: len(before.dynamic)] -= before.dynamic
+    force[: len(before.dynamic)] -= (1 - excess) * before.dynamic
     return ModelParameter(
         matrices=MatrixParameter(mass=rate("mass"), damping=rate("damping"), stiffness=rate("stiffness")),
         static_load=rate("static"),

@@ -15,6 +15,7 @@ from correlation.model import Model
 from correlation.noise.kink import REACH, Shift, find_departures, make_curvature_modes, make_kink_modes
 from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError, compute_moduli
 from correlation.noise.nuisance import (
+    N_COMMON,
     Budget,
     ModelFeatures,
     Modes,
@@ -125,7 +126,7 @@ def weigh_together(
     rough = nominal.roughened()
     seen = scatters(make_history_modes(rough, min(n_draw, FEW), SEED))
     if n_draw > FEW:
-        pressed, by_press = (seen[0].jitter[2], repeats[2]) if len(repeats) > 2 else (None, None)
+        pressed, by_press = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
         seen = scatters(make_history_modes(rough, n_draw, SEED, pressed, by_press))
     free = together.features.points.free[together.features.row]
     departures = [find_departures(rough, shift) for shift in _shifts(rough.model, repeats, seen[0])]
@@ -291,11 +292,11 @@ def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift
     ends = [model.shifted("jointed", sign * sizes[0]).shifted("free", sign * sizes[1]) for sign in (1, -1)]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
     found = [Shift(models=(ends[0], ends[1]), change=np.asarray(change))]
-    if len(seen.jitter) > 2 and (patterns := list_preload_jitter(model, seen.jitter[2])):
+    if len(seen.jitter) > N_COMMON and (patterns := list_preload_jitter(model, seen.jitter[-1])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.presses])
         found.append(
-            Shift(models=(effect.apply(model, [size]), effect.apply(model, [-size])), change=repeats[2] @ along * size)
+            Shift(models=(effect.apply(model, [size]), effect.apply(model, [-size])), change=repeats[-1] @ along * size)
         )
     return found

@@ -74,10 +74,16 @@ def test_the_first_causes_are_shifts_of_frequency(bench: Bench, number: int, con
     same(bench.jitter[number][:, 0], bench.change(*ends), bench)
 
 
+@pytest.mark.parametrize(("number", "configuration"), [(2, "jointed"), (3, "free")])
+def test_the_next_are_excesses_of_the_force(bench: Bench, number: int, configuration: str) -> None:
+    ends = [bench.model.overdriven(configuration, side * STEP) for side in (1, -1)]
+    same(bench.jitter[number][:, 0], bench.change(*ends), bench)
+
+
 def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
     from diagnosis.effect.preload import Preload
 
-    block = bench.jitter[2]
+    block = bench.jitter[-1]
     assert block.shape[1] == 2
     for line, mode in zip(bench.model.lines, block.T, strict=True):
         ends = [Preload(name=line, target=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
@@ -86,7 +92,7 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
 
 def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleType) -> None:
     bench = Bench(replace(small, pressed_together=(("right", "left"),)), paper)
-    (mode,) = bench.jitter[2].T
+    (mode,) = bench.jitter[-1].T
     ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
     same(mode, bench.change(*ends), bench)
     # And so are the histories drawn with: a preload of 0 % scatter draws what no preload at all does.
@@ -95,7 +101,7 @@ def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleT
     assert make_history_modes(*of, np.array([[1e-4]])).shape == make_history_modes(*of).shape
 
 
-def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: ModuleType) -> None:
+def test_a_model_without_lines_has_frequencies_and_forces_alone(small: Model, paper: ModuleType) -> None:
     free = small.free()
     points = paper.make_points(small)
     kept = points.where(points.free)
@@ -103,7 +109,7 @@ def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: Module
     prediction = predictor.predict(free)
     features = FeatureVector.choose(kept, prediction.value, np.ones(len(kept), dtype=bool))
     blocks = make_nuisance_modes(ModelFeatures(predictor, features, free, prediction), Budget(), ()).jitter
-    assert [block.shape[1] for block in blocks if block.size] == [1, 1]
+    assert [block.shape[1] for block in blocks if block.size] == [1] * 4
     assert make_history_modes(ModelFeatures(predictor, features, free, prediction), 2, 1).shape == (
         len(features.row),
         0,

@@ -88,8 +88,8 @@ def test_the_preload_of_one_repeat_is_off_by_a_usual_amount() -> None:
     features = FeatureVector.choose(seen.points, seen.value, seen.motion, seen.phased)
     size, nothing = np.abs(3.0 / seen.value)[features.row], np.zeros((len(features.row), 0))
     by_preload = size[:, None]
-    scatter = estimate_scatter(seen, features, [nothing, nothing, by_preload], nothing, nothing)
+    scatter = estimate_scatter(seen, features, [*[nothing] * 4, by_preload], nothing, nothing)
     one_percent = 0.01 * by_preload[:, 0]
     # Beside readings of 0.01 % the whole change is that of the preload: its prior alone is left.
     assert np.linalg.norm(scatter.whitening(one_percent)) == pytest.approx(1.0, rel=1e-2)
-    assert scatter.jitter[2] == pytest.approx(1e-4)
+    assert scatter.jitter[-1] == pytest.approx(1e-4)

@@ -13,7 +13,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import ENOUGH, Fit, calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -91,15 +91,18 @@ def test_a_trial_that_nothing_holds_turns_a_fit_back(small: Model, arranged: Arr
 def test_chi2_is_least_at_the_fit(arranged: Arrangement) -> None:
     fit = arranged.fit
     for number, deviation in enumerate(fit.deviation):
+        rises = []
         for side in (-1, 1):
             values = np.array(fit.values)
             values[number] += side * deviation
             model = fit.unknowns.compose(values)
             residual = arranged.train.residual(arranged.train.predict(model, fit.prediction))
             away = (values - fit.unknowns.vanishing) / fit.unknowns.prior
-            chi2 = residual @ residual + away @ away
-            # One standard deviation (with the others free) raises chi^2 by 1 or more; a step ends at 0.05.
-            assert chi2 > fit.chi2 + 0.6
+            rises.append(residual @ residual + away @ away - fit.chi2)
+        # One standard deviation (with the others free) raises chi^2 by 1 or more; contacts begin to slip on the way.
+        assert np.mean(rises) > 0.8
+        # A fit may end where chi^2 is less than `ENOUGH` above its minimum, which is its root away.
+        assert min(rises) > 1 - 2 * np.sqrt(ENOUGH)
 
 
 def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
@@ -170,7 +173,8 @@ def test_held_out_data_are_none_of_those_fitted(arranged: Arrangement) -> None:
     np.testing.assert_array_equal(arranged.settled.measured, arranged.held_out.measured)
     # Without jitter in it, a covariance is smaller.
     both = [each.whitening.modes for each in (arranged.held_out, arranged.settled)]
-    assert both[0].shape[1] - both[1].shape[1] == 4
+    # Frequency and force of both tests, and two lines.
+    assert both[0].shape[1] - both[1].shape[1] == 6
     assert {effect.kind for effect, _ in arranged.jitter} == {"jitter"}
 
 

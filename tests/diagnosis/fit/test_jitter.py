@@ -31,10 +31,12 @@ def test_a_preload_pattern_scales_each_line_by_its_share(small: Model) -> None:
 
 def test_priors_are_the_covariance(small: Model) -> None:
     lines = np.array([[4e-4, 1e-4], [1e-4, 2e-4]])
-    found = list_jitter(small, [np.array([[9e-8]]), np.array([[4e-8]]), lines])
-    (jointed, first), (free, second), *patterns = found
-    assert (jointed.name, free.name) == ("frequency of the jointed test", "frequency of the free test")
-    assert (first, second) == (pytest.approx(3e-4), pytest.approx(2e-4))
+    found = list_jitter(small, [*(np.array([[size]]) for size in (9e-8, 4e-8, 1e-4, 4e-6)), lines])
+    common, patterns = found[:4], found[4:]
+    assert [effect.name for effect, _ in common] == [
+        f"{what} of the {test} test" for what in ("frequency", "force") for test in ("jointed", "free")
+    ]
+    assert [deviation for _, deviation in common] == pytest.approx([3e-4, 2e-4, 1e-2, 2e-3])
     covariance = np.zeros((2, 2))
     for effect, deviation in patterns:
         assert isinstance(effect, PreloadJitter)
@@ -43,15 +45,15 @@ def test_priors_are_the_covariance(small: Model) -> None:
         covariance += deviation**2 * np.outer(share, share)
     # An eigenvalue decomposition put together again.
     np.testing.assert_allclose(covariance, lines, rtol=1e-12)
-    assert len({effect.name for effect, _ in found}) == 4
+    assert len({effect.name for effect, _ in found}) == 6
 
 
 def test_what_does_not_jitter_is_no_number_to_set(small: Model) -> None:
     none = np.zeros((1, 1))
-    assert list_jitter(small, [none, none, np.zeros((2, 2))]) == []
-    (only,) = list_jitter(small, [none, np.array([[1e-8]]), np.zeros((2, 2))])
+    assert list_jitter(small, [*[none] * 4, np.zeros((2, 2))]) == []
+    (only,) = list_jitter(small, [none, np.array([[1e-8]]), none, none, np.zeros((2, 2))])
     assert only[0].name == "frequency of the free test"
-    assert list_jitter(small.free(), [none, none]) == []
+    assert list_jitter(small.free(), [none] * 4) == []
 
 
 def test_preload_patterns_are_independent(small: Model) -> None:
