@@ -148,4 +148,6 @@ def _campaign(
 
 
 def _stated(layout: Layout, sensor: MeasuredSensor, floor: dict[str, float]) -> MeasuredSensor:
-    return replace(sensor, noise=(layout.noise, floor[sensor.name])) if layout.stated else sensor
+    """The sensor, with the noise of each part of its readings if that is stated."""
+    parts = (float(layout.noise / np.sqrt(2)), float(floor[sensor.name] / np.sqrt(2)))
+    return replace(sensor, noise=parts) if layout.stated else sensor

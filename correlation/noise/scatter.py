@@ -45,8 +45,6 @@ MEDIAN = 0.84
 #: Probability that the jitter is no larger than in the covariance: five repeats may happen to be all alike, and their
 #: mean is then no more accurate than that of others.
 CAUTION = 0.8
-#: Degrees of freedom with which the curves of a single repeat tell its noise, which widen it as `CAUTION` says.
-SINGLE = 20
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.
 USUAL = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
@@ -156,7 +154,7 @@ def _without_repeats(
             f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}: there is one repeat '
             "of too few frequencies to see its noise: repeat the test, or state the noise of the sensor"
         )
-    deviation = np.sqrt(_margin(SINGLE) * noise**2 + ROUGH**2 * (history**2).sum(axis=1))
+    deviation = np.sqrt(noise**2 + ROUGH**2 * (history**2).sum(axis=1))
     usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL, jitter, strict=False)]
     bias = _bias(features, features.of_values(observed.mean), noise)
     shared = [size * block for size, block in zip(USUAL, jitter, strict=False)]
