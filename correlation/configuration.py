@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -14,8 +15,9 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
 from hbsolve.follow import Track, Way, empty_track, follow
+from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.sensitivity import ModelParameter, derivatives
+from hbsolve.sensitivity import derivatives
 from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import rescue
@@ -45,6 +47,16 @@ class Tangent:
     shift: Mapping[str, float] = field(default_factory=dict)
 
 
+class Rates(NamedTuple):
+    """Rates of p parameters, as one configuration has them."""
+
+    system: ModelRates
+    gain: Float[NDArray[np.float64], "s p"]
+    """Relative rate of each sensor's gain."""
+    shift: Float[NDArray[np.float64], " p"]
+    """As in `Tangent`."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Configuration:
     """Harmonic balance of one configuration, and the readings of its sensors.
@@ -65,6 +77,8 @@ class Configuration:
         Initial positions of the sliders, shape (s,) [m].
     force
         Amplitudes of the force by level and frequency, where they were not those of the level [N, Hz -> N].
+    by_load
+        Displacement at each sensor under a unit load on each degree of freedom, by frequency, shape (H + 1, r, s).
     """
 
     free: bool
@@ -74,6 +88,7 @@ class Configuration:
     levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
     force: Mapping[tuple[float, float], float] = field(default_factory=dict)
+    by_load: dict[float, Complex[NDArray[np.complex128], "h r s"]] = field(default_factory=dict)
 
     @classmethod
     def from_model(
@@ -291,30 +306,44 @@ class Configuration:
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
-        table = self._readings(state.coefficients, self._forces(state), state)
+        table = self._readings(state.coefficients @ self.rows[0].T, self._forces(state), state)
         if self.model.base_acceleration is not None:
             table[1] += state.level * (1j * state.angular_frequency) ** (self.rows[2] - 2.0) * self.base
         return np.asarray(table[harmonics, self.numbers(names)])
 
+    def rates(self, tangents: Sequence[Tangent]) -> Rates:
+        """Rates of parameters as this configuration has them, for `slopes` of many states."""
+        gain = [
+            [each.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for each in tangents]
+            for sensor in self.model.sensors
+        ]
+        return Rates(
+            ModelRates.of(self.balance, [each.free if self.free else each.jointed for each in tangents]),
+            np.array(gain).reshape(-1, len(tangents)),
+            np.array([each.shift.get(self.configuration, 0.0) for each in tangents]),
+        )
+
     def slopes(
         self,
         state: SteadyState,
-        condensed: Condensed,
+        frequency: float,
         names: NDArray[np.str_],
         harmonics: NDArray[np.int64],
-        tangents: Sequence[Tangent],
+        rates: Rates,
     ) -> Complex[NDArray[np.complex128], "k p"]:
-        """Their derivatives."""
-        changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
-        found = derivatives(self.balance, state, changes, condensed)
+        """Derivatives of what `read` returns, shape (k, p)."""
+        motion, _, order = self.rows
+        condensed, recovery = self.at(frequency), self.linear.recovery(frequency)
+        found = derivatives(self._at_level(state.level), state, rates.system, condensed, recovery)
+        if frequency not in self.by_load:
+            along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
+            self.by_load[frequency] = np.moveaxis(self.balance.structure.displacements(condensed, along), 0, 2)
+        contact = self.linear.read((frequency,), motion).contact[0]
+        moved = found.loads.swapaxes(0, 1) @ self.by_load[frequency]
+        moved -= found.reaction.swapaxes(0, 1) @ contact.swapaxes(1, 2)
         numbers, read = self.numbers(names), self.read(state, names, harmonics)
-        values = self._readings(found.coefficients, found.force, state)[:, harmonics, numbers].T
-        shift = np.array([tangent.shift.get(self.configuration, 0.0) for tangent in tangents])
-        rates = np.array(
-            [[tangent.gain.get(sensor.name, 0.0) for tangent in tangents] for sensor in self.model.sensors]
-        )
-        gain, order = np.array([sensor.gain or 1.0 for sensor in self.model.sensors]), self.rows[2]
-        return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
+        values = self._readings(moved.swapaxes(0, 1), found.force, state)[:, harmonics, numbers].T
+        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift))
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""
@@ -323,14 +352,14 @@ class Configuration:
 
     def _readings(
         self,
-        coefficients: Complex[NDArray[np.complex128], "... h r"],
+        moved: Complex[NDArray[np.complex128], "... h s"],
         forces: Complex[NDArray[np.complex128], "... h d"],
         state: SteadyState,
     ) -> Complex[NDArray[np.complex128], "... h s"]:
-        """All sensors' readings of some motions and joint forces at the frequency of a state."""
-        motion, force, order = self.rows
-        times = 1j * np.arange(coefficients.shape[-2])[:, None] * state.angular_frequency
-        return np.asarray((coefficients @ motion.T) * times**order + forces @ force.T)
+        """All sensors' readings of some displacements at them, and joint forces, at the frequency of a state."""
+        _, force, order = self.rows
+        times = 1j * np.arange(moved.shape[-2])[:, None] * state.angular_frequency
+        return np.asarray(moved * times**order + forces @ force.T)
 
     @cached_property
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:

@@ -277,16 +277,17 @@ class Predictor:
         slopes = np.full((len(self.points), len(tangents)), np.nan, dtype=np.complex128)
         for free, levels in self._configurations if tangents else ():
             solver = self._solver(model, free)
+            rates = solver.rates(tangents)
             for level, groups in levels.items():
                 for frequency, rows in groups:
                     state = prediction.states.get((free, level, frequency))
                     if state is None:
                         continue
                     names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
-                    own = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
+                    own = solver.slopes(state, frequency, names, harmonics, rates)
                     other = prediction.others.get((free, level, frequency))
                     if other is not None and not _alike(state, other):
-                        back = solver.slopes(other, solver.at(frequency), names, harmonics, tangents)
+                        back = solver.slopes(other, frequency, names, harmonics, rates)
                         way = self.points.sweep[rows][:, None]
                         alone = np.where(way == self.sweeps[0], own, back)
                         own = np.where(way == 0, (own + back) / 2, alone)

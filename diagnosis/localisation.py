@@ -34,7 +34,7 @@ from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.weighting import resize_model_error
 from diagnosis.screening import make_basis, project_out
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
 #: Exponents of the amplitude that each place is fitted with.

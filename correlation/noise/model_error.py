@@ -32,7 +32,7 @@ from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes, make_frequency_shifts, split_by_level
 from correlation.prediction import Prediction, Predictor
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 Vector = Float[NDArray[np.float64], " m"]
 
