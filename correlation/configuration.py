@@ -155,6 +155,10 @@ class Configuration:
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
+        for start in (*starts[:1], balance.linear(condensed)):
+            track = self._newton(balance, condensed, slider, start)
+            if np.isfinite(track.norm[0]):
+                return self.state(level, frequency, track, 0)
         try:
             return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
         except NoSteadyState:
@@ -164,6 +168,22 @@ class Configuration:
                 if found is not None:
                     return found
         return rescue(balance, condensed, None, sliders)
+
+    @staticmethod
+    def _newton(
+        balance: HarmonicBalance, condensed: Condensed, slider: NDArray[np.float64], start: NDArray[np.float64]
+    ) -> Track:
+        """The state that Newton's method alone finds from a motion, if any, by the machine code that tracks need."""
+        linear = balance.linear(condensed)[None]
+        omega, receptance = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.receptance)[None]
+        way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, receptance, start[None].copy())
+        track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
+        begin, count = balance.joint_of_direction
+        follow(
+            0, False, True, way, balance.table, begin, count, slider.astype(float), balance.sampling, TOLERANCE,
+            MAX_ITERATION, track,
+        )  # fmt: skip
+        return track
 
     def follow(
         self,
