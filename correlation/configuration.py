@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.linear_structure import LinearStructure
@@ -216,13 +216,16 @@ class Configuration:
         place = {frequency: number for number, frequency in enumerate(sorted(set(frequencies)))}
         d, nh, n = balance.n_direction, 2 * balance.n_harmonic - 1, len(frequencies)
         guess, twin, seen = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
-        for number, (frequency, state) in enumerate(zip(frequencies, guesses, strict=True)):
-            if state is not None and state.displacement.shape == (balance.n_harmonic, d):
-                guess[number] = state.motion
-            first = seen.setdefault(frequency, number)
-            # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
-            if carried and first < number and (not near or _is_one(guess[first], guess[number])):
-                twin[number] = first
+        known = [None if state is None else state.displacement for state in guesses]
+        own = [
+            number for number, each in enumerate(known) if each is not None and each.shape == (balance.n_harmonic, d)
+        ]
+        guess[own] = real_from_complex(np.array([known[number] for number in own]).reshape(-1, balance.n_harmonic, d))
+        first = np.array([seen.setdefault(frequency, number) for number, frequency in enumerate(frequencies)])
+        # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
+        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if near else True))
+        if carried:
+            twin[again] = first[again]
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
         way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
@@ -416,8 +419,7 @@ class Configuration:
         return seen
 
 
-def _is_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    """Whether two motions are known to be of one branch."""
-    if not (np.isfinite(one).all() and np.isfinite(other).all()):
-        return False
-    return bool(np.abs(one - other).max(initial=0.0) <= ONE_BRANCH * np.abs(one).max(initial=0.0))
+def _are_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:
+    """Whether two motions, shape (n, d, nh) each, are known to be of one branch."""
+    apart, size = (np.abs(each).max(axis=(1, 2), initial=0.0) for each in (one - other, one))
+    return np.asarray(apart <= ONE_BRANCH * size)  # not where a number is missing

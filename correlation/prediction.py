@@ -317,17 +317,12 @@ class Predictor:
         """Rows by configuration, level and ascending frequency."""
         points = self.points
         order = np.lexsort((points.frequency, points.level, points.free))
-        found: dict[bool, dict[float, list[tuple[float, list[int]]]]] = {}
-        for row in order:
-            free, level, frequency = bool(points.free[row]), float(points.level[row]), float(points.frequency[row])
-            groups = found.setdefault(free, {}).setdefault(level, [])
-            if not groups or groups[-1][0] != frequency:
-                groups.append((frequency, []))
-            groups[-1][1].append(int(row))
-        return [
-            (free, {level: [(f, np.array(rows)) for f, rows in groups] for level, groups in levels.items()})
-            for free, levels in found.items()
-        ]
+        keys = np.column_stack([points.free, points.level, points.frequency])[order]
+        starts = np.flatnonzero(np.r_[True, (keys[1:] != keys[:-1]).any(axis=1)][: len(keys)])
+        found: dict[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]] = {}
+        for (free, level, frequency), rows in zip(keys[starts].tolist(), np.split(order, starts[1:]), strict=False):
+            found.setdefault(bool(free), {}).setdefault(level, []).append((frequency, rows))
+        return list(found.items())
 
 
 class _Track(NamedTuple):
