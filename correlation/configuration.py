@@ -220,8 +220,10 @@ class Configuration:
         own = [
             number for number, each in enumerate(known) if each is not None and each.shape == (balance.n_harmonic, d)
         ]
-        guess[own] = real_from_complex(np.array([known[number] for number in own]).reshape(-1, balance.n_harmonic, d))
-        first = np.array([seen.setdefault(frequency, number) for number, frequency in enumerate(frequencies)])
+        guess[own] = real_from_complex(
+            np.array([known[number] for number in own]).reshape(len(own), balance.n_harmonic, d)
+        )
+        first = np.array([seen.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
         # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
         again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if near else True))
         if carried:
