@@ -3,9 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.linear_structure import LinearStructure
@@ -14,8 +15,9 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
 from hbsolve.follow import Track, Way, empty_track, follow
+from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.sensitivity import ModelParameter, derivatives
+from hbsolve.sensitivity import derivatives
 from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import rescue
@@ -45,6 +47,16 @@ class Tangent:
     shift: Mapping[str, float] = field(default_factory=dict)
 
 
+class Rates(NamedTuple):
+    """Rates of p parameters, as one configuration has them."""
+
+    system: ModelRates
+    gain: Float[NDArray[np.float64], "s p"]
+    """Relative rate of each sensor's gain."""
+    shift: Float[NDArray[np.float64], " p"]
+    """As in `Tangent`."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Configuration:
     """Harmonic balance of one configuration, and the readings of its sensors.
@@ -65,6 +77,8 @@ class Configuration:
         Initial positions of the sliders, shape (s,) [m].
     force
         Amplitudes of the force by level and frequency, where they were not those of the level [N, Hz -> N].
+    by_load
+        Displacement at each sensor under a unit load on each degree of freedom, by frequency, shape (H + 1, r, s).
     """
 
     free: bool
@@ -74,6 +88,7 @@ class Configuration:
     levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
     force: Mapping[tuple[float, float], float] = field(default_factory=dict)
+    by_load: dict[float, Complex[NDArray[np.complex128], "h r s"]] = field(default_factory=dict)
 
     @classmethod
     def from_model(
@@ -140,6 +155,10 @@ class Configuration:
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
+        for start in (*starts[:1], balance.linear(condensed)):
+            track = self._newton(balance, condensed, slider, start)
+            if np.isfinite(track.norm[0]):
+                return self.state(level, frequency, track, 0)
         try:
             return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
         except NoSteadyState:
@@ -149,6 +168,22 @@ class Configuration:
                 if found is not None:
                     return found
         return rescue(balance, condensed, None, sliders)
+
+    @staticmethod
+    def _newton(
+        balance: HarmonicBalance, condensed: Condensed, slider: NDArray[np.float64], start: NDArray[np.float64]
+    ) -> Track:
+        """The state that Newton's method alone finds from a motion, if any, by the machine code that tracks need."""
+        linear = balance.linear(condensed)[None]
+        omega, receptance = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.receptance)[None]
+        way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, receptance, start[None].copy())
+        track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
+        begin, count = balance.joint_of_direction
+        follow(
+            0, False, True, way, balance.table, begin, count, slider.astype(float), balance.sampling, TOLERANCE,
+            MAX_ITERATION, track,
+        )  # fmt: skip
+        return track
 
     def follow(
         self,
@@ -181,13 +216,18 @@ class Configuration:
         place = {frequency: number for number, frequency in enumerate(sorted(set(frequencies)))}
         d, nh, n = balance.n_direction, 2 * balance.n_harmonic - 1, len(frequencies)
         guess, twin, seen = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
-        for number, (frequency, state) in enumerate(zip(frequencies, guesses, strict=True)):
-            if state is not None and state.displacement.shape == (balance.n_harmonic, d):
-                guess[number] = state.motion
-            first = seen.setdefault(frequency, number)
-            # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
-            if carried and first < number and (not near or _is_one(guess[first], guess[number])):
-                twin[number] = first
+        known = [None if state is None else state.displacement for state in guesses]
+        own = [
+            number for number, each in enumerate(known) if each is not None and each.shape == (balance.n_harmonic, d)
+        ]
+        guess[own] = real_from_complex(
+            np.array([known[number] for number in own]).reshape(len(own), balance.n_harmonic, d)
+        )
+        first = np.array([seen.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
+        # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
+        again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if near else True))
+        if carried:
+            twin[again] = first[again]
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
         way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
@@ -291,30 +331,44 @@ class Configuration:
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
-        table = self._readings(state.coefficients, self._forces(state), state)
+        table = self._readings(state.coefficients @ self.rows[0].T, self._forces(state), state)
         if self.model.base_acceleration is not None:
             table[1] += state.level * (1j * state.angular_frequency) ** (self.rows[2] - 2.0) * self.base
         return np.asarray(table[harmonics, self.numbers(names)])
 
+    def rates(self, tangents: Sequence[Tangent]) -> Rates:
+        """Rates of parameters as this configuration has them, for `slopes` of many states."""
+        gain = [
+            [each.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for each in tangents]
+            for sensor in self.model.sensors
+        ]
+        return Rates(
+            ModelRates.of(self.balance, [each.free if self.free else each.jointed for each in tangents]),
+            np.array(gain).reshape(-1, len(tangents)),
+            np.array([each.shift.get(self.configuration, 0.0) for each in tangents]),
+        )
+
     def slopes(
         self,
         state: SteadyState,
-        condensed: Condensed,
+        frequency: float,
         names: NDArray[np.str_],
         harmonics: NDArray[np.int64],
-        tangents: Sequence[Tangent],
+        rates: Rates,
     ) -> Complex[NDArray[np.complex128], "k p"]:
-        """Their derivatives."""
-        changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
-        found = derivatives(self.balance, state, changes, condensed)
+        """Derivatives of what `read` returns, shape (k, p)."""
+        motion, _, order = self.rows
+        condensed, recovery = self.at(frequency), self.linear.recovery(frequency)
+        found = derivatives(self._at_level(state.level), state, rates.system, condensed, recovery)
+        if frequency not in self.by_load:
+            along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
+            self.by_load[frequency] = np.moveaxis(self.balance.structure.displacements(condensed, along), 0, 2)
+        _, contact = self.linear.seen(frequency, motion)
+        moved = found.loads.swapaxes(0, 1) @ self.by_load[frequency]
+        moved -= found.reaction.swapaxes(0, 1) @ contact.swapaxes(1, 2)
         numbers, read = self.numbers(names), self.read(state, names, harmonics)
-        values = self._readings(found.coefficients, found.force, state)[:, harmonics, numbers].T
-        shift = np.array([tangent.shift.get(self.configuration, 0.0) for tangent in tangents])
-        rates = np.array(
-            [[tangent.gain.get(sensor.name, 0.0) for tangent in tangents] for sensor in self.model.sensors]
-        )
-        gain, order = np.array([sensor.gain or 1.0 for sensor in self.model.sensors]), self.rows[2]
-        return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
+        values = self._readings(moved.swapaxes(0, 1), found.force, state)[:, harmonics, numbers].T
+        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift))
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""
@@ -323,14 +377,14 @@ class Configuration:
 
     def _readings(
         self,
-        coefficients: Complex[NDArray[np.complex128], "... h r"],
+        moved: Complex[NDArray[np.complex128], "... h s"],
         forces: Complex[NDArray[np.complex128], "... h d"],
         state: SteadyState,
     ) -> Complex[NDArray[np.complex128], "... h s"]:
-        """All sensors' readings of some motions and joint forces at the frequency of a state."""
-        motion, force, order = self.rows
-        times = 1j * np.arange(coefficients.shape[-2])[:, None] * state.angular_frequency
-        return np.asarray((coefficients @ motion.T) * times**order + forces @ force.T)
+        """All sensors' readings of some displacements at them, and joint forces, at the frequency of a state."""
+        _, force, order = self.rows
+        times = 1j * np.arange(moved.shape[-2])[:, None] * state.angular_frequency
+        return np.asarray(moved * times**order + forces @ force.T)
 
     @cached_property
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
@@ -367,8 +421,7 @@ class Configuration:
         return seen
 
 
-def _is_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    """Whether two motions are known to be of one branch."""
-    if not (np.isfinite(one).all() and np.isfinite(other).all()):
-        return False
-    return bool(np.abs(one - other).max(initial=0.0) <= ONE_BRANCH * np.abs(one).max(initial=0.0))
+def _are_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:
+    """Whether two motions, shape (n, d, nh) each, are known to be of one branch."""
+    apart, size = (np.abs(each).max(axis=(1, 2), initial=0.0) for each in (one - other, one))
+    return np.asarray(apart <= ONE_BRANCH * size)  # not where a number is missing

@@ -4,7 +4,6 @@ Preloads, friction coefficients and sliders leave the receptances alone, so that
 structure; only the motion under the static load is their own.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -59,7 +58,8 @@ class LinearStructure:
     _condensed: dict[float, Condensed] = field(default_factory=dict)
     _recovery: dict[float, Recovery] = field(default_factory=dict)
     _stack: dict[tuple[float, ...], Stack] = field(default_factory=dict)
-    _read: dict[bytes, dict[float, tuple[Array, Array]]] = field(default_factory=dict)
+    _seen: dict[bytes, dict[float, tuple[Array, Array]]] = field(default_factory=dict)
+    _read: dict[tuple[bytes, tuple[float, ...]], Reading] = field(default_factory=dict)
 
     @classmethod
     def of(cls, balance: HarmonicBalance, shift: float, near: "LinearStructure | None") -> "LinearStructure":
@@ -115,19 +115,26 @@ class LinearStructure:
             self._recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
         return self._recovery[frequency]
 
-    def read(self, frequencies: Sequence[float], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
+    def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
         """What sensors read that follow these rows of the displacement."""
-        source = self.base or self
-        known = source._read.setdefault(rows.tobytes(), {})
-        for frequency in set(frequencies) - set(known):
-            known[frequency] = source.balance.structure.seen(source.at(frequency), rows)
+        source, key = self.base or self, (rows.tobytes(), frequencies)
         static = self.balance.structure.static_motion @ rows.T
         if not frequencies:
             empty = np.zeros((0, *static.shape), dtype=np.complex128)
             return Reading(static, empty, empty[..., None], np.zeros(0))
-        omega = np.array([self.at(frequency).angular_frequency for frequency in frequencies])
-        dynamic, contact = zip(*(known[frequency] for frequency in frequencies), strict=True)
-        return Reading(static, np.array(dynamic), np.array(contact), omega)
+        if key not in source._read:
+            omega = np.array([source.at(frequency).angular_frequency for frequency in frequencies])
+            dynamic, contact = zip(*(source.seen(frequency, rows) for frequency in frequencies), strict=True)
+            source._read[key] = Reading(static, np.array(dynamic), np.array(contact), omega)
+        return source._read[key]._replace(static=static)
+
+    def seen(self, frequency: float, rows: Float[NDArray[np.float64], "s r"]) -> tuple[Array, Array]:
+        """What they read at one frequency under 1 N, shape (H + 1, s), and unit joint forces, shape (H + 1, s, d)."""
+        source = self.base or self
+        known = source._seen.setdefault(rows.tobytes(), {})
+        if frequency not in known:
+            known[frequency] = source.balance.structure.seen(source.at(frequency), rows)
+        return known[frequency]
 
     @property
     def _static(self) -> Complex[Array, "harmonic d"]:

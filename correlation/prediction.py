@@ -277,16 +277,17 @@ class Predictor:
         slopes = np.full((len(self.points), len(tangents)), np.nan, dtype=np.complex128)
         for free, levels in self._configurations if tangents else ():
             solver = self._solver(model, free)
+            rates = solver.rates(tangents)
             for level, groups in levels.items():
                 for frequency, rows in groups:
                     state = prediction.states.get((free, level, frequency))
                     if state is None:
                         continue
                     names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
-                    own = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
+                    own = solver.slopes(state, frequency, names, harmonics, rates)
                     other = prediction.others.get((free, level, frequency))
                     if other is not None and not _alike(state, other):
-                        back = solver.slopes(other, solver.at(frequency), names, harmonics, tangents)
+                        back = solver.slopes(other, frequency, names, harmonics, rates)
                         way = self.points.sweep[rows][:, None]
                         alone = np.where(way == self.sweeps[0], own, back)
                         own = np.where(way == 0, (own + back) / 2, alone)
@@ -316,17 +317,12 @@ class Predictor:
         """Rows by configuration, level and ascending frequency."""
         points = self.points
         order = np.lexsort((points.frequency, points.level, points.free))
-        found: dict[bool, dict[float, list[tuple[float, list[int]]]]] = {}
-        for row in order:
-            free, level, frequency = bool(points.free[row]), float(points.level[row]), float(points.frequency[row])
-            groups = found.setdefault(free, {}).setdefault(level, [])
-            if not groups or groups[-1][0] != frequency:
-                groups.append((frequency, []))
-            groups[-1][1].append(int(row))
-        return [
-            (free, {level: [(f, np.array(rows)) for f, rows in groups] for level, groups in levels.items()})
-            for free, levels in found.items()
-        ]
+        keys = np.column_stack([points.free, points.level, points.frequency])[order]
+        starts = np.flatnonzero(np.r_[True, (keys[1:] != keys[:-1]).any(axis=1)][: len(keys)])
+        found: dict[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]] = {}
+        for (free, level, frequency), rows in zip(keys[starts].tolist(), np.split(order, starts[1:]), strict=False):
+            found.setdefault(bool(free), {}).setdefault(level, []).append((frequency, rows))
+        return list(found.items())
 
 
 class _Track(NamedTuple):

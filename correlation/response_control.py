@@ -200,7 +200,7 @@ def _solve(
     balance, n = solver.balance, len(frequencies)
     linear = solver.linear.stacked(tuple(frequencies))
     rows, _, order = solver.rows
-    _, dynamic, contact, omega = solver.linear.read(frequencies, rows)
+    _, dynamic, contact, omega = solver.linear.read(tuple(frequencies), rows)
     state, sensor = np.arange(n), solver.numbers(sensors)
     # Readings are time derivatives, and those of a shaken base have its own motion in them.
     turned, base = (1j * omega[:, None]) ** order, solver.base * (1j * omega[:, None]) ** (order - 2.0)

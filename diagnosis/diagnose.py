@@ -12,7 +12,8 @@ from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effect
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
-from diagnosis.fit.arrangement import Added, Arrangement, arrange, expect_usual_error
+from diagnosis.fit.added import Added
+from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.finalist import Finalist, weigh_each

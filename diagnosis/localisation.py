@@ -29,7 +29,7 @@ from correlation.model import Model
 from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
 #: Exponents of the amplitude that each place is fitted with.

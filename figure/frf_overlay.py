@@ -23,7 +23,7 @@ from figure.style import (
     add_heading,
     bare_figure,
     choose_family_colours,
-    open_box,
+    draw_ticks,
 )
 
 
@@ -103,6 +103,8 @@ LABEL, LEGEND_ROW = 2.3, 0.22
 TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.12, 0.55
 #: Where the labels end, left of the axes [inches]: numbers of seven characters fit between.
 LABEL_PLACE = 0.72
+#: Room for numbers between the axes and the label below them [points].
+LABEL_PAD = 21
 
 
 @draws(FrfOverlay, "frf_overlay")
@@ -141,7 +143,7 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     across, down = width / columns, (height - HEADING - foot) / rows
     heights = (down - TITLE_ROOM - BETWEEN * (len(ratios) - 1)) * np.array(ratios) / sum(ratios)
     tops = TITLE_ROOM + np.concatenate([[0.0], np.cumsum(heights + BETWEEN)[:-1]])
-    first = None
+    first, named = None, list[Axes]()
     for number, panel in enumerate(result.panels):
         row, column = divmod(number, columns)
         block = []
@@ -151,16 +153,16 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
             )
             first = first or axes
             axes.yaxis.set_label_coords(-LABEL_PLACE / (across - SIDE - END), 0.5)
-            axes.tick_params(labelbottom=False)
-            open_box(axes)
+            axes.spines[["top", "right"]].set_visible(False)
             block.append(axes)
         _amplitude(block[0], panel, colours)
         _residual(block[1], panel, colours)
         if result.with_phase:
             _phase(block[2], panel, colours)
         if number + columns >= len(result.panels):
-            block[-1].tick_params(labelbottom=True)
-            block[-1].set_xlabel("frequency [Hz]")
+            block[-1].set_xlabel("frequency [Hz]", labelpad=LABEL_PAD)
+            named.append(block[-1])
+    draw_ticks(figure.axes, named)
     add_heading(figure, result)
     return figure
 
@@ -226,8 +228,12 @@ def _points(
     deviation: Float[NDArray[np.float64], " f"],
     colour: str,
 ) -> None:
+    # All bars are one line with gaps: an artist per bar takes ten times as long.
+    bars = np.nan_to_num(deviation) * np.array([[-1.0], [1.0], [np.nan]]) + value
+    axes.plot(
+        np.repeat(frequency, 3), bars.T.ravel(), color=colour, linewidth=0.7, solid_capstyle="butt", zorder=3
+    )  # fmt: skip
     # Hollow points: a line that runs through one is seen within it.
-    axes.errorbar(
-        frequency, value, yerr=np.nan_to_num(deviation), fmt="o", markersize=3.2, markerfacecolor="white",
-        markeredgewidth=0.9, color=colour, elinewidth=0.7, zorder=3,
+    axes.plot(
+        frequency, value, "o", markersize=3.2, markerfacecolor="white", markeredgewidth=0.9, color=colour, zorder=3
     )  # fmt: skip

@@ -87,21 +87,22 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     tall = [TITLE_ROOM + cells + (FOOT if row in bottom.values() else 0.0) for row in range(len(sensors))]
     width = max(side + (across + BETWEEN) * len(harmonics) + END, 7.5)
     figure = bare_figure(width, HEADING + sum(tall) + BAR_ROOM)
-    ticks, shared = evenly(len(result.frequency), MOST_TICKS), None
+    ticks = evenly(len(result.frequency), MOST_TICKS)
     for row, sensor in enumerate(sensors):
         first = next(harmonic for harmonic in harmonics if (sensor, harmonic) in by_place)
         for column, harmonic in enumerate(harmonics):
             if (panel := by_place.get((sensor, harmonic))) is None:
                 continue
             left, top = side + column * (across + BETWEEN), HEADING + sum(tall[:row]) + TITLE_ROOM
-            axis = add_axes(figure, left, top, across, cells, sharex=shared, sharey=shared)
-            if shared is None:
-                axis.set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
-                axis.set_yticks(range(len(result.levels)), result.levels)
-                shared = axis
+            axis = add_axes(figure, left, top, across, cells)
             _cells(axis, panel, colours, norm)
-            axis.tick_params(labelleft=harmonic == first, labelbottom=row == bottom[harmonic])
+            # Ticks take most of the time: only those with a label are made.
+            axis.set_xticks([])
+            axis.set_yticks([])
+            if harmonic == first:
+                axis.set_yticks(range(len(result.levels)), result.levels)
             if row == bottom[harmonic]:
+                axis.set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
                 axis.set_xlabel("frequency [Hz]", fontsize=9)
     bar = figure.colorbar(
         ScalarMappable(norm=norm, cmap=colours), orientation="horizontal", extend="max",

@@ -30,6 +30,8 @@ FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
 LONGEST_LEGEND = 6
 #: Widths of a letter of a legend, and of its sign with the gaps around it [inches].
 LETTER, SIGN = 0.085, 0.75
+#: Length of a tick [points].
+TICK = 3.5
 #: Heading above the axes: its height, and where its two lines stand [inches from the top and from the left].
 HEADING, TITLE, SUBTITLE, LEFT = 0.72, 0.12, 0.42, 0.12
 
@@ -68,6 +70,46 @@ def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
     axes.grid(axis=grid, color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_axisbelow(True)
+
+
+def draw_ticks(panels: Sequence[Axes], named: Sequence[Axes]) -> None:
+    """Draw grids, ticks and numbers of finished axes; the numbers below them only of those that are named.
+
+    Matplotlib makes five artists per tick, which take most of the time of a figure of many axes. Here the lines of a
+    grid are one artist, and so are the ticks of an axis.
+    """
+    for axes in panels:
+        _draw_ticks(axes, "x", axes in named)
+        _draw_ticks(axes, "y", True)
+    for axes in panels:
+        axes.set(xticks=[], yticks=[])
+
+
+def _draw_ticks(axes: Axes, along: Literal["x", "y"], named: bool) -> None:
+    from matplotlib.lines import Line2D
+
+    axis, way = (axes.xaxis, 1) if along == "x" else (axes.yaxis, -1)
+    across = axes.get_xaxis_transform() if along == "x" else axes.get_yaxis_transform()
+    low, high = axis.get_view_interval()
+    places = np.array([place for place in axis.get_majorticklocs() if low <= place <= high])
+    ends, zeros = np.tile([0.0, 1.0, np.nan], len(places)), np.zeros(len(places))
+    grid, marks = [np.repeat(places, 3), ends][::way], [places, zeros][::way]
+    axes.add_artist(Line2D(*grid, color=GRID, linewidth=0.8, zorder=0.5, transform=across))
+    axes.add_artist(
+        Line2D(
+            *marks, linestyle="none", marker=0 if along == "y" else 3, markersize=TICK, color="black",
+            markeredgewidth=0.8, clip_on=False, transform=across,
+        )
+    )  # fmt: skip
+    if not named:
+        return
+    text1 = axes.get_xaxis_text1_transform if along == "x" else axes.get_yaxis_text1_transform
+    beside, va, ha = text1(2 * TICK)
+    formatter = axis.get_major_formatter()
+    for x, y, label in zip(*marks, formatter.format_ticks(list(places)), strict=True):
+        axes.text(x, y, label, transform=beside, va=va, ha=ha)
+    if offset := formatter.get_offset():
+        axes.text(0.0, 1.0, offset, transform=axes.transAxes, va="bottom", ha="left")
 
 
 def choose_family_colours(count: int) -> list[str]:

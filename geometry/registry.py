@@ -21,7 +21,8 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
@@ -236,12 +237,23 @@ class Registry(Generic[M]):
         except BaseException:
             self._complete = False
             raise
-        for point in entry_points(group=self.group) if self.group else ():
+        for point in installed_points(self.group) if self.group else ():
             try:
                 _attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
             except RegistryError as failure:
                 self._failures.append(str(failure))
                 warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=3)
+
+
+def installed_points(group: str) -> tuple[EntryPoint, ...]:
+    """Entry points of a group, of all installed packages."""
+    return tuple(_all_points().select(group=group))
+
+
+@cache
+def _all_points() -> Any:
+    """Those of all groups: what packages say of themselves is read once, and not by each registry."""
+    return entry_points()
 
 
 def load_file(path: str | Path, what: str = "registered extension") -> Path:

@@ -4,35 +4,33 @@ A change dp of a parameter changes the loads and the joint forces at fixed motio
 
 .. math:: (I + A L)\, dx = B \alpha\, df - A\, dg, \qquad dq = \alpha \left( df - B^T (L\, dx + dg) \right) .
 
-A change of the matrices is the load df_k = -(dK - (k \Omega)^2 dM + i k \Omega\, dC) q_k.
-
 References
 ----------
 Petrov, Mech. Syst. Signal Process. 23 (2009): sensitivities of friction-damped structures.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed
+from hbsolve.condensed import Condensed, Recovery
 from hbsolve.continuation.continuation_parameter import joint_index, spread
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
 from hbsolve.joint_law.registry import PARAMETERS
-from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
-from hbsolve.newton import apply_receptance
+from hbsolve.linearised import active_rows, small_matrix, times_jacobian
+from hbsolve.model_rates import MatrixParameter, ModelParameter, ModelRates, entries
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state, checked_harmonic
-from reduction.array_input import finite_array, finite_number, whole_number
-from reduction.array_type import Array, Matrix, Real, Row
+from reduction.array_input import finite_number, whole_number
+from reduction.array_type import Array, Real, Row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,30 +70,6 @@ class LoadParameter:
     """Of e^{i (k Omega t + phase)} [rad]."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MatrixParameter:
-    """A number that multiplies an addition to the matrices; see `point_mass`, `spring`, `damper` and `scaled`."""
-
-    mass: Matrix | None = None
-    damping: Matrix | None = None
-    stiffness: Matrix | None = None
-    """dM/dp, dC/dp, dK/dp, shape (r, r); none for zero."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ModelParameter:
-    """A number that changes matrices, loads and joints at once, at the rates given."""
-
-    matrices: MatrixParameter = field(default_factory=MatrixParameter)
-    """dM/dp, dC/dp, dK/dp."""
-    static_load: Row | None = None
-    """Shape (r,) [N]; none for zero."""
-    harmonic_force: Complex[Array, "k r"] | None = None
-    """At level 1, shape (k, r) with row 0 zero [N]; none for zero."""
-    joints: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    """Rates of the joints' parameters, by the names of joint and field."""
-
-
 Parameter = (
     JointParameter
     | SliderParameter
@@ -107,13 +81,15 @@ Parameter = (
 )
 
 
-class Derivatives(NamedTuple):
-    """Of one steady state with respect to p parameters."""
+class Answer(NamedTuple):
+    """What one steady state answers to p parameters."""
 
-    coefficients: Complex[Array, "p harmonic r"]
-    """Of all degrees of freedom [m / unit of the parameter]."""
+    loads: Complex[Array, "p harmonic r"]
+    """Change of the loads [N / unit of the parameter]."""
+    reaction: Complex[Array, "p harmonic d"]
+    """... of the joint forces beyond D x, L dx + dg: with the loads it moves the structure."""
     force: Complex[Array, "p harmonic d"]
-    """Of the joint forces f in their directions [N / unit of the parameter]."""
+    """... of the joint forces f in their directions."""
 
 
 def point_mass(row: Row) -> MatrixParameter:
@@ -166,51 +142,95 @@ def sensitivity(
         A joint, parameter, slider or harmonic that the system does not have, a row or a matrix of another size or
         without finite numbers, or a state of another balance.
     """
-    return derivatives(balance, state, parameters).coefficients
-
-
-@on_one_blas_thread
-def derivatives(
-    balance: HarmonicBalance, state: SteadyState, parameters: Sequence[Parameter], condensed: Condensed | None = None
-) -> Derivatives:
-    """As `sensitivity`, with the derivatives of the joint forces; `condensed` is the structure at the state's Omega."""
     if isinstance(parameters, Parameter):
         raise BalanceError(f"the parameters are one {type(parameters).__name__}: give a list of parameters")
     check_state(balance, state)
     at_level = balance.at_level(state.level)
-    condensed = at_level.at(state.angular_frequency) if condensed is None else condensed
+    condensed = at_level.at(state.angular_frequency)
     forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
-    structure, p = at_level.structure, len(parameters)
-    loads = np.zeros((p, *state.coefficients.shape), dtype=np.complex128)
-    g = np.zeros((p, *forces.coefficients.shape))
+    loads = np.zeros((len(parameters), *state.coefficients.shape), dtype=np.complex128)
+    g = np.zeros((len(parameters), *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
         loads[number], g[number] = _change(at_level, state, forces, parameter)
-    right, loaded = np.zeros_like(g), loads.any(axis=(1, 2))
-    right[loaded] = real_from_complex(structure.displacements(condensed, loads[loaded]) @ structure.directions.T)
-    for number in range(p):
-        right[number] -= apply_receptance(condensed.receptance, g[number])
-    dx, answer = _answers(at_level, forces, condensed, right)
-    force = np.array([complex_from_real(item) for item in answer + g], dtype=np.complex128)
-    force = force.reshape(p, balance.n_harmonic, -1)
-    moved = structure.displacements(condensed, loads - force @ structure.directions)
-    elastic = np.array([complex_from_real(item) for item in at_level.table.reference[:, None] * dx])
-    return Derivatives(moved, force + elastic.reshape(force.shape))
+    found = answer(at_level, condensed, forces, loads, g)
+    return at_level.structure.displacements(condensed, loads - found.reaction @ at_level.structure.directions)
 
 
-def _answers(balance: HarmonicBalance, forces: JointForces, condensed: Condensed, right: Real) -> tuple[Real, Real]:
-    """Solve (I + A L) dx = right: dx and L dx, for several right-hand sides, shape (p, d, nh)."""
+def derivatives(
+    balance: HarmonicBalance, state: SteadyState, rates: ModelRates, condensed: Condensed, recovery: Recovery | None
+) -> Answer:
+    """What a state answers to the parameters of a model, where the linear structure at its Omega is at hand.
+
+    Parameters
+    ----------
+    balance
+        Balance at the level of the state.
+    state, rates
+        State and parameters of this balance.
+    condensed, recovery
+        The structure at the state's Omega, and maybe what recovers full responses.
+    """
+    forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
+    return answer(balance, condensed, forces, rates.loads(state), rates.forces(balance, forces.by_parameter), recovery)
+
+
+def answer(
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    forces: JointForces,
+    loads: Complex[Array, "p harmonic r"],
+    g: Float[Real, "p d nh"],
+    recovery: Recovery | None = None,
+) -> Answer:
+    """The answer to changes of the loads and, at fixed motion, of the joint forces.
+
+    Parameters
+    ----------
+    balance
+        Balance at the level of the state.
+    condensed
+        The linear structure at its Omega.
+    forces
+        Joint forces of the state, with their Jacobian.
+    loads, g
+        Changes, shapes (p, H + 1, r) [N] and (p, d, nh) [N].
+    recovery
+        Recovery of the structure at this Omega; by reciprocity it tells what loads move in the joint directions.
+    """
+    structure = balance.structure
+    if recovery is None:
+        right = structure.displacements(condensed, loads) @ structure.directions.T
+    else:
+        right = np.matmul(loads.swapaxes(0, 1), recovery.contact).swapaxes(0, 1)
+    dg = complex_from_real(g)
+    dx, reaction = _answers(balance, forces, condensed, right - _moved(condensed, dg))
+    reaction = reaction + dg
+    return Answer(loads, reaction, reaction + balance.table.reference * dx)
+
+
+def _moved(condensed: Condensed, force: Complex[Array, "p harmonic d"]) -> Complex[Array, "p harmonic d"]:
+    """A g of several forces; most parameters change none."""
+    moved, loaded = np.zeros_like(force), force.any(axis=(1, 2))
+    moved[loaded] = np.matmul(force[loaded].swapaxes(0, 1), condensed.receptance.swapaxes(1, 2)).swapaxes(0, 1)
+    return moved
+
+
+def _answers(
+    balance: HarmonicBalance, forces: JointForces, condensed: Condensed, right: Complex[Array, "p harmonic d"]
+) -> tuple[Array, Array]:
+    """Solve (I + A L) dx = right: dx and L dx, for several right-hand sides, shape (p, H + 1, d)."""
     first, count = balance.joint_of_direction
     rows = active_rows(forces.active)
-    dx, answer = right.copy(), np.zeros_like(right)
     if len(rows) == 0 or len(right) == 0:
-        return dx, answer
-    d, nh = right.shape[1:]
+        return right, np.zeros_like(right)
+    real = real_from_complex(right)
+    nh = real.shape[2]
     matrix = small_matrix(rows, forces.jacobian, first, count, condensed.receptance, nh)
-    moved = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in right])
-    for number, y in enumerate(np.linalg.solve(matrix, moved.T).T):
-        answer[number] = scattered(rows, np.ascontiguousarray(y), d, nh)
-        dx[number] -= apply_receptance(condensed.receptance, answer[number])
-    return dx, answer
+    moved = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in real])
+    pushed = np.zeros_like(real)
+    pushed[:, rows[:, 0], rows[:, 1]] = np.linalg.solve(matrix, moved.T).T
+    reaction = complex_from_real(pushed)
+    return right - _moved(condensed, reaction), reaction
 
 
 def _change(
@@ -232,48 +252,18 @@ def _change(
     elif isinstance(parameter, LoadParameter):
         harmonic = checked_harmonic(parameter.harmonic, balance.n_harmonic)
         phase = finite_number(parameter.phase, "phase", BalanceError)
-        row = _entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
+        row = entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
-        load = _matrix_load(state, parameter)
+        load = ModelRates.of(balance, [ModelParameter(matrices=parameter)]).loads(state)[0]
     elif isinstance(parameter, ModelParameter):
-        load, g = _model_change(balance, state, forces, parameter)
+        rates = ModelRates.of(balance, [parameter])
+        load, g = rates.loads(state)[0], rates.forces(balance, forces.by_parameter)[0]
     elif isinstance(parameter, FrequencyParameter):
         load, g = _frequency_load(balance, state), forces.by_frequency
     else:
         raise BalanceError(f"{parameter!r} is no parameter: give a JointParameter, a LoadParameter or another of these")
     return load, np.ascontiguousarray(g)
-
-
-def _model_change(
-    balance: HarmonicBalance, state: SteadyState, forces: JointForces, parameter: ModelParameter
-) -> tuple[Coefficients, Real]:
-    load, g = _matrix_load(state, parameter.matrices), np.zeros_like(forces.coefficients)
-    r = load.shape[1]
-    if parameter.static_load is not None:
-        load[0] += _entries(parameter.static_load, "the static load of a model parameter", (r,))
-    if parameter.harmonic_force is not None:
-        retained = min(len(parameter.harmonic_force), len(load))
-        load[:retained] += balance.level * parameter.harmonic_force[:retained]
-    for (joint, name), rate in parameter.joints.items():
-        number, index = joint_index(balance, joint, name)
-        g += rate * spread(balance, number, forces.by_parameter[index])
-    return load, g
-
-
-def _entries(values: object, what: str, shape: tuple[int, ...]) -> Real:
-    return finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")
-
-
-def _matrix_load(state: SteadyState, parameter: MatrixParameter) -> Coefficients:
-    q = state.coefficients
-    k = np.arange(len(q))[:, None] * state.angular_frequency
-    load = np.zeros_like(q)
-    for name, factor in (("mass", k**2), ("damping", -1j * k), ("stiffness", -1.0)):
-        matrix = getattr(parameter, name)
-        if matrix is not None:
-            load += factor * (q @ _entries(matrix, f"the {name} of a matrix parameter", (q.shape[1],) * 2).T)
-    return load
 
 
 def _frequency_load(balance: HarmonicBalance, state: SteadyState) -> Coefficients:

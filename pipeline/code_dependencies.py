@@ -8,7 +8,6 @@ package while it runs: it depends on all modules of that package.
 import importlib.util
 import sys
 import sysconfig
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -70,13 +69,14 @@ def _imports(file: Path) -> frozenset[str]:
     return frozenset(names)
 
 
-def _below(package: str) -> Iterator[str]:
+@cache
+def _below(package: str) -> frozenset[str]:
     """Import names of all modules below a package; none of a module."""
     file = _file(package)
-    if file is not None and file.name == "__init__.py":
-        for member in sorted(file.parent.rglob("*.py")):
-            parts = member.relative_to(file.parent).with_suffix("").parts
-            yield ".".join((package, *(part for part in parts if part != "__init__")))
+    if file is None or file.name != "__init__.py":
+        return frozenset()
+    members = (member.relative_to(file.parent).with_suffix("").parts for member in file.parent.rglob("*.py"))
+    return frozenset(".".join((package, *(part for part in parts if part != "__init__"))) for parts in members)
 
 
 @cache

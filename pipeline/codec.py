@@ -16,12 +16,11 @@ from collections.abc import Callable, Mapping
 from enum import Enum
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from geometry.registry import REGISTRIES
+from geometry.registry import REGISTRIES, installed_points
 from pipeline.code_dependencies import PRODUCT
 
 #: What is not JSON by itself is a list that begins with a mark: one of these, or a name of `_CONTAINERS` or `_PARTS`.
@@ -231,7 +230,7 @@ def _is_outside(module: str) -> bool:
 def _packages() -> frozenset[str]:
     """Installed packages with members of any registry."""
     groups = {registry.group for registry in REGISTRIES if registry.group}
-    points = (point for group in groups for point in entry_points(group=group))
+    points = (point for group in groups for point in installed_points(group))
     return frozenset(point.value.partition(":")[0].partition(".")[0] for point in points)
 
 

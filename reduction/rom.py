@@ -3,16 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from fe.damping import RayleighDamping
 from fe.dense_modes import compute_dense_modes
-from fe.modal import ModeSet
 from reduction.array_input import freeze_arrays, locked
 from reduction.array_type import Array, Real, Whole
 from reduction.errors import RomError
+
+if TYPE_CHECKING:
+    from fe.modal import ModeSet
 
 Reduced = Float[Real, "r ..."] | Complex[Array, "r ..."]
 Field = Float[Real, "node 3 ..."] | Complex[Array, "node 3 ..."]
@@ -100,7 +103,7 @@ class ReducedModel:
             )
         return np.asarray(rows[directions == direction])
 
-    def modes(self, n_mode: int | None = None) -> ModeSet:
+    def modes(self, n_mode: int | None = None) -> "ModeSet":
         """The lowest modes (all by default), shapes in reduced coordinates; `displacement` takes them to the mesh.
 
         Raises
@@ -111,6 +114,8 @@ class ReducedModel:
         n_mode = self.n_dof if n_mode is None else n_mode
         if not 1 <= n_mode <= self.n_dof:
             raise RomError(f"{n_mode} modes were asked of a reduced model of {self.n_dof}: ask for 1 to {self.n_dof}")
+        from fe.modal import ModeSet  # meshes and elements, which few models are asked for
+
         result = compute_dense_modes(self.mass, self.stiffness)
         angular_frequency = np.sqrt(result.lambda_[:n_mode].clip(min=0))
         shapes = result.mode_shapes[:, :n_mode]

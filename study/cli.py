@@ -52,7 +52,7 @@ COMMANDS = (
 
 #: New objects before Python looks for garbage, and such looks before it looks at older and at all objects: imported
 #: libraries keep a million of them, and with Python's own numbers a command spends a tenth of its time on them.
-GARBAGE_THRESHOLDS = (50_000, 20, 50)
+GARBAGE_THRESHOLDS = (500_000, 20, 50)
 
 HELP = """\
 Predict how structures with friction joints vibrate, compare the prediction with measurements, and name the effect \

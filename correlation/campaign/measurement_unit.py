@@ -10,6 +10,8 @@ from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
+from correlation.campaign.familiar_unit import familiar_root_units
+
 if TYPE_CHECKING:
     import pint
 
@@ -43,7 +45,6 @@ def si_factor(unit: str, si: str) -> float:
     ValueError
         The unit is unknown, or one of another quantity; in words, with the remedy.
     """
-    # Pint takes half a second to import: most campaigns are written in SI and do without.
     if unit == si:
         return 1.0
     factor, root = root_units(unit)
@@ -109,6 +110,8 @@ def root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
     ValueError
         The unit is unknown or cannot be read; in words, with the remedy.
     """
+    if (familiar := familiar_root_units(unit)) is not None:
+        return familiar
     import pint
 
     registry = unit_registry()

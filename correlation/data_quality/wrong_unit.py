@@ -83,7 +83,7 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
     run = [table.test, np.unique(table.level, return_inverse=True)[1], table.repeat]
     # Where the model's resonance is off, all channels go up and down together.
     state = _number([*run, table.sweep, np.unique(table.frequency, return_inverse=True)[1]])
-    common = np.array([np.median(logarithm[state == number]) for number in range(state.max(initial=-1) + 1)])
+    common = _medians(state, logarithm)
     channel = _number([*run, table.sensor])
     first, ratio = [], []
     for number in range(channel.max(initial=-1) + 1):
@@ -99,6 +99,13 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
 def _number(columns: Sequence[NDArray[np.int64]]) -> Int[NDArray[np.int64], " k"]:
     """Number of each row's group."""
     return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1]).ravel()
+
+
+def _medians(group: Int[NDArray[np.int64], " k"], values: Float[NDArray[np.float64], " k"]) -> NDArray[np.float64]:
+    """Median of each group, from 0 on."""
+    count, ordered = np.bincount(group), values[np.lexsort((values, group))]
+    first = np.cumsum(count) - count
+    return np.asarray((ordered[first + (count - 1) // 2] + ordered[first + count // 2]) / 2)
 
 
 def _scatter(values: Float[NDArray[np.float64], " v"]) -> float:

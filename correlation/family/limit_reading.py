@@ -11,7 +11,6 @@ from correlation.configuration import Configuration, Tangent
 from correlation.model import COMPONENTS, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
@@ -117,11 +116,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             value[side, at] = readings[-1]
             sampled[side, at] = (readings[1] - readings[0]) / (SAMPLES - 1)
             last[side, at], moved[side, at] = readings[-1] - readings[-2], readings[-1] - readings[0]
-            rates = (
-                _rates(states, state, seen, curve.point(at).condensed, errors.tangents)
-                if errors.tangents
-                else np.zeros(0)
-            )
+            rates = _rates(states, state, seen, errors.tangents) if errors.tangents else np.zeros(0)
             deviation[side, at] = np.linalg.norm([*np.nan_to_num(errors.size * rates), error])
         # At one frequency a change may be 0 by chance.
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
@@ -194,11 +189,12 @@ def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[N
 
 
 def _rates(
-    states: LimitStates, state: SteadyState, seen: Configuration, condensed: Condensed, tangents: Sequence[Tangent]
+    states: LimitStates, state: SteadyState, seen: Configuration, tangents: Sequence[Tangent]
 ) -> Float[NDArray[np.float64], " t"]:
     """Change of the reading by each tangent of the numerical error, shape (t,)."""
     names, harmonic = np.array([states.sensor]), np.array([states.harmonic])
-    rates = seen.slopes(state, condensed, names, harmonic, tangents)[0]
+    frequency = state.angular_frequency / (2 * np.pi * (1 + seen.linear.shift))
+    rates = seen.slopes(state, frequency, names, harmonic, seen.rates(tangents))[0]
     if not states.harmonic:
         return np.asarray(rates.real)
     found = seen.read(state, names, harmonic)[0]

@@ -14,6 +14,7 @@ there is no majority, none of them can be used.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -67,6 +68,7 @@ class Branches:
         return np.asarray((there & self.out).any(axis=0) & ~(there & ~self.out).any(axis=0))
 
 
+@lru_cache(maxsize=2)  # several parts of one comparison ask
 def find_branches(campaign: Campaign) -> tuple[Branches, ...]:
     """Branches of each configuration and level."""
     return tuple(separate(curves) for curves in list_curves(campaign))

@@ -1,6 +1,7 @@
 """Measurements arranged for a comparison: one row per point, one column per repeat."""
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -94,6 +95,7 @@ class Observation(RowTable):
         return np.asarray((2 * heard >= repeated)[group])
 
 
+@lru_cache(maxsize=2)  # several parts of one comparison ask
 def arrange_campaign(campaign: Campaign) -> Observation:
     """Arrange a whole campaign; a state with two branches has a row for each sweep (`correlation.feature.branch`)."""
     table = campaign.measurement

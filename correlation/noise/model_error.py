@@ -23,7 +23,6 @@ model as a part of the covariance; Gelman, Prior distributions for variance para
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
-import scipy.optimize
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
@@ -33,7 +32,7 @@ from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes, make_frequency_shifts, split_by_level
 from correlation.prediction import Prediction, Predictor
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 Vector = Float[NDArray[np.float64], " m"]
 
@@ -211,6 +210,8 @@ def estimate_error_size(
 
     # What is zero at first may grow from a hundredth of the usual size.
     start = np.log(np.maximum(first, 1e-2 * scale)[there])
+    import scipy.optimize  # takes long, and a comparison without model error has no use for it
+
     found = scipy.optimize.minimize(cost, start, method="Nelder-Mead", options={"xatol": 0.03, "fatol": 0.05})
     final = sizes(found.x)
     if density(final) > density(np.zeros(3)) - NOTICED:

@@ -15,7 +15,7 @@ from correlation.model import Model
 from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 from reduction.joint_law.friction_contact import friction_contacts
 
 Modes = Float[NDArray[np.float64], "m q"]

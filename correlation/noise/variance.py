@@ -94,7 +94,7 @@ def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[flo
         # Never below a millionth of the largest: such a point would have all the weight.
         before, variance = variance, share @ columns
         variance = np.maximum(variance, 1e-6 * variance.max())
-        if np.allclose(before, variance, rtol=1e-4, atol=0.0):
+        if (np.abs(before - variance) <= 1e-4 * variance).all():
             break
     return (float(share[0] / top) if top > 0 else 0.0), float(share[1])
 

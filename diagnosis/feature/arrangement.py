@@ -10,7 +10,8 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.arrangement import Added, first_values, make_unknowns
+from diagnosis.fit.added import Added
+from diagnosis.fit.arrangement import first_values, make_unknowns
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.feature_comparison import NOT_FOUND, FeatureComparison

@@ -15,7 +15,7 @@ from diagnosis.decision.rules import find
 from diagnosis.decision.verdict import INTERVAL, Finding, Verdict
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step

@@ -16,6 +16,7 @@ from correlation.noise.scatter import Scatter
 from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
+from diagnosis.fit.added import Added
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import FAINT, Comparison
@@ -42,14 +43,6 @@ HISTORIES = (4, DRAWS)
 ROUNDS, SETTLED = 6, 0.1
 #: Reduced chi-squared beyond which a calibration may have missed the minimum.
 ASTRAY = 1.5
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Added:
-    """An effect added in an earlier round and its values, which are fitted again with everything else."""
-
-    effect: Effect
-    values: Values
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

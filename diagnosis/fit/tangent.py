@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 
 Compose = Callable[[Float[NDArray[np.float64], " p"]], Model]

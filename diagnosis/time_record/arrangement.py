@@ -15,7 +15,7 @@ from correlation.time_record.prediction import STEPS, prepare_drive
 from correlation.time_record.propagator import make_propagator
 from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.added import Added
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import Effort, Refit

@@ -9,7 +9,7 @@ from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.added import Added
 from diagnosis.step import compute_step
 from diagnosis.time_record.arrangement import RecordArrangement, arrange_records, record_level
 from diagnosis.time_record.gate import judge_records

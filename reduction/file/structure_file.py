@@ -12,7 +12,6 @@ from reduction.array_type import Matrix
 from reduction.errors import MatrixError
 from reduction.file.atomic_file import write_whole
 from reduction.file.npz import write_npz
-from reduction.file.rom_hdf5 import load_rom
 from reduction.file.rom_npz import MARK, load_rom_npz
 from reduction.rom import ReducedModel
 
@@ -74,6 +73,8 @@ def load_matrices(path: Path | str) -> StructureMatrices:
         raise MatrixError(f'there is no file "{path}": check its name and folder')
     kind = path.suffix.lower()
     if kind in {".h5", ".hdf5"}:
+        from reduction.file.rom_hdf5 import load_rom  # and with it the assembly of bodies
+
         return _of(load_rom(path))
     if kind not in {".npz", ".mat"}:
         raise MatrixError(f'"{path}" ends in "{kind}": give matrices as .npz or .mat, or a reduced model as .h5')

@@ -15,7 +15,7 @@ from casefile.validation import did_you_mean
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from study.case.tables import Case, StructureTable
 

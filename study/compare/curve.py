@@ -156,7 +156,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
     """Curves of every sensor and harmonic of one configuration."""
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
-    panels = []
+    panels, points, lines_of = [], list(_curves(misfit.points)), dict(_curves(fine))
     for key in keys(misfit):
         sensor = sensors[key[0]]
         per_level = key[1] == 1 and isinstance(sensor, Sensor)
@@ -166,12 +166,11 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
         if per_level:
             unit = f"{unit}/{level_unit}" if "/" not in level_unit else f"{unit}/({level_unit})"
         panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
-        by_line = {(level, sweep): rows for (other, level, sweep), rows in _curves(fine) if other == key}
         curves = []
-        for (other, level, sweep), rows in _curves(misfit.points):
+        for (other, level, sweep), rows in points:
             if other != key:
                 continue
-            drawn, factor = by_line[level, sweep], panel.factor(misfit.points.force[rows])
+            drawn, factor = lines_of[other, level, sweep], panel.factor(misfit.points.force[rows])
             curves.append(
                 Curve(
                     level=level,

@@ -12,9 +12,6 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
-from diagnosis.fit.arrangement import make_unknowns
-from diagnosis.fit.calibration import calibrate
-from diagnosis.fit.feature_comparison import FeatureComparison
 from pipeline.output import replace_file
 from study.case.setup import Setup
 from study.compare.data import (
@@ -156,6 +153,11 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     CampaignError
         The case accepts no parameter, or all data are held out.
     """
+    # The search takes long to import, and a comparison of a model as it is has no use for it.
+    from diagnosis.fit.arrangement import make_unknowns
+    from diagnosis.fit.calibration import calibrate
+    from diagnosis.fit.feature_comparison import FeatureComparison
+
     if not setup.accepted:
         raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
     training: Sequence[Datum] = [datum for datum in campaign.data if not datum.held_out]

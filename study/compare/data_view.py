@@ -6,8 +6,6 @@ from correlation.data_type.registry import Datum
 from correlation.model import Model
 from figure.registry import pictures
 from study.compare.data import DataComparison, data_figures, data_sections
-from study.compare.modal_view import view_modes
-from study.compare.section.modal import modal_sections
 from study.compare.section.section import Section
 
 
@@ -25,6 +23,10 @@ def show_data(
     """
     if not data:
         return {}, ()
+    # Most campaigns have no such data.
+    from study.compare.modal_view import view_modes
+    from study.compare.section.modal import modal_sections
+
     view = view_modes(model, data, compared, title)
     drawn = pictures({**data_figures(model, data, title), **view.figures})
     return drawn, (*modal_sections(view, drawn), *data_sections(compared, drawn))

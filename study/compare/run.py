@@ -20,10 +20,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from correlation.sensor_placement import with_sensors
-from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
-from diagnosis.fit.feature_comparison import fit_together
-from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.weighting import (
     Measured,
     join_measured,
@@ -235,6 +232,11 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
     if calibrate:
         if not (setup.accepted or unknown):
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
+        # The search takes long to import, and a comparison of a model as it is has no use for it.
+        from diagnosis.fit.arrangement import arrange
+        from diagnosis.fit.feature_comparison import fit_together
+        from diagnosis.fit.finer_model import widen_by_finer_models
+
         # Effects stay as strong as the case says; the calibration parameters begin anew.
         begin = replace(setup, calibrated={})
         arrangement = arrange(campaign, begin.complete, (*setup.accepted, *unknown), begin.complete_budget)

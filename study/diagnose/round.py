@@ -15,7 +15,8 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.arrangement import Added, Arrangement, arrange
+from diagnosis.fit.added import Added
+from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit

@@ -13,7 +13,7 @@ from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MatrixParameter, ModelParameter
 from hbsolve.steady_state import steady_state
 
 NOTHING = ModelParameter()

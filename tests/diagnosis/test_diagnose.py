@@ -16,7 +16,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds

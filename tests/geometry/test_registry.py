@@ -154,7 +154,7 @@ def test_entry_points_are_loaded_and_a_failing_one_leaves_the_rest(
     written(tmp_path, "SPRINGS.register(Spring(name='bad', stiffness=2))\nnot_there\n", "bad_springs.py")
     monkeypatch.syspath_prepend(str(tmp_path))
     points = [EntryPoint(name, f"{name}_springs", "test.springs") for name in ("bad", "good")]
-    monkeypatch.setattr(geometry.registry, "entry_points", lambda group: points if group == "test.springs" else [])
+    monkeypatch.setattr(geometry.registry, "installed_points", lambda group: points if group == "test.springs" else [])
     with pytest.warns(InputWarning, match="bad_springs.py, line 3: NameError"):
         assert springs.names() == ["good", "soft", "stiff"]
     assert len(springs.failures) == 1

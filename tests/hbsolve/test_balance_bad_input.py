@@ -22,11 +22,11 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError, DampingWarning, ModelError, NoSteadyState
+from hbsolve.model_rates import MatrixParameter
 from hbsolve.sensitivity import (
     JointParameter,
     LevelParameter,
     LoadParameter,
-    MatrixParameter,
     Parameter,
     SliderParameter,
     point_mass,

@@ -8,12 +8,12 @@ import pytest
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.model_rates import MatrixParameter
 from hbsolve.sensitivity import (
     FrequencyParameter,
     JointParameter,
     LevelParameter,
     LoadParameter,
-    MatrixParameter,
     Parameter,
     SliderParameter,
     damper,

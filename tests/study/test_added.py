@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from diagnosis.fit.arrangement import Added
+from diagnosis.fit.added import Added
 from study import cli
 from study.beam.model import beam_model
 from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of

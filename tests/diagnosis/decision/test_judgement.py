@@ -13,7 +13,8 @@ from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit import finalist
-from diagnosis.fit.arrangement import Added, Arrangement, arrange
+from diagnosis.fit.added import Added
+from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.finalist import Finalist, fall, weigh_each
 from diagnosis.fit.refit import baseline_fit, refit

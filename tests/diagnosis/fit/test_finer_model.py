@@ -11,7 +11,8 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.arrangement import Added, Arrangement, arrange, arrange_anew
+from diagnosis.fit.added import Added
+from diagnosis.fit.arrangement import Arrangement, arrange, arrange_anew
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import Finalist
