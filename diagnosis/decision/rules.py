@@ -14,6 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.model import Model
 from correlation.noise.model_error import NO_ERROR, ErrorSize
@@ -31,8 +33,8 @@ from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
 
-#: Largest distance of an effect's falls of chi^2 behind the best for it to be named as well: odds of 20 to 1.
-BEHIND = 6.0
+#: Probability that one of the effects that are named is the true one, if one of those that pass is.
+CREDIBLE = 0.95
 #: Share of the gain of the best effect that others may gain beyond the threshold.
 STAND_IN = 0.15
 #: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
@@ -116,8 +118,8 @@ class Gate(Protocol):
         """Whether an effect that passes leaves little enough, and stands in for no other."""
         ...
 
-    def is_alike(self, best: Refit, other: Refit) -> bool:
-        """Whether the data cannot distinguish an effect that passes from the best one."""
+    def choose(self, passed: Sequence[Refit]) -> list[Refit]:
+        """The best of the effects that pass, which come best first, and those that the data cannot tell from it."""
         ...
 
     def is_unexplained(self) -> bool:
@@ -130,16 +132,22 @@ def find(gate: Gate, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
     passed = [refit for refit in refits if gate.passes(refit)]
     if not passed:
         return (Finding.UNKNOWN if gate.is_unexplained() else Finding.NOTHING), []
-    best, *others = passed
-    if not gate.explains(best):
+    if not gate.explains(passed[0]):
         return Finding.UNKNOWN, []
-    alike = [best, *(other for other in others if gate.is_alike(best, other))]
-    return (Finding.AMBIGUOUS if len(alike) > 1 else Finding.MISSING), alike
+    chosen = gate.choose(passed)
+    return (Finding.AMBIGUOUS if len(chosen) > 1 else Finding.MISSING), chosen
 
 
 def support(refit: Refit) -> float:
     """Falls of chi^2 of the training and the held-out data together."""
     return refit.gain + refit.held_gain
+
+
+def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
+    """Probability of each of several effects, one of which is the true one, by both falls of chi^2, shape (n,) [-]."""
+    falls = np.array([support(each) for each in refits])
+    weight = np.exp((falls - falls.max()) / 2)
+    return np.asarray(weight / weight.sum())
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
@@ -181,9 +189,8 @@ def decide(
     """
     gate = _ChanceGate({each.name: each.arrangement for each in finalists}, catalogue, places, thresholds, run_step)
     finding, effects = find(gate, [each.refit for each in finalists])
-    passed = (each.arrangement.left for each in finalists if gate.passes(each.refit))
-    left = next(passed, left)
-    reason = ""
+    passed = [each for each in finalists if gate.passes(each.refit)]
+    left, reason = passed[0].arrangement.left if passed else left, ""
     if left.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
         reason = "" if far is None else far.sentence
@@ -197,6 +204,7 @@ def decide(
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=places[0] if found else None, model_error=left, reason=reason,
+        probabilities=compute_probabilities([each.refit for each in passed])[: len(effects)].tolist() if effects else (),
     )  # fmt: skip
 
 
@@ -240,8 +248,8 @@ class _ChanceGate:
         linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
         return not _stand_in(refit, rest, self.thresholds, linear)
 
-    def is_alike(self, best: Refit, other: Refit) -> bool:
-        return support(other) > support(best) - BEHIND
+    def choose(self, passed: Sequence[Refit]) -> list[Refit]:
+        return [*passed[: 1 + int(np.searchsorted(np.cumsum(compute_probabilities(passed)), CREDIBLE))]]
 
     def is_unexplained(self) -> bool:
         return bool(self.places) and misfit(self.places[0]) > self.thresholds.misfit

@@ -59,6 +59,8 @@ class Verdict(Tabular):
         Place of the missing force, if the cause is unknown.
     model_error
         Model error that is left beside noise, without an effect.
+    probabilities
+        Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
     reason
         Finding in words where no effect is named; derived from threshold and place if it is empty.
     """
@@ -71,6 +73,7 @@ class Verdict(Tabular):
     threshold: float | None = None
     place: Place | None = None
     model_error: ErrorSize = NO_ERROR
+    probabilities: Sequence[float] = ()
     reason: str = ""
 
     def to_pandas(self) -> "pandas.DataFrame":

@@ -65,9 +65,10 @@ class HeldOutGate:
         left = refit.held_error**2 - self.noise
         return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_error**2 - self.noise))
 
-    def is_alike(self, best: Refit, other: Refit) -> bool:
-        """Whether another effect explains as well, and the best is not significantly better."""
-        return self.explains(other) and not self.is_surely_better(other, best)
+    def choose(self, passed: Sequence[Refit]) -> list[Refit]:
+        """The best, and others that explain as well where the best is not significantly better."""
+        best, *others = passed
+        return [best, *(each for each in others if self.explains(each) and not self.is_surely_better(each, best))]
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the blocks of the held-out data vote for the second significantly."""

@@ -1,6 +1,6 @@
 """The report of a diagnosis: text with the verdict in three lines and details below, and a JSON document."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -52,11 +52,19 @@ def headline(result: Round) -> str:
     # In the order of the verdict: the errors are those of the first, which is the best.
     order = [item.effect.name for item in verdict.effects if item.effect is not None]
     named.sort(key=lambda row: order.index(row.effect.name))
-    listed = " or ".join(f"{row.effect.name} ({row.in_words})" for row in named)
+    chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
+    listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     fall = held_out_falls(errors(result.diagnosis.before), errors(verdict.effects[0]))
     if verdict.finding is Finding.AMBIGUOUS:
         return f"{listed} is missing, and these tests cannot tell which: {fall}."
     return f"{listed} is missing: {fall}."
+
+
+def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
+    """Strength of a named effect, and its probability if there are others."""
+    yield row.in_words
+    if row.effect.name in chance:
+        yield f"probability {100 * chance[row.effect.name]:.2g} %"
 
 
 def held_out_falls(before: Errors, after: Errors) -> str:
@@ -97,6 +105,7 @@ def document(result: Round) -> dict[str, Any]:
         "doubts": list_doubts(result),
         "model_error": vars(diagnosis.verdict.model_error),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
+        "probabilities": [*diagnosis.verdict.probabilities],
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
         "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},

@@ -10,7 +10,7 @@ import pytest
 
 from correlation.noise.model_error import NO_ERROR, ErrorSize
 from diagnosis.decision.rules import (
-    BEHIND,
+    CREDIBLE,
     KNOWN,
     STAND_IN,
     Leftover,
@@ -141,6 +141,10 @@ def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: 
     assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
 
 
+#: Fall of chi^2 behind the best at which one of two effects has the probability `CREDIBLE`.
+BEHIND = 2 * np.log(CREDIBLE / (1 - CREDIBLE))
+
+
 @pytest.mark.parametrize(("behind", "finding"), [(BEHIND - 0.5, Finding.AMBIGUOUS), (BEHIND + 0.5, Finding.MISSING)])
 def test_two_that_explain_alike_cannot_be_told(behind: float, finding: Finding) -> None:
     """What counts is both falls together: one gains more in training, the other in the held-out data."""
@@ -148,10 +152,19 @@ def test_two_that_explain_alike_cannot_be_told(behind: float, finding: Finding) 
     verdict = decided(best, other)
     assert verdict.finding is finding
     assert named(verdict) == (["mass", "density"] if finding is Finding.AMBIGUOUS else ["mass"])
+    assert verdict.probabilities[0] == pytest.approx(1 / (1 + np.exp(-behind / 2)))
+
+
+def test_many_that_explain_a_little_worse_are_named_until_their_probability_is_credible() -> None:
+    """Each is 8 behind, which is one in 55: ten of them leave the best 85 %, and with seven of them there are 95 %."""
+    verdict = decided(refit("mass", 90, 70), *(refit(f"spring {number}", 90, 62) for number in range(10)))
+    assert verdict.finding is Finding.AMBIGUOUS
+    assert sum(verdict.probabilities) >= CREDIBLE > sum(verdict.probabilities[:-1])
+    assert verdict.probabilities[0] == pytest.approx(1 / (1 + 10 * np.exp(-4)))
 
 
 def test_what_may_not_be_claimed_is_not_named_however_close() -> None:
-    """The held-out data do not follow, though both falls together come within `BEHIND`."""
+    """The held-out data do not follow, though both falls together come close."""
     verdict = decided(refit("mass", 100, 40), refit("gap", 141, -2))
     assert verdict.finding is Finding.MISSING
     assert named(verdict) == ["mass"]
