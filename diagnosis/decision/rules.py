@@ -145,8 +145,8 @@ def support(refit: Refit) -> float:
 
 def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
     """Probability of each of several effects, one of which is the true one, by both falls of chi^2, shape (n,) [-]."""
-    falls = np.array([support(each) for each in refits])
-    weight = np.exp((falls - falls.max()) / 2)
+    falls = np.array([support(each) for each in refits], dtype=np.float64)
+    weight = np.exp((falls - falls.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 
 
@@ -204,7 +204,7 @@ def decide(
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=places[0] if found else None, model_error=left, reason=reason,
-        probabilities=compute_probabilities([each.refit for each in passed])[: len(effects)].tolist() if effects else (),
+        probabilities=compute_probabilities([each.refit for each in passed])[: len(effects)].tolist(),
     )  # fmt: skip
 
 
