@@ -24,6 +24,7 @@ def main() -> None:
     words.add_argument(
         "--output", type=Path, help="file of records, one JSON object a line; those in it are not redone"
     )
+    words.add_argument("--pictures", type=Path, help="folder for confusion matrix and reliability diagram")
     given = words.parse_args()
     first, last = map(int, given.seeds.split(":"))
     if last > DEVELOPMENT and not (given.sealed and first >= SEALED):
@@ -43,6 +44,13 @@ def main() -> None:
                 with given.output.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(record) + "\n")
     print(table(records))
+    if given.pictures:
+        from benchmarks.strangers.diagram import draw_confusion, draw_reliability
+
+        given.pictures.mkdir(parents=True, exist_ok=True)
+        made = [record for record in records if record["made"]]
+        draw_confusion(made, given.pictures / "confusion.png")
+        draw_reliability(made, given.pictures / "reliability.png")
 
 
 if __name__ == "__main__":
