@@ -10,6 +10,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
+from diagnosis.decision.closeness import find_far_resonance
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.added import Added
@@ -199,9 +200,12 @@ def diagnose(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement) else USUAL
+    # No effect is looked for in a model that is another structure.
+    is_far = find_far_resonance(arrangement.train.observed, arrangement.fit.model) is not None
+    effects = () if is_far else catalogue.candidates
     report("response control", shares.screening / 2)
-    arrangement, searched, starts = _begin(arrangement, catalogue.candidates, run_step)
-    scores, before, refits = screen_and_refit(searched, catalogue.candidates, run_step, report, shares, starts)
+    arrangement, searched, starts = _begin(arrangement, effects, run_step)
+    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     finalists = weigh_each(campaign, arrangement, before, refits, find_catalogue, run_step)
@@ -232,7 +236,7 @@ def _begin(
 ) -> tuple[Arrangement, Arrangement, list[tuple[Effect, Values]]]:
     """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
     searched = _choose_searched(arrangement, run_step)
-    if not is_lost(searched):
+    if not effects or not is_lost(searched):
         return arrangement, searched, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
     arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))

@@ -87,6 +87,8 @@ def advice(result: Round) -> str:
 def threshold_in_words(result: Round) -> str:
     """The detection threshold, and its origin."""
     thresholds = result.diagnosis.thresholds
+    if not result.diagnosis.scores:
+        return "detection threshold: none, as no effect was tried"
     origin = f"{thresholds.n_trial} simulated ones" if thresholds.n_trial else "linear theory, with a margin"
     return (
         f"detection threshold: chi^2 falls by more than {thresholds.gain:.3g} in "
@@ -222,7 +224,8 @@ def _fitted(result: Round) -> Iterator[str]:
 def _candidates(result: Round) -> Iterator[str]:
     shown = rows(result)[:MOST]
     if not shown:
-        yield "No effect can be tested."
+        is_far = result.diagnosis.verdict.finding is Finding.NOT_CLOSE
+        yield "No effect was tried in a model that is so far off." if is_far else "No effect can be tested."
         return
     width = max(len(row.effect.name) for row in shown)
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
