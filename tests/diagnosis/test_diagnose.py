@@ -20,6 +20,7 @@ from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
+from reduction.joint_law.friction_contact import friction_contacts
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
@@ -229,6 +230,19 @@ def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:
     # What it would have taken is far below what the other tests hide, and is told.
     assert 0 < smallest < 0.1 * MASS
     assert f"{WHERE} {smallest:.2g} kg" in found.verdict.smallest
+
+
+def test_in_a_model_that_is_another_structure_no_effect_is_tried(bench: Bench) -> None:
+    """Its springs are 36 % softer, and so its resonances 20 % lower: a mass or a spring would mend the first alone."""
+    joints = [
+        joint.with_values({name: 0.64 * getattr(joint, name) for name in ("normal_stiffness", "tangential_stiffness")})
+        for joint in friction_contacts(bench.small.system.joints)
+    ]
+    softer = bench.small.with_system(stiffness=0.64 * bench.small.system.stiffness, joints=joints)
+    found = diagnose(bench.campaign(), softer, bench.accepted, EXACT_MODEL)
+    assert found.verdict.finding is Finding.NOT_CLOSE
+    assert "resonance near" in found.verdict.sentence
+    assert found.scores == found.refits == ()
 
 
 def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> None:
