@@ -48,6 +48,9 @@ CAUTION = 0.8
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.
 USUAL = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
+#: Places of the forces among the causes of jitter, one mode each as those before them. A force that was measured is
+#: what it is, unless repeats differ along it by more than noise does in this share of campaigns [-].
+FORCES, CHANCE = (2, 3), 0.01
 #: Prior standard deviation of what differs between repeats, preloads above all [-].
 LARGEST = 0.2
 #: Rounds of the weighted fit of a and b.
@@ -107,12 +110,16 @@ def estimate_scatter(
     pooled = pool(_variance(apart, freedom))
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
-    amplitude = _amplitudes(apart, modes, weights)
+    amplitude, chance = _amplitudes(apart, modes, weights)
     seen = [_seen(block, apart) for block in jitter]
     covariances = [
         _margin(int(each.sum()) - 1) * _covariance(rows[:, each])
         for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
     ]
+    sure = np.split(amplitude / chance, starts)
+    for number in FORCES[: max(len(jitter) - FORCES[0], 0)]:
+        if (sure[number][:, seen[number]] ** 2).sum() < chdtri(max(int(seen[number].sum()) - 1, 1), CHANCE):
+            covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = pool(own)
@@ -248,16 +255,19 @@ def _pooled(
 
 def _amplitudes(
     apart: Float[NDArray[np.float64], "m R"], modes: Float[NDArray[np.float64], "m q"], weights: Whitening
-) -> Float[NDArray[np.float64], "q R"]:
-    """Generalised least squares of each repeat's difference along the modes; friction histories are no jitter.
+) -> tuple[Float[NDArray[np.float64], "q R"], Float[NDArray[np.float64], "q R"]]:
+    """Generalised least squares of each repeat's difference along the modes, and its standard deviations by noise.
+
+    Friction histories are no jitter.
 
     A mode that changes next to nothing, such as the preload of a contact that sticks, has no jitter that could be seen:
     its prior keeps it from being anything.
     """
-    amplitudes, prior = np.zeros((modes.shape[1], apart.shape[1])), np.eye(modes.shape[1]) / LARGEST
+    amplitudes, prior = np.zeros((2, modes.shape[1], apart.shape[1])), np.eye(modes.shape[1]) / LARGEST
     for number, column in enumerate(apart.T):
         there = np.isfinite(column)
         seen, difference = np.where(there[:, None], modes, 0.0), np.where(there, column, 0.0)
         table = np.concatenate([weights(seen), prior])
-        amplitudes[:, number] = np.linalg.lstsq(table, np.pad(weights(difference), (0, len(prior))), rcond=1e-10)[0]
-    return amplitudes
+        amplitudes[0, :, number] = np.linalg.lstsq(table, np.pad(weights(difference), (0, len(prior))), rcond=1e-10)[0]
+        amplitudes[1, :, number] = np.sqrt(np.diag(np.linalg.pinv(table.T @ table, hermitian=True)))
+    return amplitudes[0], amplitudes[1]

@@ -1,13 +1,17 @@
 """Jitter as numbers that a fit may set: what they apply, and that their priors are the covariance."""
 
 from dataclasses import replace
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from correlation.errors import ModelDefinitionError
+from correlation.feature.observation import find_sweep_directions, take_training_part
 from correlation.model import Model
+from correlation.noise.nuisance import Budget
 from diagnosis.fit.jitter import FrequencyShift, PreloadJitter, list_jitter, list_preload_jitter
+from diagnosis.fit.weighting import Measured, weighted
 
 
 def test_a_frequency_shift_shifts_its_test_alone(small: Model) -> None:
@@ -105,3 +109,20 @@ def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: Model) ->
     assert deviation == pytest.approx(0.03, rel=1e-14)
     assert [abs(share) for _, share in effect.shares] == [0.0, 1.0]
     assert list_preload_jitter(small, np.zeros((2, 2))) == []
+
+
+@pytest.mark.parametrize("factors", [[1.0] * 4, [1.0, 1.03, 1.06, 1.1]])
+def test_forces_scatter_where_repeats_differ_by_a_factor_alone(
+    small: Model, paper: ModuleType, factors: list[float]
+) -> None:
+    campaign = paper.make_campaign(small, seed=3, held=())
+    table = campaign.measurement
+    numbers = np.unique(table.repeat, return_inverse=True)[1]
+    grown = replace(campaign, measurement=replace(table, value=np.array(factors)[numbers] * table.value))
+    measured = Measured.prepare(take_training_part(grown), find_sweep_directions(grown))
+    _, seen = weighted(measured, small, measured.predictor.predict(small), Budget(), [], 4)
+    # In 1 % of campaigns noise alone looks like a force; this one is none of them.
+    scatter = np.var(factors, ddof=1)
+    assert seen.jitter[2][0, 0] >= scatter
+    # Of three degrees of freedom in a variance: chi-square is above 1.0 in 80 %.
+    assert seen.jitter[2][0, 0] <= 3.2 * scatter
