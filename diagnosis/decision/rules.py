@@ -187,7 +187,9 @@ def decide(
     far
         A measured resonance that is far from those of the model.
     """
-    gate = _ChanceGate({each.name: each.arrangement for each in finalists}, catalogue, places, thresholds, run_step)
+    arrangements = {each.name: each.arrangement for each in finalists}
+    refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
+    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, max(refuted, 0.0))
     finding, effects = find(gate, [each.refit for each in finalists])
     passed = [each for each in finalists if gate.passes(each.refit)]
     left, reason = passed[0].arrangement.left if passed else left, ""
@@ -230,6 +232,8 @@ class _ChanceGate:
     places: Sequence[Place]
     thresholds: Thresholds
     run_step: RunStep
+    refuted: float
+    """Largest gain of an effect that the held-out data speak against: an unknown force that gains as much is wrong too."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
 
@@ -252,7 +256,7 @@ class _ChanceGate:
         return [*passed[: 1 + int(np.searchsorted(np.cumsum(compute_probabilities(passed)), CREDIBLE))]]
 
     def is_unexplained(self) -> bool:
-        return bool(self.places) and misfit(self.places[0]) > self.thresholds.misfit
+        return bool(self.places) and misfit(self.places[0]) - self.refuted > self.thresholds.misfit
 
 
 def misfit(place: Place) -> float:

@@ -244,6 +244,18 @@ def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: 
     assert verdict.place is (there if finding is Finding.UNKNOWN else None)
 
 
+@pytest.mark.parametrize(("held_fall", "finding"), [(-2, Finding.NOTHING), (0, Finding.UNKNOWN)])
+def test_an_unknown_force_is_no_more_than_an_effect_that_held_out_data_speak_against(
+    held_fall: float, finding: Finding
+) -> None:
+    """A spring gains what the unknown force does, and the held-out data lose by it: the error is of the fitted ones."""
+    gain = LIMITS.misfit + 20
+    assert decided(refit("spring", gain, held_fall), places=(place(gain + 6),)).finding is finding
+    # What the unknown force gains beyond the spring is another matter.
+    more = place(gain + LIMITS.misfit + 8)
+    assert decided(refit("spring", gain, held_fall), places=(more,)).finding is Finding.UNKNOWN
+
+
 def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> None:
     asked: list[str] = []
     decided(refit("mass", 5, 5), asked=asked)
