@@ -233,7 +233,7 @@ class _ChanceGate:
     thresholds: Thresholds
     run_step: RunStep
     refuted: float
-    """Largest gain of an effect that the held-out data speak against: an unknown force that gains as much is wrong too."""
+    """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
 
