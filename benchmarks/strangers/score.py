@@ -7,6 +7,9 @@ same            an effect is *the same* as a hidden one if it is that one, or if
                 model (`Score.direction`): no campaign of this layout can tell them apart. So mass at two near places,
                 or preload and friction coefficient under a constant normal load, are one group.
 first           one: the verdict names (missing or ambiguous) an effect that is the same, before all others
+seen            one: the hidden effect changes the readings by more than ten standard deviations of noise, jitter,
+                histories and numerical error beside the calibration parameters, at the calibrated model of the
+                diagnosis; the z of a plan is that of linear theory at the drawn model, which finite changes exceed
 among           one: it names such an effect, wherever
 kind            one: the first that it names is of the hidden kind
 itself          one: the first that it names is the hidden one, kind and place
@@ -32,6 +35,8 @@ from benchmarks.hidden_effects_score import Share
 
 Record = Mapping[str, Any]
 CLEAR = ("missing", "ambiguous")
+#: Standard deviations from which on an effect is seen.
+SEEN = 10.0
 
 
 def class_of(record: Record) -> str:
@@ -64,6 +69,11 @@ def same(record: Record, number: int = 0) -> set[str]:
 def is_first(record: Record) -> bool:
     """See `first`."""
     return bool(named(record)) and named(record)[0]["name"] in same(record)
+
+
+def is_seen(record: Record) -> bool:
+    """See `seen`."""
+    return any(size > SEEN for size in record["rounds"][0].get("seen", {}).values())
 
 
 def is_among(record: Record) -> bool:
@@ -123,6 +133,7 @@ def table(records: Sequence[Record]) -> str:
         f"{len(records)} strangers, {len(records) - len(made)} could not be made; "
         + ", ".join(f"{name} {len(of)}" for name, of in by.items()),
         _line("one: right effect or group first", by["one"], is_first),
+        _line(f"the same, seen above {SEEN:.0f}", [each for each in by["one"] if is_seen(each)], is_first),
         _line("one: among those named", by["one"], is_among),
         _line("one: right kind first", by["one"], is_kind),
         _line("one: right kind and place first", by["one"], is_itself),

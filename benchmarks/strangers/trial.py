@@ -8,7 +8,7 @@ and added (`stickslip add`), at most `ROUNDS` times.
 import tempfile
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +54,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
             try:
                 with limited(LIMIT):
                     found = diagnose_file(stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials)
-                    done = round_of(found.last.diagnosis, names)
+                    done = round_of(found.last.diagnosis, record["effects"])
             except TimeUp as end:
                 done = {"finding": "failed", "failure": str(end)}
             except Exception as error:
@@ -70,9 +70,10 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
         return record
 
 
-def round_of(diagnosis: Diagnosis[Arrangement], hidden: list[str]) -> dict[str, Any]:
-    """What one diagnosis says, and which effects it could not tell from the hidden ones."""
-    verdict, before = diagnosis.verdict, diagnosis.before
+def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What one diagnosis says, how clearly it sees the hidden effects, and which ones it could not tell from them."""
+    verdict, before, hidden = diagnosis.verdict, diagnosis.before, [each["name"] for each in effects]
+    detectable = {score.effect.name: score.detectable for score in diagnosis.scores}
     directions = {score.effect.name: score.direction for score in diagnosis.scores}
     return {
         "finding": verdict.finding.value,
@@ -81,6 +82,11 @@ def round_of(diagnosis: Diagnosis[Arrangement], hidden: list[str]) -> dict[str, 
         "probabilities": [*verdict.probabilities],
         "ranking": [_fitted(each) for each in diagnosis.refits if each.effect is not None],
         "scores": {score.effect.name: float(score.gain) for score in diagnosis.scores[:MOST]},
+        "seen": {
+            each["name"]: abs(each["strength"] - each["vanishes"]) / detectable[each["name"]]
+            for each in effects
+            if each["name"] in detectable
+        },
         "alike": {
             name: [
                 other
