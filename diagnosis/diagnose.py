@@ -200,9 +200,7 @@ def diagnose(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement) else USUAL
-    # No effect is looked for in a model that is another structure.
-    is_far = find_far_resonance(arrangement.train.observed, arrangement.fit.model) is not None
-    effects = () if is_far else catalogue.candidates
+    effects = _list_tried(arrangement, catalogue)
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, effects, run_step)
     scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts)
@@ -229,6 +227,12 @@ def diagnose(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(ranked),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
+
+
+def _list_tried(arrangement: Arrangement, catalogue: Catalogue) -> tuple[Effect, ...]:
+    """Effects that are tried: none in a model that is another structure."""
+    is_far = find_far_resonance(arrangement.train.observed, arrangement.fit.model) is not None
+    return () if is_far else catalogue.candidates
 
 
 def _begin(
