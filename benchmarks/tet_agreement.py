@@ -117,10 +117,9 @@ def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> 
     assembly = ReducedAssembly(bodies=every)
     stuck = joined(assembly, make_line_pairs(case, model.rig)).stuck
     found = compute_dense_modes(assembly.mass, stuck)
-    frequency = np.sqrt(found.lambda_.clip(min=0)) / (2 * np.pi)
     driven = np.abs(found.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(found.mu))[0]
     first = np.flatnonzero(driven[:COMPARED] > SEEN * driven[:COMPARED].max())[0]
-    return frequency[:COMPARED], int(first)
+    return found.frequency[:COMPARED], int(first)
 
 
 def main(size: float) -> None:

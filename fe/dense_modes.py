@@ -47,6 +47,11 @@ class DenseModes:
         return np.asarray(1 / self.mu - self.shift)
 
     @property
+    def frequency(self) -> Float[NDArray[np.float64], " r"]:
+        """Natural frequencies, ascending; zero of rigid-body motions [Hz]."""
+        return np.asarray(np.sqrt(self.lambda_.clip(min=0)) / (2 * np.pi))
+
+    @property
     def mode_shapes(self) -> Float[NDArray[np.float64], "r r"]:
         """Mass-normalised, the largest entry of each positive, shape (r, r) [kg^-1/2]."""
         shapes = self.shapes / np.sqrt(self.mu)

@@ -80,7 +80,7 @@ def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:
 def _bracket(system: JointedSystem) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], " r"]]:
     """Natural frequencies without contacts and with all of them stuck, one by one the lower and the higher [Hz]."""
     low, high = (
-        np.sqrt(np.maximum(compute_dense_modes(system.mass, stiffness).lambda_, 0.0)) / (2 * np.pi)
+        compute_dense_modes(system.mass, stiffness).frequency
         for stiffness in (system.stiffness, stick_at_rest(system.stiffness, system.joints))
     )
     return low, np.maximum(low, high)

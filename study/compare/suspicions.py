@@ -72,8 +72,7 @@ def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     result = []
     for item in (model, model.free()):
         system = item.system
-        modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
-        frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+        frequency = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints)).frequency
         result.append(frequency[frequency > 0][:N_MODE])
     return np.concatenate(result)
 

@@ -149,7 +149,7 @@ def damping_ratio(model: Model, resonance: Resonance) -> float | None:
     """Damping ratio of the model's mode at a resonance, contacts stuck, or None if it has no such mode [-]."""
     system = (model.free() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
-    own = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+    own = modes.frequency
     nearest = int(np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / resonance.frequency))))
     if not 1 / FAR < own[nearest] / resonance.frequency < FAR:
         return None
@@ -179,7 +179,7 @@ def estimate_stiffness(
         relative = float(np.hypot(relative, DEVIATION["E"] / 2))  # a frequency goes with the root of the modulus
     else:
         plain = model.free().system
-        own = np.sqrt(np.maximum(compute_dense_modes(plain.mass, plain.stiffness).lambda_, 0.0)) / (2 * np.pi)
+        own = compute_dense_modes(plain.mass, plain.stiffness).frequency
         nearest = float(own[np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / free.frequency)))])
         if not 1 / FAR < nearest / free.frequency < FAR:
             return
@@ -193,7 +193,7 @@ def estimate_stiffness(
     for factor in GRID:
         scaled = scale_contacts(model, dict.fromkeys(model.lines, float(factor)), CONTACT["kt"]).system
         modes = compute_dense_modes(scaled.mass, stick_at_rest(scaled.stiffness, scaled.joints))
-        places.append(np.sort(np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)))
+        places.append(np.sort(modes.frequency))
     # Stiffer contacts raise every frequency, so that modes keep their order; the model's own says which one is meant.
     drawn = places[int(np.argmin(np.abs(np.log(GRID))))]
     number = int(np.argmin(np.abs(np.log(np.maximum(drawn, 1e-12) / wanted))))

@@ -139,7 +139,7 @@ def stuck_modes(
 ) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
     """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
     modes = compute_dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
-    return np.sqrt(modes.lambda_.clip(min=0)) / (2 * np.pi), modes.mode_shapes
+    return modes.frequency, modes.mode_shapes
 
 
 def energy_share(
