@@ -34,17 +34,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
-from scipy.stats import chi2
 
 from correlation.campaign.measurement import Campaign
 from correlation.family.family import Family, common_points
-from correlation.noise.variance import fit_variance_law
+from correlation.noise.variance import compute_margin, fit_variance_law
 
 Values = Float[NDArray[np.float64], " n"]
 Table = Float[NDArray[np.float64], "c p"]
 
-#: A scatter of a few set-ups is taken so large that it is too small in one case of five.
-CAUTION = 0.8
 #: Fewer points of a curve have no roughness.
 FEWEST_POINTS = 4
 #: A roughness of whose variance the fitted shift leaves less than this share tells no noise [-].
@@ -275,6 +272,5 @@ def _frequency_jitter(tables: Sequence[_Table]) -> float:
                 shift.append(float(np.median(own)))
         freedom = len(shift) - 1
         if freedom > 0:
-            margin = freedom / chi2.ppf(1 - CAUTION, freedom)
-            result.append(float(np.sqrt(np.var(shift, ddof=1) * margin)))
+            result.append(float(np.sqrt(np.var(shift, ddof=1) * compute_margin(freedom))))
     return min(result, default=0.0)

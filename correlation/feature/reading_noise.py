@@ -3,16 +3,16 @@
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from correlation.campaign.measurement import Campaign, ComplexColumn, FloatColumn, IntColumn
 from correlation.noise.smoothness import estimate_curve_noise
+from correlation.noise.variance import compute_margin
 from correlation.prediction import Points
 
 Noise = Float[NDArray[np.float64], " k"]
 
-#: Degrees of freedom with which a curve tells its noise, and the probability that the noise is no larger than that.
-FREEDOM, CAUTION = 20, 0.8
+#: Degrees of freedom with which a curve tells its noise.
+FREEDOM = 20
 
 
 def find_reading_noise(
@@ -41,8 +41,8 @@ def find_reading_noise(
             reading = np.hypot(relative * np.abs(value[rows]), absolute)
             noise[rows] = reading / np.sqrt(np.maximum(n_reading[rows], 1))
         elif single:
-            caution = np.sqrt(FREEDOM / chdtri(FREEDOM, CAUTION))
-            noise[rows] = caution * smooth_noise(points.where(rows), value[rows], has_phase=sensor.has_phase)
+            seen = smooth_noise(points.where(rows), value[rows], has_phase=sensor.has_phase)
+            noise[rows] = np.sqrt(compute_margin(FREEDOM)) * seen
     return noise
 
 

@@ -23,7 +23,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
 from correlation.noise.rice import remove_bias
-from correlation.noise.variance import fit_two_shares
+from correlation.noise.variance import compute_margin, fit_two_shares
 
 Variance = Float[NDArray[np.float64], " m"]
 
@@ -42,9 +42,6 @@ WILD = 10.0
 TAIL = 4.0
 #: Median of such a chi-square per degree of freedom.
 MEDIAN = 0.84
-#: Probability that the jitter is no larger than in the covariance: five repeats may happen to be all alike, and their
-#: mean is then no more accurate than that of others.
-CAUTION = 0.8
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.
 USUAL = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
@@ -113,7 +110,7 @@ def estimate_scatter(
     amplitude, chance = _amplitudes(apart, modes, weights)
     seen = [_seen(block, apart) for block in jitter]
     covariances = [
-        _margin(int(each.sum()) - 1) * _covariance(rows[:, each])
+        compute_margin(int(each.sum()) - 1) * _covariance(rows[:, each])
         for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
     ]
     sure = np.split(amplitude / chance, starts)
@@ -193,12 +190,6 @@ def _seen(
 ) -> Bool[NDArray[np.bool_], " R"]:
     """Repeats of the test that a cause acts on."""
     return np.asarray(np.isfinite(apart[block.any(axis=1)]).any(axis=0))
-
-
-def _margin(freedom: int) -> float:
-    """Factor on a variance with so many degrees of freedom for `CAUTION`."""
-    freedom = max(freedom, 1)
-    return float(freedom / chdtri(freedom, CAUTION))
 
 
 def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:

@@ -23,6 +23,9 @@ from scipy.special import chdtri, digamma, fdtrc, gammainc, polygamma
 
 Column = Float[NDArray[np.float64], " k"]
 
+#: Probability that a variance is no larger than what is made of it: few repeats may happen to be all alike, and their
+#: mean is then no more accurate than that of others.
+CAUTION = 0.8
 #: Ratios of scatter to variance above this quantile are cut [-].
 CUT = 0.05
 #: Share of tables in which chance may take a point for one whose scatter the fit does not describe [-].
@@ -33,6 +36,12 @@ ITERATIONS = 40
 LEAST_DEGREES, MOST_DEGREES = 3.0, 1e4
 #: No channel is more exact than this share of its largest amplitude (double precision written with few digits) [-].
 EXACT = 1e-9
+
+
+def compute_margin(freedom: int) -> float:
+    """Factor on a variance that so many degrees of freedom tell, for `CAUTION` [-]."""
+    freedom = max(freedom, 1)
+    return float(freedom / chdtri(freedom, CAUTION))
 
 
 def pool_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
