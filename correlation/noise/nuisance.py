@@ -99,8 +99,9 @@ class ModelFeatures(NamedTuple):
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
 
-#: Causes of jitter before the preloads: frequency and force of each configuration.
-N_COMMON = 4
+#: Causes of jitter before the preloads, one mode each (frequency and force of each configuration), and those that are
+#: forces.
+N_COMMON, FORCES = 4, (2, 3)
 
 
 class NuisanceModes(NamedTuple):

@@ -22,6 +22,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
+from correlation.noise.nuisance import FORCES
 from correlation.noise.rice import remove_bias
 from correlation.noise.variance import compute_margin, fit_two_shares
 
@@ -45,9 +46,9 @@ MEDIAN = 0.84
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.
 USUAL = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
-#: Places of the forces among the causes of jitter, one mode each as those before them. A force that was measured is
-#: what it is, unless repeats differ along it by more than noise does in this share of campaigns [-].
-FORCES, CHANCE = (2, 3), 0.01
+#: A force that was measured is what it is, unless repeats differ along it by more than noise does in this share of
+#: campaigns [-].
+CHANCE = 0.01
 #: Prior standard deviation of what differs between repeats, preloads above all [-].
 LARGEST = 0.2
 #: Rounds of the weighted fit of a and b.
@@ -114,7 +115,7 @@ def estimate_scatter(
         for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
     ]
     sure = np.split(amplitude / chance, starts)
-    for number in FORCES[: max(len(jitter) - FORCES[0], 0)]:
+    for number in (each for each in FORCES if each < len(jitter)):
         if (sure[number][:, seen[number]] ** 2).sum() < chdtri(max(int(seen[number].sum()) - 1, 1), CHANCE):
             covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
     rest = apart - modes @ amplitude
