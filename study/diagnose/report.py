@@ -23,7 +23,7 @@ ANEW = (
     "brackets."
 )
 SETTLED = (
-    "The held-out error is computed after the preload and the frequency offset of each held-out repeat have been "
+    "The held-out error is computed after preload, frequency offset and force of each held-out repeat have been "
     "fitted within their measured scatter. It is weighted by the covariance of its round, so that the same values may "
     "have another error in another round."
 )
