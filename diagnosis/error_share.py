@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.noise.covariance import Whitening
 from correlation.noise.model_error import NO_ERROR
@@ -57,13 +59,12 @@ def list_weights(arrangement: Arrangement) -> list[Weights]:
     return weights
 
 
-def find_largest_gain(arrangement: Arrangement, effects: Sequence[Effect]) -> float:
-    """Largest gain of an effect to first order, each by the covariance that suits it best [-]."""
+def compute_suited_gains(arrangement: Arrangement, effects: Sequence[Effect]) -> Float[NDArray[np.float64], "w e"]:
+    """Gain of each effect to first order by each of these covariances, that with all model error first [-]."""
     weights, m = list_weights(arrangement), arrangement.fit.n_number
-    largest = 0.0
-    for effect, slope in zip(effects, compute_slopes(arrangement, effects), strict=True):
+    gains = np.zeros((len(weights), len(effects)))
+    for number, slope in enumerate(compute_slopes(arrangement, effects)):
         change = arrangement.train.whitening.undo(slope[:m, None])
-        for each in weights:
-            gain = find_least(effect, each.across(change)[:, 0], each.residual).gain
-            largest = max(largest, gain - each.surplus)
-    return largest
+        for each, row in zip(weights, gains, strict=True):
+            row[number] = find_least(effects[number], each.across(change)[:, 0], each.residual).gain - each.surplus
+    return gains

@@ -23,13 +23,13 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import FarResonance
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
-from diagnosis.error_share import find_largest_gain
+from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
 from diagnosis.localisation import Place, localise
-from diagnosis.screening import Score, compute_slope_gains, screen
+from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
 
@@ -90,7 +90,8 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
     worth
         Gain that matters [-].
     """
-    gains = compute_slope_gains(arrangement, effects)
+    by_covariance = compute_suited_gains(arrangement, effects)
+    gains = by_covariance[0].copy()
     promising = [number for number in np.argsort(-gains) if gains[number] > worth]
     for place, number in enumerate(promising):
         if place < CHECKED:
@@ -103,7 +104,7 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
         gain=float(gains[best]) if best >= 0 else 0.0,
         name=effects[best].name if best >= 0 else "",
         places=tuple(localise(arrangement)),
-        known=find_largest_gain(arrangement, effects),
+        known=float(by_covariance.max(initial=0.0)),
     )
 
 
@@ -200,7 +201,8 @@ def decide(
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
     found = finding is Finding.UNKNOWN and gate.is_unexplained()
     if finding is Finding.UNKNOWN and not found and gate.left:
-        (reason,) = (_tell_stand_in(name, rest) for name, rest in gate.left.items())
+        ((name, rest),) = gate.left.items()
+        reason = _tell_stand_in(name, rest)
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),

@@ -158,11 +158,10 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(rules, "compute_slope_gains", lambda *_: np.array(promised))
+    monkeypatch.setattr(rules, "compute_suited_gains", lambda *_: np.array([promised]))
     monkeypatch.setattr(rules, "screen", lambda _, effects: [each.number for each in effects])
     monkeypatch.setattr(rules, "quick_fit", fit)
     monkeypatch.setattr(rules, "localise", lambda _: [])
-    monkeypatch.setattr(rules, "find_largest_gain", lambda *_: 0.0)
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(fit=SimpleNamespace(chi2=chi2))
     return find_leftover(arrangement, effects, worth), asked
