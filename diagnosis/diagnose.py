@@ -186,7 +186,7 @@ def diagnose(
     Raises
     ------
     CampaignError
-        Nothing is held out, there is a single repeat, or the model lacks a sensor.
+        Nothing is held out, a single repeat whose noise is not known, or the model lacks a sensor.
     EffectError
         An unknown kind of effect, or an invalid effect of the user's own.
     """
@@ -200,7 +200,8 @@ def diagnose(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement) else USUAL
-    effects = _list_tried(arrangement, catalogue)
+    far = find_far_resonance(arrangement.train.observed, arrangement.fit.model)
+    effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, effects, run_step)
     scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts)
@@ -212,27 +213,28 @@ def diagnose(
     report("unknown forces", shares.places)
     places = run_step("places", lambda: localise(arrangement))
     report("what is left", shares.left)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
     report("intervals", shares.intervals)
-    by_name = {each.name: each for each in (nothing, *finalists)}
-    best = by_name[(*verdict.effects, before)[0].name]
-    widened = run_step(f"intervals beside {best.name}", lambda: widen_intervals(campaign, best, list(by_name.values())))
-    # By name: stored fits may be in another order, which depends on the thresholds.
-    wide = {fit.name: fit for fit in widened}
-    before, ranked = wide[before.name], [wide[each.name] for each in finalists]
-    verdict = replace(verdict, before=before, effects=tuple(wide[each.name] for each in verdict.effects))
+    before, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(ranked),
+        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 
 
-def _list_tried(arrangement: Arrangement, catalogue: Catalogue) -> tuple[Effect, ...]:
-    """Effects that are tried: none in a model that is another structure."""
-    is_far = find_far_resonance(arrangement.train.observed, arrangement.fit.model) is not None
-    return () if is_far else catalogue.candidates
+def _widen(
+    campaign: Campaign, nothing: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
+) -> tuple[Refit, list[Refit], Verdict]:
+    """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
+    by_name = {each.name: each for each in (nothing, *finalists)}
+    best = by_name[(*verdict.effects, nothing.refit)[0].name]
+    widened = run_step(f"intervals beside {best.name}", lambda: widen_intervals(campaign, best, list(by_name.values())))
+    # By name: stored fits may be in another order, which depends on the thresholds.
+    wide = {fit.name: fit for fit in widened}
+    before, effects = wide[nothing.name], tuple(wide[each.name] for each in verdict.effects)
+    return before, [wide[each.name] for each in finalists], replace(verdict, before=before, effects=effects)
 
 
 def _begin(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.closeness import find_far_resonance
+from diagnosis.decision.closeness import FarResonance
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
@@ -16,11 +16,12 @@ from diagnosis.threshold.detection_threshold import Thresholds
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Criteria:
-    """Basis of every judgement: candidates, their scores, and detection thresholds."""
+    """Basis of every judgement: candidates, their scores, detection thresholds, and a resonance that is far off."""
 
     catalogue: Catalogue
     scores: Sequence[Score]
     thresholds: Thresholds
+    far: FarResonance | None = None
 
 
 def judge(
@@ -46,7 +47,5 @@ def judge(
         return not passes(finalist.refit, by.thresholds), -support(finalist.refit)
 
     ranked = sorted(finalists, key=rank)
-    far = find_far_resonance(before.arrangement.train.observed, before.refit.fit.model)
-    return ranked, decide(
-        by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, before.arrangement.left, far
-    )
+    left = before.arrangement.left
+    return ranked, decide(by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far)
