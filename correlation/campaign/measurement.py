@@ -240,7 +240,7 @@ class Campaign:
     sensors, tests
         Sensors and tests, in the order of the indices of the table.
     measurement
-        The table.
+        The table; frequencies that are the same but for rounding are made equal in it.
     held_out
         Levels and repeats that no calibration may see.
     records
@@ -264,6 +264,12 @@ class Campaign:
     drive: Drive = Drive()
     data: tuple[Any, ...] = ()
 
+    def __post_init__(self) -> None:
+        table = self.measurement
+        aligned = _aligned(table.frequency)
+        if not np.array_equal(aligned, table.frequency):
+            object.__setattr__(self, "measurement", replace(table, frequency=aligned))
+
     @property
     def levels(self) -> Float[NDArray[np.float64], " l"]:
         """Levels that were measured, rising, shape (l,) [N]."""
@@ -272,6 +278,14 @@ class Campaign:
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
         """The same, with more that looks wrong."""
         return replace(self, suspicions=(*self.suspicions, *more))
+
+
+def _aligned(frequency: FloatColumn) -> FloatColumn:
+    """Frequencies that are the same but for rounding made equal, to the least of them."""
+    rising, index = np.unique(frequency, return_inverse=True)
+    first = np.concatenate([[True], np.diff(rising) > SAME_FREQUENCY * rising[1:]])[: len(rising)]
+    aligned: FloatColumn = rising[first][np.cumsum(first) - 1][index]
+    return aligned
 
 
 def same_level(level: FloatColumn, wanted: float) -> Mask:

@@ -12,14 +12,13 @@ repeats:
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import (
-    SAME_FREQUENCY,
     Campaign,
     ComplexColumn,
     FloatColumn,
@@ -75,8 +74,8 @@ class Averages:
 
 def sort_by_point(measurement: Measurement) -> Measurement:
     """All values of a point one after the other, sweep by sweep."""
-    table = replace(measurement, frequency=_aligned(measurement.frequency))
-    return table.where(np.lexsort([table.repeat, table.sweep, *(getattr(table, name) for name in reversed(POINT))]))
+    order = [measurement.repeat, measurement.sweep, *(getattr(measurement, name) for name in reversed(POINT))]
+    return measurement.where(np.lexsort(order))
 
 
 def average_points(measurement: Measurement, rows: Mask) -> Averages:
@@ -113,14 +112,6 @@ def average_points(measurement: Measurement, rows: Mask) -> Averages:
         sweep_mean=sweep_mean,
         sweep_n=sweep_n,
     )
-
-
-def _aligned(frequency: FloatColumn) -> FloatColumn:
-    """Frequencies that are the same but for rounding made equal, to the least of them."""
-    rising, index = np.unique(frequency, return_inverse=True)
-    first = np.concatenate([[True], np.diff(rising) > SAME_FREQUENCY * rising[1:]])
-    aligned: FloatColumn = rising[first][np.cumsum(first) - 1][index]
-    return aligned
 
 
 def _repeat_effects(table: Measurement, point: IntColumn, residual: ComplexColumn, squares: FloatColumn) -> FloatColumn:

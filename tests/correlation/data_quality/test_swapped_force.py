@@ -100,3 +100,13 @@ def test_forces_that_are_equal_in_the_model_cannot_be_told_apart() -> None:
     made = replace(made, measurement=table.where((table.harmonic == 1) & (table.sensor % 2 == 0)))
     assert not beside_the_model(swapped(made, "left_T", "right_T"))
     assert not list(find_forces_swapped_in_a_repeat(swapped(made, "left_T", "right_T", repeat=2)))
+
+
+def test_frequencies_that_differ_by_rounding_are_one() -> None:
+    """Counters and files round: 79.35000000000001 Hz in one repeat is 79.35 Hz in the other."""
+    made = campaign()
+    table = made.measurement
+    rounded = np.where(table.repeat == 2, np.nextafter(table.frequency, np.inf), table.frequency)
+    again = replace(made, measurement=replace(table, frequency=rounded))
+    assert np.array_equal(again.measurement.frequency, table.frequency)
+    assert not beside_the_model(again)
