@@ -170,7 +170,7 @@ def _record(
             gain=float(place.gain),
             exponent=float(place.exponent),
             exponent_deviation=float(place.exponent_deviation),
-            phase=float(place.phase),
+            phase=np.nan if place.phase is None else place.phase,
             configuration=place.configuration,
         ),
         code=code(),

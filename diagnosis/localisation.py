@@ -36,6 +36,12 @@ NOTHING = ModelParameter()
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
 #: Least standard deviation of an exponent that they give, so far apart.
 COARSE = 0.3
+#: Phases that are nearer are of one kind: half of what a spring and a dashpot are apart [deg].
+SAME_KIND = 45.0
+#: A force counts for the phase if it is so many standard deviations large.
+CLEAR = 3.0
+#: What a phase says.
+PHASES = "180 spring, 0 mass, -90 damping"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,9 +69,10 @@ class Place:
     exponent_deviation
         Standard deviation of the exponent [-].
     phase
-        Phase of the force relative to the displacement [deg].
+        Phase of the force relative to the displacement [deg]; None where it turns with the level, or depends on how
+        much is model error.
     configuration
-        Configuration in which it is missing: "jointed", "free" or "both".
+        Configuration in which it is missing: "jointed" or "free".
     """
 
     name: str
@@ -78,16 +85,16 @@ class Place:
     third: Complex[NDArray[np.complex128], " l"]
     exponent: float
     exponent_deviation: float
-    phase: float
+    phase: float | None
     configuration: str
 
     @property
     def sentence(self) -> str:
         """Place, exponent and phase in words."""
+        phase = "" if self.phase is None else f", at {self.phase:.0f} deg to the displacement ({PHASES})"
         return (
             f"near {self.name}, a force that grows with amplitude to the power {self.exponent:.1f} "
-            f"+- {2 * self.exponent_deviation:.1f}, at {self.phase:.0f} deg to the displacement (180 spring, 0 mass, "
-            f"-90 damping), in the {self.configuration} structure"
+            f"+- {2 * self.exponent_deviation:.1f}{phase}, in the {self.configuration} structure"
         )
 
 
@@ -114,9 +121,37 @@ def localise(arrangement: Arrangement) -> list[Place]:
                 chosen = changes if with_third else changes[:, : 2 * len(levels)]
                 amplitude = np.array([each for each, _ in largest])
                 by_weights = [_place(name, free, levels, amplitude, chosen, each) for each in weights]
-                found.append(max(by_weights, key=lambda place: place.gain))
+                found.append(_agreed(by_weights))
             places.append(_best(found))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
+
+
+def find_common_phase(force: NDArray[np.complex128], sure: NDArray[np.float64]) -> float | None:
+    """Common phase of the forces of all levels that are clear of noise [deg]; None where they turn with the level.
+
+    Parameters
+    ----------
+    force
+        Of each level, shape (l,) [N].
+    sure
+        Its size in standard deviations, shape (l,).
+    """
+    clear = force[sure >= min(CLEAR, float(sure.max()))]
+    whole = clear.sum()
+    if np.abs(whole) < np.cos(np.radians(SAME_KIND)) * np.abs(clear).sum():
+        return None
+    return float(np.degrees(np.angle(whole)))
+
+
+def _agreed(by_weights: Sequence[Place]) -> Place:
+    """The place by the covariance that suits it best; without a phase where that depends on the model error."""
+    best = max(by_weights, key=lambda place: place.gain)
+    phases = [place.phase for place in by_weights]
+    if best.phase is None or any(
+        phase is not None and abs((phase - best.phase + 180) % 360 - 180) > SAME_KIND for phase in phases
+    ):
+        return replace(best, phase=None)
+    return best
 
 
 def _changes(
@@ -208,9 +243,7 @@ def _place(
     sizes = [(np.abs(kappa) * amplitude, spread[:n] * amplitude), (np.abs(third), spread[n:])]
     slopes = [_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
     exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
-    sure = np.abs(parts) / np.where(spread > 0, spread, np.inf)
-    largest = int(np.argmax(sure))
-    force = -parts[largest] if largest < n else parts[largest]
+    force = np.concatenate([-kappa * amplitude, parts[n:]])
     return Place(
         name=name,
         gain=float(residual @ across @ solution) - weights.surplus,
@@ -222,7 +255,7 @@ def _place(
         third=third,
         exponent=exponent,
         exponent_deviation=exponent_deviation,
-        phase=float(np.degrees(np.angle(force))),
+        phase=find_common_phase(force, np.abs(parts) / np.where(spread > 0, spread, np.inf)),
         configuration="free" if free else "jointed",
     )
 

@@ -11,7 +11,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.place import with_cubic_spring
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.localisation import Place, localise
+from diagnosis.localisation import Place, find_common_phase, localise
 from reduction.jointed_system import along
 
 TIP = along(4, {2: 1.0})
@@ -111,3 +111,10 @@ def test_a_place_that_does_not_move_explains_nothing(small: Model, paper: Module
     assert not np.any(still.stiffness)
     assert still.exponent_deviation == np.inf
     assert np.isfinite(still.phase)
+
+
+def test_a_force_that_turns_with_the_level_has_no_one_phase() -> None:
+    spring, dashpot = -1.0 + 0j, -1j
+    assert find_common_phase(np.array([spring, 3 * spring]), np.array([9.0, 9.0])) == pytest.approx(180)
+    assert find_common_phase(np.array([3 * spring, dashpot]), np.array([9.0, 0.5])) == pytest.approx(180)
+    assert find_common_phase(np.array([dashpot, -dashpot, spring]), np.array([9.0, 9.0, 9.0])) is None
