@@ -134,9 +134,5 @@ function beginResponses(data) {
 const BEGIN = { responses: beginResponses, map: beginMap };
 DATA.sections.forEach((section, number) => {
   if (section.element && section.data && Object.keys(section.data).length) BEGIN[section.element](section.data);
-  section.plots.forEach((plot, at) => {
-    const layout = { font: FONT, paper_bgcolor: "white", plot_bgcolor: "white", margin: { l: 70, r: 24, t: 14, b: 50 }, hovermode: "closest", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" }, ...plot.layout };
-    for (const name of Object.keys(layout)) if (/^[xy]axis/.test(name)) layout[name] = axis(layout[name]);
-    Plotly.newPlot("plot" + number + "-" + at, plot.data, layout, CONFIG);
-  });
+  section.plots.forEach((plot, at) => drawPlot("plot" + number + "-" + at, plot));
 });

@@ -163,7 +163,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         prediction=sides[0].prediction,
         train=train,
         held_out=rest[0] if rest else None,
-        peaks=_peaks(sides),
+        peaks=list_peaks(sides),
         jumps=compute_jump_errors(
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
@@ -261,8 +261,8 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
     return beside(sets, sweeps, model, budget), gains, model
 
 
-def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
-    """Of the training levels from the training data, of the others from what is held out."""
+def list_peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
+    """Errors of resonances: of the training levels from the training data, of the others from what is held out."""
     result: dict[tuple[bool, float], PeakError] = {}
     for side in sides:
         for peak in side.peaks:

@@ -15,7 +15,7 @@ from figure.style import choose_family_colours
 from study.compare.curve import choose_unit, find_rows, joined, keys, refine_points
 from study.compare.run import Side
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage
+from study.diagnose.stages import Stage, predict_held_out
 
 Numbers = Float[NDArray[np.float64], " f"]
 
@@ -24,11 +24,7 @@ def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
     arrangement = result.diagnosis.arrangement
     train = result.misfit(stage.refit)
-    fit = stage.refit.fit
-    predicted = result.run_step(
-        f"held out, {stage.name}", lambda: arrangement.held_out.predict(fit.model, fit.prediction)
-    )
-    held_out = Side(comparison=arrangement.held_out, prediction=predicted).misfit
+    held_out = Side(comparison=arrangement.held_out, prediction=predict_held_out(result, stage)).misfit
     return joined(train, held_out)
 
 

@@ -147,6 +147,7 @@ function drawMap(number) {
 const worst = DATA.maps.map((map) => map.whole[0]).reduce((best, value, number, all) => (value > all[best] ? number : best), 0);
 shown.panel = Math.max(0, DATA.curves.panels.findIndex((panel) => panel.configuration === DATA.maps[worst].configuration));
 drawWaterfall();
+DATA.backbones.forEach((plot, number) => drawPlot("backbone" + number, plot));
 choices();
 byId("panel").value = shown.panel;
 drawResponse();

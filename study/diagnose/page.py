@@ -15,6 +15,7 @@ from study.diagnose.curves import curves, maps
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.report import advice, headline, threshold_in_words
+from study.diagnose.resonance import draw_resonances, tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
 from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
@@ -80,10 +81,13 @@ def page(result: Round, history: History) -> str:
     listed = stages(result)
     before, after = (listed[-2], listed[-1])
     falling = waterfall(result, history)
+    # Three kinds of lines are as many as an eye can follow.
+    shown = list(dict.fromkeys([listed[0], before, after]))
+    backbones = draw_resonances(result, shown)
     drawn = {
         "waterfall": [vars(step) for step in falling],
-        # Three kinds of lines are as many as an eye can follow.
-        "curves": curves(result, list(dict.fromkeys([listed[0], before, after]))),
+        "curves": curves(result, shown),
+        "backbones": backbones,
         "maps": maps(result, [before, after]),
         "mapNames": [before.name, after.name],
         "steps": list(STEPS),
@@ -101,6 +105,8 @@ def page(result: Round, history: History) -> str:
         doubts=list_doubts(result),
         advice=advice(result),
         threshold=threshold_in_words(result),
+        n_backbone=len(backbones),
+        resonances=[*tell_resonances(result)],
         cards=_cards(listed),
         chain=" → ".join(stage.name for stage in listed),
         falls=falls(falling),
@@ -149,7 +155,7 @@ def _place(place: Place) -> dict[str, Any]:
         "configuration": place.configuration,
         "gain": digits(place.gain, 4),
         "exponent": f"{place.exponent:.2f} ± {INTERVAL * place.exponent_deviation:.2g}",
-        "phase": f"{place.phase:.0f}",
+        "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [
             f"{level:g} N: {digits(abs(kappa), 3)} ± {digits(INTERVAL * deviation, 2)} N/m"
@@ -161,7 +167,10 @@ def _place(place: Place) -> dict[str, Any]:
 def _reads(place: Place) -> str:
     """Effects that such a force could be."""
     off = {180.0: "a spring", 0.0: "inertia", -90.0: "damping"}
-    kind = next((words for at, words in off.items() if abs((place.phase - at + 180) % 360 - 180) < NEAR_PHASE), "")
+    phase = place.phase
+    if phase is None:
+        return "the phase is not the same at all levels, or depends on how much is model error"
+    kind = next((words for at, words in off.items() if abs((phase - at + 180) % 360 - 180) < NEAR_PHASE), "")
     power = {1.0: "linear", 2.0: "quadratic", 3.0: "cubic"}
     grows = next((words for at, words in power.items() if abs(place.exponent - at) < NEAR_EXPONENT), "")
     if not kind:

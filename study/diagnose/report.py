@@ -10,6 +10,7 @@ from diagnosis.fit.unknown_gain import describe_gain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, Errors, Step
+from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
 from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
@@ -39,7 +40,16 @@ ADVICE = {
 def in_words(result: Round) -> str:
     """For people: verdict in three lines with doubts; then calibration, candidates, and what cannot be tested."""
     return "\n".join(
-        [*_verdict(result), "", *_fitted(result), "", *_candidates(result), *_places(result), *_untestable(result)]
+        [
+            *_verdict(result),
+            *_resonances(result),
+            "",
+            *_fitted(result),
+            "",
+            *_candidates(result),
+            *_places(result),
+            *_untestable(result),
+        ]
     )
 
 
@@ -193,6 +203,12 @@ def _verdict(result: Round) -> Iterator[str]:
         yield from fill(f"! {doubt}", 118, initial_indent="  ", subsequent_indent="    ").splitlines()
     yield f"  {threshold_in_words(result)}"
     yield f"  next: {advice(result)}"
+
+
+def _resonances(result: Round) -> Iterator[str]:
+    """How the resonances change with the level, where something that has no name is missing."""
+    for sentence in tell_resonances(result):
+        yield from fill(sentence, 118, initial_indent="  ", subsequent_indent="    ").splitlines()
 
 
 def _fitted(result: Round) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from correlation.prediction import Prediction
 from diagnosis.fit.problem import Refit
 from figure.waterfall import WaterfallStep
 from study.diagnose.history import Errors, History
@@ -40,6 +41,12 @@ def stages(result: Round) -> list[Stage]:
     if best is not None and best.effect is not None:
         listed.append(Stage(name=f"with {best.effect.name}", refit=best))
     return listed
+
+
+def predict_held_out(result: Round, stage: Stage) -> Prediction:
+    """What a stage says of the held-out data."""
+    held_out, fit = result.diagnosis.arrangement.held_out, stage.refit.fit
+    return result.run_step(f"held out, {stage.name}", lambda: held_out.predict(fit.model, fit.prediction))
 
 
 def waterfall(result: Round, history: History) -> list[WaterfallStep]:

@@ -1,17 +1,16 @@
 """Resonances: frequency and damping of every level, measured and predicted, as a table and as a backbone."""
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
 from correlation.metric.misfit import configuration
 from correlation.metric.peak_error import PeakError
+from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.report import describe_jump
 from study.compare.result import Compared
 from study.compare.section.section import Section, Table
-from study.page.number import round_list
 
 TEXT = (
     "Frequency and damping ratio of each peak, read from the same points of the measured and of the predicted response "
@@ -45,8 +44,7 @@ def resonance_sections(compared: Compared, drawing: Drawing) -> Iterator[Section
             yield Section(title="Resonances and backbone", text=" ".join(remarks))
         return
     table = Table(head=HEAD, rows=[_row(peak, drawing) for peak in compared.peaks], words=3)
-    kinds = sorted({peak.free for peak in compared.peaks})
-    plots = [_backbone([peak for peak in compared.peaks if peak.free == free], drawing.unit) for free in kinds]
+    plots = draw_backbones({"predicted": compared.peaks}, drawing.unit)
     yield Section(title="Resonances and backbone", text=" ".join([TEXT, *remarks]), table=table, plots=plots)
 
 
@@ -66,35 +64,3 @@ def _error(difference: float, value: float, deviation: float, digits: int) -> tu
         return "", ""
     relative = f"{100 * difference / value:+.{digits}f} %"
     return relative, f"{difference / deviation:+.1f}" if np.isfinite(deviation) and deviation > 0 else ""
-
-
-def _backbone(peaks: Sequence[PeakError], unit: str) -> dict[str, Any]:
-    """Plotly figure: frequency and damping over the level."""
-    level = [peak.level for peak in peaks]
-    traces: list[dict[str, Any]] = []
-    for axis, scale, value, predicted, deviation in (
-        ("", 1.0, "frequency", "predicted_frequency", "frequency_deviation"),
-        ("2", 100.0, "damping", "predicted_damping", "damping_deviation"),
-    ):
-        place = {"x": level, "xaxis": f"x{axis}", "yaxis": f"y{axis}", "showlegend": not axis}
-        error = {
-            "type": "data", "array": round_list([2 * scale * getattr(peak, deviation) for peak in peaks]),
-            "thickness": 1.2, "width": 4, "color": "#18222d",
-        }  # fmt: skip
-        traces += [
-            {**place, "y": round_list([scale * getattr(peak, predicted) for peak in peaks], 7), "mode": "lines+markers",
-             "name": "predicted", "line": {"color": "#c2410c", "width": 2}, "marker": {"size": 6}},
-            {**place, "y": round_list([scale * getattr(peak, value) for peak in peaks], 7), "mode": "markers",
-             "name": "measured", "error_y": error,
-             "marker": {"size": 8, "color": "white", "line": {"color": "#18222d", "width": 1.6}}},
-        ]  # fmt: skip
-    name = configuration(peaks[0].free)
-    layout = {
-        "height": 330,
-        "grid": {"rows": 1, "columns": 2, "pattern": "independent"},
-        "xaxis": {"title": {"text": f"level [{unit}]"}, "anchor": "y"},
-        "xaxis2": {"title": {"text": f"level [{unit}]"}, "anchor": "y2"},
-        "yaxis": {"title": {"text": f"frequency, {name} [Hz]", "standoff": 16}},
-        "yaxis2": {"title": {"text": f"damping ratio, {name} [%]", "standoff": 16}, "rangemode": "tozero"},
-    }
-    return {"data": traces, "layout": layout}

@@ -1,0 +1,62 @@
+"""Frequency and damping of a resonance over the level, measured and by one or more models, as plotly figures."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from correlation.metric.misfit import configuration
+from correlation.metric.peak_error import PeakError
+from study.page.number import round_list
+
+#: Lines of models, the last one as it is for a single one.
+COLOURS, DASHES = ("#8a97a5", "#1f4e79", "#c2410c"), ("dot", "dash", "solid")
+
+
+def draw_backbones(models: Mapping[str, Sequence[PeakError]], unit: str) -> list[dict[str, Any]]:
+    """One figure for each configuration.
+
+    Parameters
+    ----------
+    models
+        Resonances by the name of the model, at most three; measured are those beside the last one.
+    unit
+        Of the levels.
+    """
+    kinds = sorted({peak.free for peaks in models.values() for peak in peaks})
+    return [
+        _draw({name: [peak for peak in peaks if peak.free == free] for name, peaks in models.items()}, free, unit)
+        for free in kinds
+    ]
+
+
+def _draw(models: Mapping[str, Sequence[PeakError]], free: bool, unit: str) -> dict[str, Any]:
+    traces: list[dict[str, Any]] = []
+    styles = list(zip(COLOURS, DASHES, strict=True))[-len(models) :]
+    for axis, scale, value in (("", 1.0, "frequency"), ("2", 100.0, "damping")):
+        place = {"xaxis": f"x{axis}", "yaxis": f"y{axis}", "showlegend": not axis}
+        for (name, peaks), (colour, dash) in zip(models.items(), styles, strict=True):
+            predicted = [scale * getattr(peak, f"predicted_{value}") for peak in peaks]
+            traces.append(
+                {**place, "x": [peak.level for peak in peaks], "y": round_list(predicted, 7), "name": name,
+                 "legendgroup": name, "mode": "lines+markers", "line": {"color": colour, "width": 2, "dash": dash},
+                 "marker": {"size": 6}}
+            )  # fmt: skip
+        peaks = list(models.values())[-1]
+        error = {
+            "type": "data", "array": round_list([2 * scale * getattr(peak, f"{value}_deviation") for peak in peaks]),
+            "thickness": 1.2, "width": 4, "color": "#18222d",
+        }  # fmt: skip
+        traces.append(
+            {**place, "x": [peak.level for peak in peaks], "name": "measured", "legendgroup": "measured",
+             "y": round_list([scale * getattr(peak, value) for peak in peaks], 7), "mode": "markers", "error_y": error,
+             "marker": {"size": 8, "color": "white", "line": {"color": "#18222d", "width": 1.6}}}
+        )  # fmt: skip
+    name = configuration(free)
+    layout = {
+        "height": 330,
+        "grid": {"rows": 1, "columns": 2, "pattern": "independent"},
+        "xaxis": {"title": {"text": f"level [{unit}]"}, "anchor": "y"},
+        "xaxis2": {"title": {"text": f"level [{unit}]"}, "anchor": "y2"},
+        "yaxis": {"title": {"text": f"frequency, {name} [Hz]", "standoff": 16}},
+        "yaxis2": {"title": {"text": f"damping ratio, {name} [%]", "standoff": 16}, "rangemode": "tozero"},
+    }
+    return {"data": traces, "layout": layout}

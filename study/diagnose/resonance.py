@@ -1,0 +1,38 @@
+"""Resonances of a diagnosis: frequency and damping of every level, measured and by each stage of the model."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from correlation.metric.peak_error import PeakError
+from diagnosis.decision.verdict import Finding
+from diagnosis.fit.weighting import leave_out_model_error
+from study.compare.backbone import draw_backbones
+from study.compare.run import Side, list_peaks
+from study.compare.sentence import describe_resonances
+from study.diagnose.round import Round
+from study.diagnose.stages import Stage, predict_held_out, stages
+
+
+def find_resonances(result: Round, stage: Stage) -> tuple[PeakError, ...]:
+    """Resonances of the training and the held-out levels beside those of a stage, by noise and stated errors alone."""
+    arrangement, fit = result.diagnosis.arrangement, stage.refit.fit
+    return list_peaks(
+        [
+            Side(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
+            Side(comparison=leave_out_model_error(arrangement.held_out), prediction=predict_held_out(result, stage)),
+        ]
+    )
+
+
+def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
+    """Backbones as plotly figures."""
+    peaks = {stage.name: find_resonances(result, stage) for stage in shown}
+    return draw_backbones({name: of for name, of in peaks.items() if of}, result.campaign.drive.unit)
+
+
+def tell_resonances(result: Round) -> Iterator[str]:
+    """How the resonances change with the level in sentences, where something that has no name is missing."""
+    if result.diagnosis.verdict.finding in {Finding.UNKNOWN, Finding.NOT_CLOSE}:
+        peaks = find_resonances(result, stages(result)[-1])
+        if peaks:
+            yield from describe_resonances(peaks, result.campaign.drive.unit)
