@@ -2,13 +2,18 @@ r"""How clearly an effect shows in a campaign: the whitened change of all readin
 
 .. math:: z^2 = d^T (I + J J^T)^{-1} d
 
-d is the change by the effect in standard deviations of the mean readings, J one column per standard deviation of each
-accepted parameter (kt, kn 10 %, mu 10 %, zeta 20 %, E 1 %), of each of the first modes (0.2 %, one by one), of the
-preloads of the lines from repeat to repeat (1 %), and of three friction histories. z is about what chi-squared can fall
-by, as a root.
+d is the change by the effect in standard deviations of the mean readings and of a usual model error (0.1 %), J one
+column per standard deviation of each accepted parameter (kt, kn 10 %, mu 10 %, zeta 20 %, E 1 %), of each of the modes
+nearest to the band (0.2 %, one by one), of the preloads of the lines from repeat to repeat (1 %), and of three
+friction histories. z is about what chi-squared can fall by, as a root.
+
+A finite change d turns with the strength, as a peak that moves by more than its width does, and the straight columns of
+J then leave much of it that finite steps of the same parameters take up. So z is the smaller one of that of the whole
+change and that of its first twentieth, times twenty.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import scipy.linalg
@@ -26,7 +31,11 @@ from hbsolve.errors import ModelError
 Vector = NDArray[np.float64]
 
 #: Deviations: of modes one by one, of preloads, and how many histories.
-MODE, PRELOAD, N_HISTORY, N_MODE = 2e-3, 1e-2, 3, 4
+MODE, PRELOAD, N_HISTORY, N_MODE = 2e-3, 1e-2, 3, 8
+#: Usual error of a model's readings [-], which no repeat makes smaller.
+READING = 1e-3
+#: First part of an effect's strength, whose change is straight [-].
+PART = 0.05
 #: Floor of a reading as a share of the noise on the largest one at the lowest level.
 FLOOR = 0.2
 #: Least reading of a load cell that its floor is made for, as a share of the highest force [-].
@@ -54,7 +63,7 @@ class Signature:
         self.count = layout.n_repeat * len(layout.ways) * 2  # every other frequency stands for two
         size = np.abs(self.base.value)
         floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
-        self.deviation = np.sqrt(((layout.noise * size) ** 2 + floor**2) / 2 / self.count)
+        self.deviation = np.sqrt(((layout.noise * size) ** 2 + floor**2) / 2 / self.count + (READING * size) ** 2 / 2)
         self.known = np.isfinite(self.base.value)
         self.nuisance = np.array(list(self._nuisances(plan, random)))
 
@@ -72,11 +81,12 @@ class Signature:
 
     def of(self, effect: Hidden) -> float:
         """z of an effect; 0 where the model with it has no steady states."""
+        small = replace(effect, strength=effect.vanishes + PART * (effect.strength - effect.vanishes))
         try:
-            change = self._change(effect.bound(self.model)(self.model), effect)
+            whole, first = (self._change(each.bound(self.model)(self.model), each) for each in (effect, small))
         except (ModelError, ValueError):
             return 0.0
-        return self.size(change)
+        return min(self.size(whole), self.size(first) / PART)
 
     def size(self, change: Vector) -> float:
         """z of a whitened change."""
