@@ -14,8 +14,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
-from hbsolve.state import SteadyState
-from hbsolve.steady_state import steady_state
+from hbsolve.solution import solve_at
+from hbsolve.state import SteadyState, slider_start
 from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
@@ -217,9 +217,11 @@ def _state(balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, s
         return None
     start = np.zeros((len(motion), 2 * balance.n_harmonic - 1))
     start[:, : motion.shape[1]] = motion
+    # The state is known in fewer harmonics or samples: where Newton's method does not lead on from it, many other starts
+    # would take minutes in so many harmonics, and end at other states if anywhere.
+    at_level = balance.at_level(curve.level)
+    condensed = at_level.at(float(curve.angular_frequency[at]))
     try:
-        return steady_state(
-            balance.at_level(curve.level), float(curve.angular_frequency[at]), start=start, slider=slider
-        )
+        return solve_at(at_level, condensed, start, slider_start(at_level, slider, False))
     except NoSteadyState:
         return None
