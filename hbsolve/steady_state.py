@@ -88,7 +88,7 @@ def rescue(
 
 
 def from_many_starts(
-    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, n_start: int = N_START
 ) -> tuple[Real, float, int] | None:
     """Motion, |R| relative to the linear motion, and iterations; none if no start leads to a solution."""
     linear = balance.linear(condensed)
@@ -96,7 +96,7 @@ def from_many_starts(
     near = linear if x is None else x
     random = np.random.default_rng(SEED)
     share = min(1.0, FEW_DIRECTIONS / max(balance.n_direction, 1)) ** 2
-    for number in range(max(LEAST_START, round(N_START * share))):
+    for number in range(max(LEAST_START, round(n_start * share))):
         if number % 2:
             start = near * (1 + SPREAD * random.normal(size=near.shape))
         else:

@@ -14,12 +14,15 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
-from hbsolve.solution import solve_at
+from hbsolve.solution import recover_state, solve_at
 from hbsolve.state import SteadyState, slider_start
+from hbsolve.steady_state import from_many_starts
 from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
 SEARCH_ERROR = 5e-4
+#: Starts about a known state for the same in more harmonics: those that lead on are among the first.
+FEW_STARTS = 16
 #: Samples of the balances that read a limit, and their harmonics one after the other, over those of the search [-].
 SAMPLES, HARMONICS = 16, (1, 2, 4)
 #: Frequencies to either side that changes by harmonics are taken from.
@@ -217,11 +220,11 @@ def _state(balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, s
         return None
     start = np.zeros((len(motion), 2 * balance.n_harmonic - 1))
     start[:, : motion.shape[1]] = motion
-    # The state is known in fewer harmonics or samples: where Newton's method does not lead on from it, many other starts
-    # would take minutes in so many harmonics, and end at other states if anywhere.
     at_level = balance.at_level(curve.level)
-    condensed = at_level.at(float(curve.angular_frequency[at]))
+    condensed, sliders = at_level.at(float(curve.angular_frequency[at])), slider_start(at_level, slider)
     try:
-        return solve_at(at_level, condensed, start, slider_start(at_level, slider, False))
+        return solve_at(at_level, condensed, start, sliders)
     except NoSteadyState:
-        return None
+        # The state is known in fewer harmonics: a few starts about it lead on, or none does, and all take minutes.
+        found = from_many_starts(at_level, condensed, start, sliders, FEW_STARTS)
+        return None if found is None else recover_state(at_level, condensed, found[0], sliders, *found[1:])
