@@ -126,8 +126,11 @@ def _written(table: Any, header: str, values: Values) -> str:
         before = table[key].trivia.comment if key in table else ""
         table[key] = value
         item: Item = table[key]
-        if note and (not before or before.lstrip("# ").startswith(NOTE)):
+        is_note = before.lstrip("# ").startswith(NOTE)
+        if note and (not before or is_note):
             item.comment(NOTE + note)
+        elif is_note:  # the interval of another value
+            item.trivia.comment, item.trivia.comment_ws = "", ""
     return ""
 
 

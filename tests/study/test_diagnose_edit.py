@@ -37,6 +37,15 @@ def test_values_that_are_there_change_in_place_and_the_users_comments_stay() -> 
     ).replace("mu=0.9 ", "mu=0.98 ")
 
 
+def test_a_value_without_an_interval_takes_away_that_of_the_value_before() -> None:
+    before = '[[added]]\neffect = "mass at tip"\nmass = "50 mg" # +- 1.1 mg\n'
+    own = {
+        effect: {key: Written(value=value, note="") for key, (value, _) in values.items()}
+        for effect, values in MASS.items()
+    }
+    assert edited(before, own, {}) == before.replace('"50 mg" # +- 1.1 mg', '"52.4 mg"')
+
+
 @pytest.mark.parametrize("text", [BEAM_TEXT, BEAM_TEXT.rstrip(), BEAM_TEXT.replace("\n", "\r\n"), "\ufeffschema = 2\n"])
 def test_a_step_back_restores_every_byte(text: str) -> None:
     once = edited(text, MASS, FACTORS)
