@@ -1,7 +1,7 @@
 """Training and held-out data beside a model whose calibration parameters are fitted to their features."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -70,14 +70,21 @@ class FeatureArrangement:
         return float(measured[worst]), float(off[worst])
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """Test on the held-out data; errors are root mean squares in standard deviations."""
+        """Test on the held-out data; errors are root mean squares in standard deviations.
+
+        Where the model is further off than the deviations of the features say, these are too small in proportion, and
+        the covariance of the fit is widened accordingly.
+        """
         try:
             residual = self.held_out.residual(self.held_out.predict(fit.model))
         except (CampaignError, ModelError):
             residual = np.full(len(self.held_out.measured), NOT_FOUND)
         squares = [float(np.mean(each**2)) for each in (fit.residual[: fit.n_number], residual)]
+        n_free = int(np.isinf(fit.unknowns.prior).sum())
+        excess = max(1.0, fit.chi2 / max(fit.n_number - n_free, 1))
+        wide = replace(fit, covariance=excess * fit.covariance)
         return Refit(
-            effect=effect, fit=fit, held_chi2=squares[1], n_held=len(residual), error=squares[0] ** 0.5,
+            effect=effect, fit=wide, held_chi2=squares[1], n_held=len(residual), error=squares[0] ** 0.5,
             held_error=squares[1] ** 0.5,
         )  # fmt: skip
 

@@ -132,8 +132,7 @@ class FeatureGate(HeldOutGate):
         """Whether the excess of the error falls significantly, by a strength that is known."""
         assert refit.effect is not None
         strength = abs(refit.strength - refit.effect.parameters[0].vanishes)
-        # Where the model is further off than the deviations say, they are too small in proportion.
-        return super().passes(refit) and strength > INTERVAL * max(1.0, refit.error) * refit.deviation
+        return super().passes(refit) and strength > INTERVAL * refit.deviation
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.data_type.registry import DATA_TYPES, Datum, Features
+from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.fit.calibration import Data, Fit, Matrix, Search, Vector, calibrate, inverse
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -53,15 +54,33 @@ class FeatureComparison:
         return np.concatenate([[], *(item.deviation for item in self.features)])
 
     def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Vector:
-        """What a model predicts for all features, shape (m,).
+        """What a model predicts for all features, shape (m,); NaN where it is a trial that has no answer.
+
+        Parameters
+        ----------
+        model
+            A model.
+        before
+            Prediction of a model that this one is a variation of; None for the first one.
+        starts
+            None of these data has any.
 
         Raises
         ------
         CampaignError
-            The model lacks what some data speak of.
+            The first model lacks what some data speak of.
         """
-        del before, starts
-        return np.concatenate([[], *(DATA_TYPES[datum.type].predict(model, datum) for datum in self.data)])
+        del starts
+        predicted = []
+        for datum, features in zip(self.data, self.features, strict=True):
+            try:
+                predicted.append(DATA_TYPES[datum.type].predict(model, datum))
+            except (CampaignError, np.linalg.LinAlgError):
+                # A trial value may take a mode out of a sensor's sight, or make a mass negative.
+                if before is None:
+                    raise
+                predicted.append(np.full(len(features.value), np.nan))
+        return np.concatenate([[], *predicted])
 
     def residual(self, prediction: Vector) -> Vector:
         """Measured less predicted in standard deviations, shape (m,)."""
@@ -78,7 +97,7 @@ class FeatureComparison:
         slopes = np.zeros((len(prediction), len(values) - first))
         for number in range(first, len(values)):
             moved = unknowns.moved(values, number, STEP)
-            change = self.predict(unknowns.compose(moved)) - prediction
+            change = self.predict(unknowns.compose(moved), prediction) - prediction
             slopes[:, number - first] = change / (moved[number] - values[number]) / self.deviation
         return np.where(np.isfinite(slopes), slopes, 0.0)
 

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from study.compare.section.section import Section, Table
 from study.compare.sentence import Summary
 from study.console import plain
 from study.diagnose.add import add
-from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
+from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.report import ADVICE
 from study.diagnose.round import Steps, errors
@@ -89,11 +90,10 @@ class DataDiagnosed:
 
     @property
     def calibrated(self) -> tuple[Calibrated, ...]:
-        """Calibration parameters; where the model is further off than deviations say, these are wider in proportion."""
-        before = self.diagnosis.before
-        excess = max(1.0, before.error)
-        values = zip(self.setup.accepted, before.fit.values.tolist(), before.fit.deviation.tolist(), strict=False)
-        return tuple(Calibrated(name=item.name, factor=a, deviation=excess * b) for item, a, b in values)
+        """Calibration parameters."""
+        fit = self.diagnosis.before.fit
+        values = zip(self.setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False)
+        return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
     def text(self) -> str:
         """For people: verdict, signs, calibration, candidates."""
@@ -200,17 +200,26 @@ def _diagnose_once(case: Path, campaign: Campaign, run: RunContext, without: Seq
 
 def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
-    fitted = [write_up(found.setup, refit) for refit in found.diagnosis.refits if refit.effect is not None]
+    fitted = [
+        {**write_up(found.setup, refit), "after": _chi2(refit).document}
+        for refit in found.diagnosis.refits
+        if refit.effect is not None
+    ]
     step = Step(
-        what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder), sentence=found.headline,
-        finding=found.diagnosis.verdict.finding.value, before=errors(found.diagnosis.before), candidates=fitted,
+        what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder.resolve()), sentence=found.headline,
+        finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.before), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
 
 
+def _chi2(refit: Refit) -> Errors:
+    """Reduced chi-squared alone: features have errors in standard deviations, not in per cent."""
+    return replace(errors(refit), training=nan, held_out=nan)
+
+
 def _strength(refit: Refit) -> str:
     assert refit.effect is not None
-    return interval(refit.strength, max(1.0, refit.error) * refit.deviation, refit.effect.parameters[0])
+    return interval(refit.strength, refit.deviation, refit.effect.parameters[0])
 
 
 def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes]:

@@ -25,7 +25,7 @@ class Errors:
     Parameters
     ----------
     training, held_out
-        Root mean square relative error of the fundamentals of motion [-].
+        Root mean square relative error of the fundamentals of motion [-]; NaN of data that are compared by features.
     training_chi2, held_out_chi2
         Reduced chi-squared [-]; 1 is noise.
     """

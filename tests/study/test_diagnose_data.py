@@ -72,8 +72,14 @@ def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest
     assert "mass at middle" in html
     assert "<script src" not in html
     assert main(["add", "mass at middle", "--case", str(folder / "chain.toml")]) == 0
-    capfdbinary.readouterr()
-    assert 'effect = "mass at middle"' in (folder / "chain.toml").read_text(encoding="utf-8")
+    # Features have no relative error: their deviations alone count.
+    said = capfdbinary.readouterr().out.decode()
+    assert "before  reduced chi-squared" in said
+    assert "%" not in said.split("after")[0]
+    text = (folder / "chain.toml").read_text(encoding="utf-8")
+    assert 'effect = "mass at middle"' in text
+    half = float(text.split('effect = "mass at middle"')[1].split("# +- ")[1].split()[0]) / 1e3  # g
+    assert half == pytest.approx(1.96 * best["deviation"], rel=0.05)
     again = run(folder, "modal", capfdbinary)
     assert again["finding"] == "nothing"
     assert again["before"]["held_out_error"] < 0.2 * found["before"]["held_out_error"]
