@@ -94,7 +94,7 @@ def _known(layout: Layout, model: Model, random: np.random.Generator) -> Callabl
 
 
 def _strangers(plan: Blueprint, layout: Layout, model: Model, random: np.random.Generator) -> Callable[[], Stranger]:
-    highest = layout.grids[0].levels[-1] if len(layout.grids) == 1 else max(layout.grids[1].levels)
+    highest = tested_levels(layout)["jointed"]
     grid = layout.grids[0].frequencies
 
     def draft() -> Stranger:

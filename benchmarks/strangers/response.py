@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.model import LineSensor, Model, Sensor
+from correlation.model import Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 
 Rows = list[tuple[bool, float, float, str, int]]
@@ -39,14 +39,3 @@ def amplitude(
     points = points_of([(False, level, f, "probe", 1) for level in levels for f in frequencies])
     value = np.nan_to_num(np.abs(predict(probe, points).value)).reshape(len(levels), -1)
     return np.asarray(value / np.array(levels)[:, None])
-
-
-def with_all_sensors(model: Model) -> Model:
-    """The model with a displacement sensor at each place and both force sensors of each line, by their names."""
-    sensors = [Sensor(name=place, row=row) for place, row in model.places.items()]
-    cells = [
-        LineSensor(name=f"{line} {what}", line=line, component=what)
-        for line in model.lines
-        for what in ("tangential", "normal")
-    ]
-    return Model(**{**vars(model), "sensors": (*sensors, *cells)})
