@@ -40,8 +40,6 @@ class Score:
         Strength of the least chi^2, within the bounds [its unit].
     gain
         Fall of chi^2 at this strength [-].
-    share
-        The same as a share of chi^2 without the effect [-].
     size
         |d_perp|: change of all measurements together by the typical strength [standard deviations].
     absorbed
@@ -61,7 +59,6 @@ class Score:
     direction: Vector
     start: Vector
     slope: Vector
-    share: float = 0.0
 
     @property
     def detectable(self) -> float:
@@ -166,7 +163,6 @@ def _score(problem: Screened, effect: Effect, basis: Matrix, residual: Vector, s
     return Score(
         effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
         absorbed=absorbed, direction=tried.across / size * np.sign(typical), start=start, slope=slope,
-        share=tried.gain / (problem.fit.chi2 or 1.0),
     )  # fmt: skip
 
 

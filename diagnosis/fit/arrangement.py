@@ -35,8 +35,6 @@ from diagnosis.fit.weighting import (
     weighted,
 )
 
-Report = Callable[[str, float], None]
-
 #: Friction histories in the covariance of each calibration; each covariance is that at the model of the one before.
 HISTORIES = (4, DRAWS)
 #: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
@@ -119,7 +117,6 @@ def arrange(
     base: Model,
     calibration: Sequence[CalibrationParameter],
     budget: Budget,
-    report: Report | None = None,
     *,
     added: Sequence[Added] = (),
     catalogue_of: Callable[[Model], Catalogue] = list_effects,
@@ -134,8 +131,6 @@ def arrange(
         Calibration parameters, which every fit sets.
     budget
         Numerical error of the model.
-    report
-        Called with the name of the step and chi^2.
     added
         Effects added in earlier rounds, with their start values.
     catalogue_of
@@ -158,7 +153,7 @@ def arrange(
         for each in budget.refined
     )
     values = first_values(unknowns, added)
-    found = _compared(campaign, unknowns, values, budget, finer, report)
+    found = _compared(campaign, unknowns, values, budget, finer)
     return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **found)
 
 
@@ -171,7 +166,7 @@ def first_values(unknowns: Unknowns, added: Sequence[Added]) -> Values:
 def arrange_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
     """Arrangement of another campaign of the same tests with the same model; its fit starts from that of the first."""
     of = arrangement
-    return replace(of, **_compared(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer, None))
+    return replace(of, **_compared(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer))
 
 
 def _compared(
@@ -180,7 +175,6 @@ def _compared(
     values: Values,
     budget: Budget,
     finer: Sequence[FinerModel],
-    report: Report | None,
 ) -> dict[str, Any]:
     """Fields of an arrangement that depend on the campaign: comparisons, jitter and fit."""
     train, held_out = _sides(campaign)
@@ -192,8 +186,7 @@ def _compared(
     for n_draw in HISTORIES:
         refined = [each.compose(values) for each in finer]
         comparison, _ = weighted(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
-        step = _with_step(report, "calibration")
-        comparison, fit = _fit_with_model_error(comparison, unknowns, values, model, prediction, budget.model, step)
+        comparison, fit = _fit_with_model_error(comparison, unknowns, values, model, prediction, budget.model)
         model, prediction, values = fit.model, fit.prediction, fit.values
         if not known:
             finer = [each.calibrated(comparison, fit) for each in finer]
@@ -241,7 +234,7 @@ def weigh_beside(
     refined = [each.compose(fit.values) for each in finer]
     comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined, like=of.train)
     comparison, fit = _fit_with_model_error(
-        comparison, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, None, of.left
+        comparison, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, of.left
     )
     rest = _unseen(held_out, fit.model, fit.prediction, of.budget, refined, _size(comparison), of.held_out)
     return replace(of, train=comparison, fit=fit, **rest)
@@ -278,7 +271,6 @@ def _fit_with_model_error(
     model: Model,
     prediction: Prediction,
     usual: float,
-    report: Callable[[float], None] | None,
     size: ErrorSize | None = None,
 ) -> tuple[Comparison, Fit]:
     """Fit, and the comparison with the model error that it leaves.
@@ -288,23 +280,21 @@ def _fit_with_model_error(
     """
     plain = allow_model_error(comparison, model, prediction, usual, size or NO_ERROR)
     if usual:
-        fit = calibrate(plain, unknowns, values, prediction, report, quick=True)
-        found = [_settle(plain, fit, report)]
+        fit = calibrate(plain, unknowns, values, prediction, quick=True)
+        found = [_settle(plain, fit)]
         if size is None and fit.chi2 > ASTRAY * fit.n_number:
             wide = update_model_error(plain, prediction)
-            found.append(_settle(wide, calibrate(wide, unknowns, values, prediction, report, quick=True), report))
+            found.append(_settle(wide, calibrate(wide, unknowns, values, prediction, quick=True)))
             start = fit_under_control(comparison, unknowns, values, usual).fit.values
-            found.append(_settle(wide, calibrate(wide, unknowns, start, prediction, report, quick=True), report))
+            found.append(_settle(wide, calibrate(wide, unknowns, start, prediction, quick=True)))
         plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
         if _size(plain) != NO_ERROR:
-            return plain, calibrate(
-                plain, unknowns, fit.values, fit.prediction, report, slopes=fit.jacobian, exact=True
-            )
+            return plain, calibrate(plain, unknowns, fit.values, fit.prediction, slopes=fit.jacobian, exact=True)
         values, prediction = fit.values, fit.prediction
-    return plain, _calibrated(plain, unknowns, values, prediction, report)
+    return plain, _calibrated(plain, unknowns, values, prediction)
 
 
-def _settle(comparison: Comparison, fit: Fit, report: Callable[[float], None] | None) -> tuple[Comparison, Fit]:
+def _settle(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
     """Size of the model error and quick fit in turn, by which -2 ln p of both falls, until neither changes."""
     for _ in range(ROUNDS):
         resized = update_model_error(comparison, fit.prediction)
@@ -314,7 +304,7 @@ def _settle(comparison: Comparison, fit: Fit, report: Callable[[float], None] | 
         data = resized.whitening(comparison.whitening.undo(fit.jacobian[:m]))
         slopes = np.concatenate([data, fit.jacobian[m:]])
         comparison = resized
-        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, report, slopes=slopes, quick=True)
+        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
     return comparison, fit
 
 
@@ -327,7 +317,6 @@ def _calibrated(
     unknowns: Unknowns,
     values: Values,
     prediction: Prediction,
-    report: Callable[[float], None] | None,
 ) -> Fit:
     """First fit; where it may have missed the minimum, a second one starts from a fit of the lowest level alone.
 
@@ -335,7 +324,7 @@ def _calibrated(
     the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the
     resonance is. A missing effect makes a fit bad as well; both starts then end alike.
     """
-    fit = calibrate(comparison, unknowns, values, prediction, report, exact=True)
+    fit = calibrate(comparison, unknowns, values, prediction, exact=True)
     if fit.chi2 <= ASTRAY * fit.n_number:
         return fit
     points, row = comparison.features.points, comparison.features.row
@@ -343,7 +332,7 @@ def _calibrated(
     deviation = comparison.whitening.deviation * np.where(higher[row], FAINT, 1.0)
     lowest = replace(comparison, whitening=Whitening(deviation=deviation, modes=comparison.whitening.modes))
     near = calibrate(lowest, unknowns, values, prediction)
-    anew = calibrate(comparison, unknowns, near.values, near.prediction, report, exact=True)
+    anew = calibrate(comparison, unknowns, near.values, near.prediction, exact=True)
     return min(fit, anew, key=lambda each: each.chi2)
 
 
@@ -375,7 +364,3 @@ def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None
 def make_unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
     """Calibration parameters with their priors, then effects without."""
     return Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
-
-
-def _with_step(report: Report | None, step: str) -> Callable[[float], None] | None:
-    return None if report is None else lambda chi2: report(step, chi2)

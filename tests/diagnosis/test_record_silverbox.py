@@ -83,7 +83,8 @@ def test_other_effects_hardly_help(rounds: list[RecordDiagnosis]) -> None:
     others = [each for each in rounds[0].scores if each.effect.kind != "cubic"]
     assert {each.effect.kind for each in others} >= {"air damping", "spring", "mass", "gain", "dashpot"}
     # Shares of the squared error.
-    assert max(each.share for each in others) < 0.05
+    chi2 = rounds[0].arrangement.fit.chi2
+    assert max(each.gain / chi2 for each in others) < 0.05
 
 
 def test_another_training_finds_the_same_spring(whole: TimeRecord, rounds: list[RecordDiagnosis]) -> None:
