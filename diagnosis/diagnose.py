@@ -199,11 +199,12 @@ def diagnose(
     arrangement = run_step(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
-    shares = LONG if is_lost(arrangement) else USUAL
+    searched = _choose_searched(arrangement, run_step)
+    shares = LONG if is_lost(searched) else USUAL
     far = find_far_resonance(arrangement.train.observed, arrangement.fit.model)
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
-    arrangement, searched, starts = _begin(arrangement, effects, run_step)
+    arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
     scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
@@ -238,10 +239,9 @@ def _widen(
 
 
 def _begin(
-    arrangement: Arrangement, effects: Sequence[Effect], run_step: RunStep
+    arrangement: Arrangement, searched: Arrangement, effects: Sequence[Effect], run_step: RunStep
 ) -> tuple[Arrangement, Arrangement, list[tuple[Effect, Values]]]:
     """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
-    searched = _choose_searched(arrangement, run_step)
     if not effects or not is_lost(searched):
         return arrangement, searched, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))

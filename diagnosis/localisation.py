@@ -92,10 +92,9 @@ class Place:
     def sentence(self) -> str:
         """Place, exponent and phase in words."""
         phase = "" if self.phase is None else f", at {self.phase:.0f} deg to the displacement ({PHASES})"
-        return (
-            f"near {self.name}, a force that grows with amplitude to the power {self.exponent:.1f} "
-            f"+- {2 * self.exponent_deviation:.1f}{phase}, in the {self.configuration} structure"
-        )
+        power = f" that grows with amplitude to the power {self.exponent:.1f} +- {2 * self.exponent_deviation:.1f}"
+        grows = power if np.isfinite(self.exponent_deviation) else ""
+        return f"near {self.name}, a force{grows}{phase}, in the {self.configuration} structure"
 
 
 def localise(arrangement: Arrangement) -> list[Place]:
@@ -108,7 +107,8 @@ def localise(arrangement: Arrangement) -> list[Place]:
         tangents = [*_tangents(fit.model, row, False), *_tangents(fit.model, row, True)]
         both = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
         for free, slopes in ((False, both[:, :4]), (True, both[:, 4:])):
-            levels = np.unique(points.level[points.free == free])
+            solved = {level for is_free, level, _ in fit.prediction.states if is_free == free}
+            levels = np.array([level for level in np.unique(points.level[points.free == free]) if level in solved])
             if not len(levels):
                 continue
             motion = _motion(arrangement, row, free)

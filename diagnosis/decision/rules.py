@@ -206,19 +206,24 @@ def decide(
     found = finding is Finding.UNKNOWN and gate.is_unexplained()
     if finding is Finding.UNKNOWN and not found and gate.left:
         ((name, rest),) = gate.left.items()
-        reason = _tell_stand_in(name, rest)
+        reason = _tell_stand_in(name, rest, thresholds)
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
-        place=places[0] if found else None, model_error=left, reason=reason,
+        place=places[0] if found else None, nearest=passed[0].refit if found and passed else None, model_error=left,
+        reason=reason,
         probabilities=compute_probabilities([each.refit for each in passed])[: len(effects)].tolist(),
     )  # fmt: skip
 
 
-def _tell_stand_in(name: str, rest: Leftover) -> str:
-    left = f"leaves {rest.places[0].sentence}" if rest.places else f"{rest.name} explains much of what it leaves"
-    return f"Something is missing, and it is none of the known effects: {name} explains most, but {left}."
+def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
+    unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else -np.inf
+    if rest.gain - thresholds.gain > unknown:
+        alone = "no known effect alone explains it"
+        return f"Something is missing, and {alone}: {name} explains most, and {rest.name} much of what it leaves."
+    left = rest.places[0].sentence
+    return f"Something is missing, and it is none of the known effects: {name} explains most, but leaves {left}."
 
 
 def _tell_held_out_error(before: Refit) -> str:

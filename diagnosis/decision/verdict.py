@@ -57,8 +57,10 @@ class Verdict(Tabular):
         Detection threshold of the fall of chi^2; none where another gate decides.
     place
         Place of the missing force, if the cause is unknown.
+    nearest
+        The best of the known effects that pass, if the cause is unknown all the same.
     model_error
-        Model error that is left beside noise, without an effect.
+        Model error that is left beside noise: beside the effect that passes, or without any.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
     reason
@@ -72,6 +74,7 @@ class Verdict(Tabular):
     units: Mapping[str, str]
     threshold: float | None = None
     place: Place | None = None
+    nearest: Refit | None = None
     model_error: ErrorSize = NO_ERROR
     probabilities: Sequence[float] = ()
     reason: str = ""
@@ -104,13 +107,14 @@ class Verdict(Tabular):
             error = f" and model error ({self.model_error.words})" if self.model_error.words else " and numerical error"
             return (
                 f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than chance "
-                f"does ({self.threshold:.3g}) and the held-out error with it."
+                f"does ({self.threshold:.3g}) and that of the held-out data with it."
             )
         if self.finding is Finding.UNKNOWN:
             where = f": {self.place.sentence}" if self.place is not None else ""
-            return f"Something is missing, and it is none of the known effects{where}."
+            near = f" {self.nearest.name} comes nearest: {self._fall(self.nearest)}." if self.nearest else ""
+            return f"Something is missing, and it is none of the known effects{where}.{near}"
         named = [self._named(each) for each in self.effects]
-        fall = held_out_fall(self.before, self.effects[0])
+        fall = self._fall(self.effects[0])
         if self.finding is Finding.AMBIGUOUS:
             return f"{' or '.join(named)}: these data cannot tell which ({fall})."
         return f"{named[0]} is missing; {fall}."
@@ -121,6 +125,9 @@ class Verdict(Tabular):
         finite = [(name, value) for name, value in self.detectable.items() if value < float("inf")]
         strengths = ", ".join(f"{name} {value:.2g} {self.units[name]}".rstrip(" -") for name, value in finite)
         return f"The smallest detectable strengths are: {strengths}." if strengths else ""
+
+    def _fall(self, refit: Refit) -> str:
+        return held_out_fall(self.before, refit)
 
     def _named(self, refit: Refit) -> str:
         assert refit.effect is not None

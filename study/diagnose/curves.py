@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
+from diagnosis.fit.weighting import leave_out_model_error
 from figure.misfit_map import STEPS
 from figure.style import choose_family_colours
 from study.compare.curve import choose_unit, find_rows, joined, keys, refine_points
@@ -22,10 +23,9 @@ Numbers = Float[NDArray[np.float64], " f"]
 
 def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
-    arrangement = result.diagnosis.arrangement
     train = result.misfit(stage.refit)
-    held_out = Side(comparison=arrangement.held_out, prediction=predict_held_out(result, stage)).misfit
-    return joined(train, held_out)
+    held_out = leave_out_model_error(result.diagnosis.arrangement.held_out)
+    return joined(train, Side(comparison=held_out, prediction=predict_held_out(result, stage)).misfit)
 
 
 def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def _strayed(result: Round) -> Iterator[str]:
 
 
 def _model_error(result: Round) -> Iterator[str]:
-    """What the model without an effect errs by, beside what the case states."""
+    """What the model errs by, beside what the case states: with the effect that passes, or without any."""
     words = result.diagnosis.verdict.model_error.words
     if words:
         yield (

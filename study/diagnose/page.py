@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.localisation import Place
 from figure.candidates import CandidateBar, Candidates
@@ -154,7 +156,9 @@ def _place(place: Place) -> dict[str, Any]:
         "name": place.name,
         "configuration": place.configuration,
         "gain": digits(place.gain, 4),
-        "exponent": f"{place.exponent:.2f} ± {INTERVAL * place.exponent_deviation:.2g}",
+        "exponent": f"{place.exponent:.2f} ± {INTERVAL * place.exponent_deviation:.2g}"
+        if np.isfinite(place.exponent_deviation)
+        else "",
         "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [

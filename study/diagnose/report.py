@@ -1,6 +1,7 @@
 """The report of a diagnosis: text with the verdict in three lines and details below, and a JSON document."""
 
 from collections.abc import Iterator, Mapping
+from math import isnan
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -33,8 +34,12 @@ ADVICE = {
     Finding.AMBIGUOUS: 'plan a test that separates them, or add one of them: stickslip add "{effect}"',
     Finding.NOTHING: "none; the case explains these measurements",
     Finding.NOT_CLOSE: "check supports, masses and loads of the case, and units and places of the sensors",
-    Finding.UNKNOWN: "inspect that place, or describe an effect of your own (docs/effects.md)",
+    Finding.UNKNOWN: "describe an effect of your own (docs/effects.md), or measure at other places and levels",
 }
+
+
+#: The next step where an unknown force has a place.
+PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 
 
 def in_words(result: Round) -> str:
@@ -90,6 +95,8 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 def advice(result: Round) -> str:
     """The next step for the user."""
     best = result.best
+    if result.diagnosis.verdict.place is not None:
+        return PLACE
     effect = best.effect.name if best is not None and best.effect is not None else ""
     return ADVICE[result.diagnosis.verdict.finding].format(effect=effect)
 
@@ -113,7 +120,7 @@ def document(result: Round) -> dict[str, Any]:
         "title": result.setup.title,
         "campaign": result.campaign.title,
         "finding": diagnosis.verdict.finding.value,
-        "verdict": diagnosis.verdict.sentence,
+        "verdict": headline(result),
         "doubts": list_doubts(result),
         "model_error": vars(diagnosis.verdict.model_error),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
@@ -177,11 +184,11 @@ def _estimate(value: float, deviation: float, name: str = "strength") -> dict[st
 
 
 def errors_in_words(values: Errors) -> str:
-    """Both errors with the reduced chi-squared."""
-    return (
-        f"error {100 * values.training:7.3g} %, held out {100 * values.held_out:7.3g} %; reduced chi-squared "
-        f"{digits(values.training_chi2, 3):>7}, held out {digits(values.held_out_chi2, 3):>7}"
-    )
+    """Both errors, if they are known, with the reduced chi-squared."""
+    chi2 = f"reduced chi-squared {digits(values.training_chi2, 3):>7}, held out {digits(values.held_out_chi2, 3):>7}"
+    if isnan(values.training):
+        return chi2
+    return f"error {100 * values.training:7.3g} %, held out {100 * values.held_out:7.3g} %; {chi2}"
 
 
 def step_in_words(step: Step, case: Path) -> str:

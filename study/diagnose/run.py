@@ -116,6 +116,12 @@ def diagnose_file(
         )
     require_held_out(campaign, folder)
     require_repeats(campaign, folder)
+    if run is not None and campaign.data:
+        others = ", ".join(sorted({datum.type for datum in campaign.data}))
+        run.warn(
+            f"{folder}: a diagnosis compares the steady states alone; what else was measured ({others}) takes no part: "
+            "stickslip compare shows it, and with --calibrate fits to both"
+        )
     setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
         run_step = Steps(run.store, setup, campaign, without)
@@ -157,11 +163,11 @@ def record(result: Round, case: Path, campaign: Path) -> Step:
     before, drawn = errors(result.diagnosis.before), errors(result.drawn)
     added = {item.effect.name for item in result.setup.added}
     # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
-    earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign)]
+    earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign.resolve())]
     step = Step(
         what=DIAGNOSIS,
         case_key=key,
-        campaign=str(campaign),
+        campaign=str(campaign.resolve()),
         sentence=headline(result),
         finding=result.diagnosis.verdict.finding.value,
         drawn=drawn,

@@ -191,6 +191,7 @@ def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
         # Where it is, is told from what the model lacks, not from what the stand-in leaves.
         assert verdict.place is there
         assert named(verdict) == []
+        assert "mass comes nearest" in verdict.sentence
 
 
 @pytest.mark.parametrize(
@@ -199,6 +200,8 @@ def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
 def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unknown: bool) -> None:
     verdict = decided(refit("mass", 200, 150), rest=Leftover(gain=left, name="gap", places=(), known=left))
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
+    if unknown:
+        assert "no known effect alone explains it: mass explains most, and gap much" in verdict.sentence
 
 
 def test_what_chance_leaves_makes_no_stand_in() -> None:
