@@ -1,6 +1,6 @@
 """Nonlinear fits of shortlisted effects with the calibration parameters, and their test on held-out data.
 
-The screening is linear, so that a refit may change its order; the held-out error ranks the refits.
+The screening is linear, so that a refit may change its order.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 r"""Gains that nobody knows: a sensor in volts, a shaker whose force follows a voltage by an unknown factor.
 
 Each sensor that is not calibrated reads :math:`s` times its motion, and the force is :math:`g` times the level of a
-drive that is not calibrated. For any g the best s has a closed form, the mean of :math:`\ln |X_m / X_p|` of its
+drive that is not calibrated. For any g the best s has a closed form, the median of :math:`\ln |X_m / X_p|` of its
 readings. What is left is a function of g alone, which is searched over many decades and then refined. A response that
 is proportional to the force leaves the same for every g: then only the product of g and s can be told, and g is fixed.
 """
