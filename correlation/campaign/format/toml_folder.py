@@ -10,7 +10,7 @@ from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.load_cell import combine_load_cells
 from correlation.campaign.manifest import MANIFEST, Manifest, RecordEntry, read_manifest
 from correlation.campaign.measured_files import MeasuredFiles
-from correlation.campaign.measurement import Campaign, Measurement, Suspicion, same_level
+from correlation.campaign.measurement import LOAD_CELL, Campaign, Measurement, Suspicion, same_level
 from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
 from correlation.campaign.stepped_sine import KEY, read_csv, sorting
@@ -130,6 +130,12 @@ def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, nam
         raise CampaignError(
             f'{MANIFEST}: sensor "{sensor.name}" has no rows in {manifest.files_of(range(len(manifest.tests)))}; '
             "add them, or remove the sensor"
+        )
+    paired = {name for pair in manifest.load_cells for name in pair.cells}
+    if rows.any() and sensor.quantity == LOAD_CELL and sensor.name not in paired:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{sensor.name}" is a load cell that no [[load_cells]] names, and {rows.sum()} rows are '
+            "of it: name it in the cells of one, or remove the sensor and its rows"
         )
     for test in np.unique(measurement.test[rows]):
         _check_constant(manifest, measurement, int(test), number)

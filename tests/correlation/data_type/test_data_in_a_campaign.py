@@ -183,6 +183,9 @@ def test_load_cells_become_the_forces_of_equation_1(tmp_path: Path) -> None:
         ('cells = ["R3", "R4"]', 'cells = ["R3", "left_T"]', ["load_cells[1].cells", '"left_T"']),
         ('tangential = "left_T"', 'tangential = "left_N"', ["load_cells[1].tangential"]),
         ('taper = "8.53 deg"', 'taper = "8.53 mm"', ["load_cells[1].taper", "mm"]),
+        ('name = "R4"\n', 'name = "R4"\nphase = false\n', ["load_cells[1].cells", '"R4"', "phase = false"]),
+        ('name = "R3"\n', 'name = "R3"\ncalibrated = false\n', ["load_cells[1].cells", '"R3"', "calibrated = false"]),
+        ('name = "left_T"\n', 'name = "left_T"\nphase = false\n', ["load_cells[1].tangential", "phase = false"]),
         ('side = "blade"\n', "", []),
     ],
 )
@@ -195,6 +198,13 @@ def test_a_mistake_in_load_cells_names_its_key(tmp_path: Path, old: str, new: st
         read_campaign(folder)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_a_load_cell_without_a_pair_is_refused(tmp_path: Path) -> None:
+    manifest = CELLS + 'R5 = { real = "a", imag = "d", unit = "N" }\n[[sensor]]\nname = "R5"\nquantity = "load cell"\n'
+    folder = write(tmp_path, manifest, cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n")
+    with pytest.raises(CampaignError, match=r'sensor "R5".*no \[\[load_cells\]\] names.*2 rows'):
+        read_campaign(folder)
 
 
 def test_every_type_says_what_it_holds() -> None:
