@@ -64,7 +64,9 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> Load
         # Both forces are sums of the two readings: amplitudes without phases and unknown gains have none.
         if not (named[name].has_phase and named[name].calibrated):
             word = "calibrated" if named[name].has_phase else "phase"
-            raise table.problem("cells", f'sensor "{name}" has {word} = false: forces follow from complex newtons alone')
+            raise table.problem(
+                "cells", f'sensor "{name}" has {word} = false: forces follow from complex newtons alone'
+            )
     forces = {}
     for component in ("tangential", "normal"):
         forces[component] = name = table.take(component, str)

@@ -55,8 +55,6 @@ class Decay:
         Of its modes, roughly [Hz].
     floor
         Amplitude of a mode that cannot be told from noise.
-    suspicions
-        What speaks against it, in words.
     """
 
     start: float
@@ -64,7 +62,6 @@ class Decay:
     values: Vector
     frequencies: tuple[float, ...]
     floor: float
-    suspicions: tuple[str, ...] = ()
 
     def with_frequency(self, frequency: float) -> "Decay":
         """The same with one more mode."""

@@ -21,6 +21,15 @@ quantity = "displacement"
 direction = "z"
 place = "tip"
 """
+RING_DOWN = """[[ring_down]]
+name = "release"
+file = "decay.csv"
+configuration = "jointed"
+sensor = "tip"
+[ring_down.columns]
+time = "t"
+value = { column = "x", unit = "mm" }
+"""
 
 
 def write(folder: Path, manifest: str, **tables: str) -> Path:
@@ -38,19 +47,7 @@ def test_a_linear_ring_down_has_the_backbone_of_its_model(tmp_path: Path, oscill
     omega = np.sqrt(STIFFNESS / MASS)
     time = np.arange(0, 1.5, 1 / 4000)
     x = 1e-4 * np.exp(-RATIO * omega * time) * np.cos(np.sqrt(1 - RATIO**2) * omega * time)
-    manifest = (
-        SENSOR
-        + """[[ring_down]]
-name = "release"
-file = "decay.csv"
-configuration = "jointed"
-sensor = "tip"
-[ring_down.columns]
-time = "t"
-value = { column = "x", unit = "mm" }
-"""
-    )
-    (decay,) = read_campaign(write(tmp_path, manifest, decay=columns("t,x", time, 1e3 * x))).data
+    (decay,) = read_campaign(write(tmp_path, SENSOR + RING_DOWN, decay=columns("t,x", time, 1e3 * x))).data
     features, predicted = ring_down_features(decay), predict_ring_down(oscillator(), decay)
     assert len(decay.modes) == 1
     # The record is without noise; what is left are the digits that were written.
@@ -82,6 +79,17 @@ level = 0.5
 frequency = "f"
 accelerometer = {{ real = "re", imag = "im", unit = "g_n/N" }}
 """
+
+
+@pytest.mark.parametrize(
+    ("modes", "limit"), [("0 Hz", "zero"), ("-5 Hz", "zero"), ("250 Hz", "250 Hz"), ("4 kHz", "250 Hz")]
+)
+def test_modes_are_between_zero_and_half_the_sampling_rate(tmp_path: Path, modes: str, limit: str) -> None:
+    time = np.arange(0, 1.5, 1 / 500)
+    data = columns("t,x", time, np.exp(-5 * time) * np.cos(400 * time))
+    manifest = SENSOR + RING_DOWN.replace("[ring_down.columns]", f'modes = ["{modes}"]\n[ring_down.columns]')
+    with pytest.raises(CampaignError, match=rf"ring_down\[1\]\.modes.*{modes}.*{limit}"):
+        read_campaign(write(tmp_path, manifest, decay=data))
 
 
 @pytest.mark.parametrize("sign", ["+", "-"])
