@@ -132,6 +132,46 @@ def test_a_frequency_response_without_its_force_asks_for_it(tmp_path: Path) -> N
         read_campaign(write(tmp_path, FRF.format(sign="+").replace("g_n/N", "mm/s^2"), frf=data))
 
 
+def test_a_contact_force_is_no_frequency_response(tmp_path: Path) -> None:
+    frequency = np.linspace(80, 120, 41)
+    data = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
+    contact = '[[sensor]]\nname = "left_T"\nquantity = "contact force"\nline = "left"\ncomponent = "tangential"\n'
+    manifest = FRF.format(sign="+") + 'left_T = { real = "re", imag = "im", unit = "N/N" }\n' + contact
+    with pytest.raises(CampaignError, match=r"frf\[1\].columns.left_T.*contact force"):
+        read_campaign(write(tmp_path, manifest, frf=data))
+
+
+@pytest.mark.parametrize(("largest", "fits"), [(98.0, False), (-0.2, False), (1.0005, True)])
+def test_a_coherence_is_between_0_and_1(tmp_path: Path, largest: float, fits: bool) -> None:
+    frequency = np.linspace(80, 120, 41)
+    coherence = np.where(frequency == 100, largest, 0.9)
+    data = columns("f,re,im,c", frequency, np.cos(frequency), np.sin(frequency), coherence)
+    manifest = FRF.format(sign="+") + '[frf.coherence]\naccelerometer = "c"\n'
+    if fits:
+        assert read_campaign(write(tmp_path, manifest, frf=data)).data[0].coherence.max() == 1.0
+        return
+    with pytest.raises(CampaignError, match=rf"frf\[1\].coherence.accelerometer: is {largest:g} at row 21"):
+        read_campaign(write(tmp_path, manifest, frf=data))
+
+
+LOOP = """[[loop]]
+name = "bench"
+file = "loop.csv"
+place = "tip"
+frequency = "1 Hz"
+[loop.columns]
+displacement = { column = "x", unit = "m" }
+force = { column = "F", unit = "N" }
+"""
+
+
+def test_what_looks_wrong_in_a_loop_is_a_suspicion_of_the_campaign(tmp_path: Path) -> None:
+    turn = np.linspace(0, 8 * np.pi, 2001)
+    data = columns("x,F", 1e-3 * np.cos(turn), np.cos(turn - 0.5))  # the force lags: the loop gives energy
+    campaign = read_campaign(write(tmp_path, LOOP, loop=data))
+    assert any("bench: the loops run the other way round" in str(item) for item in campaign.suspicions)
+
+
 CELLS = """[convention]
 time = "exp(+i omega t)"
 amplitude = "peak"
