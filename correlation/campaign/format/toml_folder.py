@@ -134,7 +134,7 @@ def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, nam
     paired = {name for pair in manifest.load_cells for name in pair.cells}
     if rows.any() and sensor.quantity == LOAD_CELL and sensor.name not in paired:
         raise CampaignError(
-            f'{MANIFEST}: sensor "{sensor.name}" is a load cell that no [[load_cells]] names, and has {rows.sum()} rows: '
+            f'{MANIFEST}: sensor "{sensor.name}" is a load cell with {rows.sum()} rows that no [[load_cells]] names: '
             "name it in the cells of one, or remove the sensor and its rows"
         )
     for test in np.unique(measurement.test[rows]):

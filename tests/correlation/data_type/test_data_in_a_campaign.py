@@ -251,7 +251,7 @@ def test_a_mistake_in_load_cells_names_its_key(tmp_path: Path, old: str, new: st
 def test_a_load_cell_without_a_pair_is_refused(tmp_path: Path) -> None:
     manifest = CELLS + 'R5 = { real = "a", imag = "d", unit = "N" }\n[[sensor]]\nname = "R5"\nquantity = "load cell"\n'
     folder = write(tmp_path, manifest, cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n")
-    with pytest.raises(CampaignError, match=r'sensor "R5".*no \[\[load_cells\]\] names.*2 rows'):
+    with pytest.raises(CampaignError, match=r'sensor "R5".*2 rows that no \[\[load_cells\]\] names'):
         read_campaign(folder)
 
 
