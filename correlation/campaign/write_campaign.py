@@ -48,6 +48,7 @@ def _manifest(campaign: Campaign, tests: Sequence[str], records: Sequence[str]) 
     for test, file in zip(campaign.tests, tests, strict=True):
         yield from ("", "[[test]]", f"name = {_text(test.name)}", f"configuration = {_text(test.configuration)}")
         yield from ("settling = true",) if test.settling else ()
+        yield from ('control = "response"',) if test.control == "response" else ()
         yield f"file = {_text(f'test_{file}.csv')}"
     for record, file in zip(campaign.records, records, strict=True):
         yield from ("", "[[record]]", f"name = {_text(record.name)}", f"file = {_text(f'record_{file}.csv')}")

@@ -1,6 +1,7 @@
 """A folder with ``campaign.toml``: its manifest, its tables, its time records, and whether they fit together."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -45,11 +46,12 @@ def read_folder(folder: Path) -> Campaign:
     mistakes.attempt(partial(_check_records, manifest, [item for item in records if item is not None]), None)
     mistakes.refuse()
     measurement, sensors = combine_load_cells(measurement, manifest.sensors, manifest.load_cells)
+    controlled = {run.test for run in manifest.runs if run.control == "response"}
     return Campaign(
         title=manifest.title,
         folder=folder,
         sensors=sensors,
-        tests=manifest.tests,
+        tests=tuple(replace(test, control="response") if test.name in controlled else test for test in manifest.tests),
         measurement=measurement.where(sorting(measurement)),
         held_out=manifest.held_out,
         records=tuple(item for item in records if item is not None),
@@ -84,12 +86,15 @@ def _tables(
     number = {test.name: place for place, test in enumerate(manifest.tests)}
     tables = [mistakes.attempt(partial(read_csv, folder / file, manifest, names), None) for file, names in tidy.items()]
     suspicions: list[Suspicion] = []
+    first = 0
     for run in manifest.runs:
-        read = partial(read_run_rows, run, files, manifest.sensors, number[run.test], manifest.units)
+        read = partial(read_run_rows, run, files, manifest.sensors, number[run.test], manifest.units, first)
         rows = mistakes.attempt(read, None)
         if rows is not None:
             tables.append(rows[0])
             suspicions += rows[1]
+            # Runs were measured in the order of the manifest, unless they say another themselves.
+            first = first if "order" in run.own else int(rows[0].order.max()) + 1
     names = [sensor.name for sensor in manifest.sensors]
     for datum in data:
         states = DATA_TYPES[datum.type].states
