@@ -15,7 +15,7 @@ from correlation.campaign.measurement import LOAD_CELL, Campaign, Measurement, S
 from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
 from correlation.campaign.stepped_sine import KEY, read_csv, sorting
-from correlation.campaign.time_record import TimeRecord, read_time_record, record_of_columns
+from correlation.campaign.time_record import TimeRecord, record_of_columns
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, DataContext, Datum
 from correlation.errors import CampaignError, Mistakes
@@ -62,15 +62,10 @@ def read_folder(folder: Path) -> Campaign:
 
 
 def _record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
-    """A record: a table with a column of time, or columns of any file."""
-    path = files.folder / entry.file
-    if path.suffix.lower() == ".csv" and entry.rate is None:
-        record = read_time_record(path, name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out)
-    else:
-        record = record_of_columns(
-            files.read(entry.file), name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
-            rate=entry.rate,
-        )  # fmt: skip
+    record = record_of_columns(
+        files.read(entry.file), name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
+        rate=entry.rate,
+    )  # fmt: skip
     return record.between(entry.start, entry.end)
 
 
