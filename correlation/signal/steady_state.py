@@ -73,8 +73,7 @@ def fit_steady_state(
         raise CampaignError(f"the reference has shape {np.shape(reference)}: give ({len(instants)},), one per instant")
     if not force.std() > 0:
         raise CampaignError(
-            f"the reference is {force[0, 0]:.6g} throughout: name the channel of the force, or fit without a phase "
-            "(`fit_harmonics`)"
+            f"the force is {force[0, 0]:.6g} throughout: name the channel that drives; phases count from it"
         )
     everything = np.vstack([force, channels])
     start = find_frequency(instants, force) if frequency is None else float(frequency)

@@ -183,6 +183,12 @@ def test_a_sensitivity_turns_volts_into_acceleration(tmp_path: Path) -> None:
     [
         ("level = 1.0", 'frequency = "f"\ntip = "a"\n', {}, ["run[1].columns.tip", '"a"', "no unit"]),
         ("level = 1.0", 'frequency = "g"\ntip = "a"\n', {}, ["data.csv", '"g"']),
+        (
+            "level = 1.0",
+            'frequency = "f"\ntip = { column = "a", sensitivity = "100 mV/g_n" }\n',
+            {},
+            ["run[1].columns.tip", "no unit", 'unit = "V"'],
+        ),
         ("level = 1.0", 'tip = "a"\n', {}, ["run[1].columns.frequency"]),
         ("", 'frequency = "f"\ntip = { column = "a", unit = "m/s^2" }\n', {}, ["run[1].level", "is missing"]),
         ("level = -1.0", 'frequency = "f"\ntip = "a"\n', {}, ["run[1].level = -1.0"]),
