@@ -1,7 +1,7 @@
 """One configuration of a tested structure, with or without its contacts: steady states and sensor readings."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -120,10 +120,6 @@ class Configuration:
         linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
         return cls(free=free, model=seen, balance=balance, linear=linear, levels={}, slider=start)
-
-    def starting(self, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None) -> "Configuration":
-        """The same with other initial sliders; both share the results of the linear structure."""
-        return replace(self, slider=np.zeros(self.balance.n_slider) if slider is None else slider(self.balance))
 
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""

@@ -50,15 +50,23 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> Load
     Raises
     ------
     CampaignError
-        A key or value that cannot be used, or a sensor that is no load cell or no contact force.
+        A key or value that cannot be used, or a sensor that is no load cell or no contact force, or a load cell that
+        is not calibrated or has no phase.
     """
     cells = [name for name in table.take("cells", list) if isinstance(name, str)]
     if len(cells) != 2 or cells[0] == cells[1]:
         raise table.problem("cells", "give the two load cells R_3 and R_4 by the names of their sensors")
     quantity = {sensor.name: sensor.component or sensor.quantity for sensor in sensors}
+    named = {sensor.name: sensor for sensor in sensors}
     for name in cells:
         if quantity.get(name) != LOAD_CELL:
             raise table.problem("cells", f'"{name}" is no [[sensor]] with quantity = "{LOAD_CELL}": add one')
+        # Both forces are sums of the two readings: amplitudes without phases and unknown gains have none.
+        if not (named[name].has_phase and named[name].calibrated):
+            word = "calibrated" if named[name].has_phase else "phase"
+            raise table.problem(
+                "cells", f'sensor "{name}" has {word} = false: forces follow from complex newtons alone'
+            )
     forces = {}
     for component in ("tangential", "normal"):
         forces[component] = name = table.take(component, str)
@@ -66,6 +74,8 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> Load
             raise table.problem(
                 component, f'is no [[sensor]] with quantity = "{CONTACT_FORCE}" and component = "{component}": add one'
             )
+        if not named[name].has_phase:
+            raise table.problem(component, f'sensor "{name}" has phase = false: remove that, load cells give the phase')
     side = table.choice("side", SIDES) if "side" in table.values else SIDES[0]
     weight = table.converted("dead_weight", lambda value: si_quantity(value, "N"), 0.0) if side == "blade" else None
     if weight == 0.0:

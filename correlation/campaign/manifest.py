@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from correlation.campaign.load_cell import LoadCellPair, read_load_cells
-from correlation.campaign.measurement import CONFIGURATIONS, Drive, HeldOut, MeasuredSensor, Test
+from correlation.campaign.measurement import CONFIGURATIONS, CONTROLS, Drive, HeldOut, MeasuredSensor, Test
 from correlation.campaign.measurement_unit import si_factor, si_quantity
 from correlation.campaign.run_entry import RunEntry, read_run
 from correlation.campaign.run_table import RunUnits
@@ -245,6 +245,7 @@ def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:
         name=table.take("name", str),
         configuration=table.choice("configuration", CONFIGURATIONS),
         settling=table.take("settling", bool, False),
+        control=table.choice("control", CONTROLS) if "control" in table.values else "force",
     )
     table.finish()
     return test, file

@@ -33,6 +33,8 @@ SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", CONT
 ROTATION_UNIT = {"displacement": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 COMPONENTS = ("tangential", "normal")
 CONFIGURATIONS = ("jointed", "free")
+#: What is held constant while the frequency changes.
+CONTROLS = ("force", "response")
 #: Stands for forces that were not measured.
 NOT_MEASURED = np.zeros(0)
 #: Words of a sweep, by the number in the table.
@@ -140,6 +142,8 @@ class Test:
     settling
         Whether its repeats are readings of a response that still settles, such as a joint that runs in: they are no
         repeats, and their scatter is no noise.
+    control
+        "force", or "response" for a test at a constant response, whose force differs from point to point.
     """
 
     __test__ = False  # no test of pytest's
@@ -147,6 +151,7 @@ class Test:
     name: str
     configuration: str = "jointed"
     settling: bool = False
+    control: str = "force"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -4,18 +4,19 @@ A run is a stepped sine (a column ``frequency``, a row per steady state) or one 
 ``time``). What is no column is given as a number: level, repeat, sweep.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY
-from correlation.campaign.measurement import SWEEPS
+from correlation.campaign.measurement import CONTROLS, SWEEPS
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
 
 #: Columns of a run that are no sensor.
 OWN = ("frequency", "time", "force", "level", "repeat", "order", "sweep")
+#: Those that differ from row to row of a stepped sine.
+STEPPED = ("level", "repeat", "order", "sweep")
 BY_ORDER = "by order"
-CONTROL = ("force", "response")
 #: Highest harmonic that is read from a time history, unless the run says another.
 HARMONICS = 5
 
@@ -37,7 +38,8 @@ class RunEntry:
     sweep
         "up", "down", "none", or "by order": up where the frequency rises from row to row, down where it falls.
     control
-        "force", or "response" for a test at a constant response, whose force differs from point to point.
+        "force", or "response" for a test at a constant response, whose force differs from point to point: a force that
+        does not reach its set point is then no suspicion.
     frequency
         Frequency of a steady state over time [Hz]; None to find it.
     harmonics
@@ -104,12 +106,14 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
             "frequency", "name the column of the frequency (stepped sine) or of the time (steady state), one of them",
             show=False,
         )  # fmt: skip
+    if "time" in own:
+        _refuse_stepped(columns, own, signals)
     if not signals:
         raise table.problem("columns", f"names no sensor: add one of {', '.join(sensors)}", show=False)
     level = _number(table, "level")
     if level is not None and "level" in own:
         raise table.problem("level", "is also a column: remove one of them")
-    control = table.choice("control", CONTROL) if "control" in table.values else "force"
+    control = table.choice("control", CONTROLS) if "control" in table.values else "force"
     if control == "response" and "force" not in own:
         raise table.problem("control", 'needs the measured force: add force = "COLUMN" to its columns')
     if level is None and "level" not in own and "force" not in own:
@@ -136,6 +140,20 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
     if not 1 <= entry.harmonics <= 50:
         raise table.problem("harmonics", "give the highest one, 1 to 50")
     return entry
+
+
+def _refuse_stepped(
+    columns: TomlTable, own: Mapping[str, SignalEntry], signals: Mapping[str, Sequence[SignalEntry]]
+) -> None:
+    """Refuse what only the rows of a stepped sine have: a steady state over time is one state with all harmonics."""
+    for name in STEPPED:
+        if name in own:
+            remedy = "remove it" if name == "order" else f"give {name} of the run"
+            raise columns.problem(name, f"is no column of a steady state over time: {remedy}")
+    for name, entries in signals.items():
+        if len(entries) > 1 or entries[0].harmonic != 1:
+            wanted = "names a harmonic: all are read from one column over time; give it, and harmonics of the run"
+            raise columns.problem(name, wanted, show=False)
 
 
 def _number(table: TomlTable, key: str) -> float | None:

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows
-from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
+from correlation.campaign.measurement import SAME_FREQUENCY, SWEEPS, MeasuredSensor, Measurement, Suspicion
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
+from correlation.signal.harmonics import Harmonics
 from correlation.signal.steady_state import fit_steady_state
 
 Real = Float[NDArray[np.float64], " n"]
@@ -22,8 +23,6 @@ Whole = Int[NDArray[np.int64], " n"]
 DISTORTED = 0.05
 #: The level of a run whose force was measured and has no set point: its median in so many digits.
 DIGITS = 3
-#: The force of a force-controlled run may leave its set point by this share without a word [-].
-CONTROLLED = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +64,7 @@ class _States:
 
 
 def read_run_rows(
-    entry: RunEntry, files: MeasuredFiles, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits
+    entry: RunEntry, files: MeasuredFiles, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, first: int = 0
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
     """Rows of one run, unsorted, and what looks wrong in them.
 
@@ -81,6 +80,8 @@ def read_run_rows(
         Number of its test.
     units
         Units and conventions.
+    first
+        Order of its first state, unless it has a column of orders.
 
     Raises
     ------
@@ -89,11 +90,11 @@ def read_run_rows(
     """
     file = take_rows(entry.table, files.read(entry.file), entry.columns)
     if "time" in entry.own:
-        return _steady_state(entry, file, sensors, test, units)
+        return _steady_state(entry, file, sensors, test, units, first)
     frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
     sweep, repeat = _passes(entry, file, frequency)
     repeat = _whole(entry, file, "repeat") if "repeat" in entry.own else repeat + entry.repeat
-    order = _whole(entry, file, "order") if "order" in entry.own else np.arange(len(frequency))
+    order = _whole(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
     force = _force(entry, file, units)
     level = _level(entry, file, force, len(frequency), units)
     states = _States(
@@ -115,7 +116,7 @@ def read_run_rows(
             )
             if signal.harmonic:
                 value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn**signal.harmonic
-            if not sensor.has_phase:
+            if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
             tables.append(_rows(states, number, signal.harmonic, value, test))
     return join_rows(tables), tuple(suspicions)
@@ -125,9 +126,11 @@ def passes(frequency: Real) -> tuple[Whole, Whole]:
     """Sweep (+1 up, -1 down, 0 for one state) and repeat of each row from the order of the frequencies, shape (n,).
 
     A pass ends where the frequency turns. A second pass in the same direction is a second repeat, and so is a second
-    reading at one frequency.
+    reading at one frequency. Frequencies that differ by less than `SAME_FREQUENCY` are one.
     """
-    step = np.sign(np.diff(frequency)).astype(np.int64)
+    rising, index = np.unique(frequency, return_inverse=True)
+    place = np.cumsum(np.diff(rising, prepend=rising[:1]) > SAME_FREQUENCY * rising)[index]
+    step = np.sign(np.diff(place)).astype(np.int64)
     moving = step[step != 0]
     if not len(moving):
         return np.zeros(len(frequency), dtype=np.int64), np.arange(len(frequency))
@@ -138,8 +141,8 @@ def passes(frequency: Real) -> tuple[Whole, Whole]:
         last = turn or last
         way[row] = last
     repeat = np.zeros(len(frequency), dtype=np.int64)
-    seen: dict[tuple[int, float], int] = {}
-    for row, key in enumerate(zip(way.tolist(), frequency.tolist(), strict=True)):
+    seen: dict[tuple[int, int], int] = {}
+    for row, key in enumerate(zip(way.tolist(), place.tolist(), strict=True)):
         repeat[row] = seen.get(key, 0)
         seen[key] = repeat[row] + 1
     return way, repeat
@@ -163,7 +166,7 @@ def _rows(
 
 
 def _steady_state(
-    entry: RunEntry, file: MeasuredFile, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits
+    entry: RunEntry, file: MeasuredFile, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, order: int
 ) -> tuple[Measurement, tuple[Suspicion, ...]]:
     """Harmonics of one steady state over time, and what they suspect of it."""
     time = entry.own["time"].or_unit(file, "s").real_values(file, "s")
@@ -190,7 +193,7 @@ def _steady_state(
     level = entry.level * units.level_factor if entry.level is not None else float(f"{amplitude:.{DIGITS}g}")
     one = np.ones(1)
     states = _States(
-        frequency=result.frequency * one, level=level * one, force=amplitude * one, order=np.zeros(1, dtype=np.int64),
+        frequency=result.frequency * one, level=level * one, force=amplitude * one, order=np.array([order]),
         sweep=np.array([next((sign for sign, word in SWEEPS.items() if word == entry.sweep), 0)]),
         repeat=np.array([entry.repeat]),
     )  # fmt: skip
@@ -198,7 +201,14 @@ def _steady_state(
     for (number, sensor), coefficients in zip(measured, result.coefficients, strict=True):
         for harmonic in range(entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
-            tables.append(_rows(states, number, harmonic, value if sensor.has_phase else np.abs(value), test))
+            keeps_sign = sensor.has_phase or harmonic == 0
+            tables.append(_rows(states, number, harmonic, value if keeps_sign else np.abs(value), test))
+    return join_rows(tables), _suspect_steady_state(entry, result, amplitude)
+
+
+def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) -> tuple[Suspicion, ...]:
+    """What looks wrong in one steady state over time."""
+    assert result.reference is not None
     suspicions = [Suspicion(where=entry.file, sentence=sentence) for sentence in result.suspicions]
     share = np.abs(result.reference[2:]) / amplitude
     if len(share) and share.max() > DISTORTED:
@@ -213,7 +223,7 @@ def _steady_state(
             "has not settled at its end: its harmonics are those of the last part; record longer, or leave it out"
         )
         suspicions.append(Suspicion(where=entry.file, sentence=sentence))
-    return join_rows(tables), tuple(suspicions)
+    return tuple(suspicions)
 
 
 def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:

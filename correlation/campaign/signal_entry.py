@@ -176,10 +176,10 @@ class SignalEntry:
             return 1.0
         unit = self.unit or column.unit
         if not unit:
-            raise self.problem(
-                f'"{column.name}" of {file.path.name} has no unit: write {{ column = "{column.name}", unit = "{si}" }} '
-                "with the unit that it is in"
-            )
+            remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit that it is in'
+            if self.sensitivity:
+                remedy = 'add unit = "V", or the multiple of it that it is in, beside its sensitivity'
+            raise self.problem(f'"{column.name}" of {file.path.name} has no unit: {remedy}')
         try:
             if not self.sensitivity:
                 return si_factor(unit, si)

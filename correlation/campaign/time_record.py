@@ -1,15 +1,13 @@
-"""Time records: CSV with the columns ``time`` and one per channel; their units are in the manifest."""
+"""Time records: a column ``time``, or a sampling rate, and a column per channel; their units are in the manifest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.campaign.csv_table import read_table
-from correlation.campaign.measurement_unit import base_unit, si_factor
+from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
@@ -103,65 +101,6 @@ class TimeRecord:
         return mean
 
 
-def read_time_record(
-    path: Path, *, name: str, units: Mapping[str, str], force: str | None = None, held_out: bool = False
-) -> TimeRecord:
-    """Read a record.
-
-    Parameters
-    ----------
-    path
-        CSV with a header, commas and decimal points.
-    name, force, held_out
-        As in `TimeRecord`.
-    units
-        Unit of each column; "s" for the time if it is not named.
-
-    Raises
-    ------
-    CampaignError
-        The file or a unit cannot be used; one sentence with file, line or column, value and remedy.
-    """
-    table = read_table(path)
-    where = f"{path.name}:1: "
-    if TIME not in table.columns:
-        raise CampaignError(f'{where}there is no column "{TIME}"; it has {", ".join(table.columns)}')
-    for column in units:
-        if column not in table.columns:
-            raise CampaignError(f'{where}there is no column "{column}", whose unit the manifest gives')
-    if force is not None and force not in table.columns:
-        raise CampaignError(f'{where}there is no column "{force}", which the manifest names as the force')
-    channels = tuple(column for column in table.columns if column != TIME)
-    factors: dict[str, tuple[float, str]] = {}
-    for column in (TIME, *channels):
-        if column != TIME and column not in units:
-            raise CampaignError(
-                f'{where}column "{column}" has no unit; add {column} = "m" to its units in the manifest'
-            )
-        try:
-            if column == TIME:
-                factors[column] = si_factor(units.get(TIME, "s"), "s"), "s"
-            else:
-                factors[column] = base_unit(units[column])
-        except ValueError as error:
-            raise CampaignError(f'record "{name}": units.{column}: {error}') from None
-    values = {column: table.numbers(column) * factors[column][0] for column in factors}
-    late = np.flatnonzero(np.diff(values[TIME]) <= 0)
-    if len(late):
-        raise table.problem(
-            int(late[0]) + 1, f"time {values[TIME][late[0] + 1]:.9g} s does not rise; sort the rows, each instant once"
-        )
-    return TimeRecord(
-        name=name,
-        time=values[TIME],
-        channels=channels,
-        units=tuple(factors[column][1] for column in channels),
-        values=np.stack([values[column] for column in channels]),
-        force=force,
-        held_out=held_out,
-    )
-
-
 def record_of_columns(
     file: MeasuredFile,
     *,
@@ -180,7 +119,8 @@ def record_of_columns(
     name, force, held_out
         As in `TimeRecord`.
     units
-        Columns of the record with their units; "time" among them for a time that is not in seconds.
+        Columns of the record with their units; "time" among them for a time that is neither in seconds nor in the unit
+        that the file states.
     rate
         Sampling rate of a file without a column "time" [Hz].
 
@@ -209,8 +149,12 @@ def record_of_columns(
     if rate is not None:
         time = np.arange(len(values[0])) / rate
     else:
-        entry = SignalEntry(where=f'record "{name}"', columns={"column": TIME}, unit=units.get(TIME, "s"))
-        time = entry.real_values(file, "s")
+        entry = SignalEntry(where=f'record "{name}": {TIME}', columns={"column": TIME}, unit=units.get(TIME, ""))
+        time = entry.or_unit(file, "s").real_values(file, "s")
+        if len(time) != len(values[0]):
+            raise CampaignError(
+                f'record "{name}": "{TIME}" of {file.path.name} is not as long as its channels: mend it'
+            )
         if (np.diff(time) <= 0).any():
             row = int(np.argmax(np.diff(time) <= 0)) + 1
             raise CampaignError(

@@ -10,10 +10,13 @@ from correlation.campaign.manifest import MANIFEST, SCHEMA
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Drive, MeasuredSensor
 from correlation.campaign.stepped_sine import COLUMNS, FORCE
 from correlation.campaign.time_record import TIME
+from correlation.errors import CampaignError
 
 
 def write_campaign(campaign: Campaign, folder: Path) -> None:
     """Write manifest, one table per test, one file per time record; files of these names are replaced.
+
+    Suspicions are found again by reading. Ring-downs, loops, modes and frequency responses cannot be written.
 
     Parameters
     ----------
@@ -21,7 +24,18 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
         Campaign to write; every number keeps all its digits.
     folder
         Folder, which is made if it does not exist.
+
+    Raises
+    ------
+    CampaignError
+        Data that have no table here, or a test without rows, which a reader refuses.
     """
+    if campaign.data:
+        listed = ", ".join(dict.fromkeys(f"{datum.type} {_text(datum.name)}" for datum in campaign.data))
+        raise CampaignError(f"{listed}: only steady states and time records are written; copy the folder of the others")
+    for number, test in enumerate(campaign.tests):
+        if not (campaign.measurement.test == number).any():
+            raise CampaignError(f"test {_text(test.name)} has no rows: leave it out of the campaign to be written")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     tests, records = (_file_names(each) for each in (campaign.tests, campaign.records))
@@ -48,6 +62,7 @@ def _manifest(campaign: Campaign, tests: Sequence[str], records: Sequence[str]) 
     for test, file in zip(campaign.tests, tests, strict=True):
         yield from ("", "[[test]]", f"name = {_text(test.name)}", f"configuration = {_text(test.configuration)}")
         yield from ("settling = true",) if test.settling else ()
+        yield from ('control = "response"',) if test.control == "response" else ()
         yield f"file = {_text(f'test_{file}.csv')}"
     for record, file in zip(campaign.records, records, strict=True):
         yield from ("", "[[record]]", f"name = {_text(record.name)}", f"file = {_text(f'record_{file}.csv')}")

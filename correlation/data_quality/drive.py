@@ -17,6 +17,8 @@ FEWEST = 3
 def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     """Levels that the measured force never reaches, though it reaches lower ones.
 
+    A test at a constant response has no set point of the force.
+
     Parameters
     ----------
     campaign
@@ -24,6 +26,8 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     """
     table = campaign.measurement
     for number, test in enumerate(campaign.tests):
+        if test.control == "response":
+            continue
         here = table.test == number
         levels = np.unique(table.level[here])
         forces = {}

@@ -36,6 +36,8 @@ ESTIMATORS = ("H1", "H2")
 OWN = ("frequency", "time", "force")
 #: Steady states that a response is thinned to, and the coherence below which a point is left out [-].
 MOST_STATES, COHERENT = 60, 0.8
+#: A coherence may exceed 1 by so much: analysers compute it with few digits [-].
+ROUNDED = 1e-3
 #: Modes whose frequency is known no better than this share are no modes [-].
 VAGUE = 0.01
 #: Least standard deviations, relative [-]: one test on a bench repeats no better, whatever its noise.
@@ -115,6 +117,9 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     coherences.finish()
     if not sensors:
         raise table.problem("columns", "names no sensor: add one", show=False)
+    for sensor in sensors:
+        if sensor.quantity not in DERIVATIVE:
+            raise columns.problem(sensor.name, f"is a {sensor.quantity}: a frequency response has motions; remove it")
     if ("frequency" in own) == ("time" in own):
         raise columns.problem(
             "frequency", "name the column of the frequency (responses of an analyser) or of the time (a record to "
@@ -140,7 +145,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         value = np.array([_per_force(signals[sensor.name], force, file, sensor, context) for sensor in sensors])
         coherence = np.array(
             [
-                coherent[sensor.name].real_values(file, "") if sensor.name in coherent else np.ones(len(frequency))
+                _coherence(coherent[sensor.name], file) if sensor.name in coherent else np.ones(len(frequency))
                 for sensor in sensors
             ]
         )
@@ -189,6 +194,17 @@ def _per_force(
             'force = "COLUMN" beside it, or give a response per force'
         )
     return signal.complex_values(file, f"({unit})/({level_si})")
+
+
+def _coherence(signal: SignalEntry, file: MeasuredFile) -> Frequencies:
+    values = signal.real_values(file, "")
+    wrong = (values < 0) | (values > 1 + ROUNDED)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise signal.problem(
+            f"is {values[row]:g} at row {row + 1} of {file.path.name}: a coherence is between 0 and 1; name its column"
+        )
+    return np.minimum(values, 1.0)
 
 
 def _estimate(

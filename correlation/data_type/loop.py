@@ -60,7 +60,8 @@ class ForceLoop:
     name
         As in the manifest.
     displacement, force
-        Signals, shape (n,) [m, N].
+        Signals, shape (n,) [m, N]. The force resists the displacement: of a contact line it is the opposite of the
+        contact force on the structure, which a sensor of the campaign reads.
     loops
         Periods and plateaus of the record.
     frequency
@@ -96,6 +97,11 @@ class ForceLoop:
     def sensors(self) -> tuple[str, ...]:
         """Names of sensors of the campaign that it uses."""
         return () if self.sensor is None else (self.sensor,)
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """What looks wrong in the record, in words."""
+        return self.loops.suspicions
 
 
 def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:

@@ -7,6 +7,7 @@ nearest frequency: without a shape a wrong partner cannot be told.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -75,10 +76,8 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
     CampaignError
         A key or value that cannot be used, or a shape at a sensor that there is not.
     """
-    frequency = table.converted("frequency", lambda value: si_quantity(value, "Hz"))
-    if not frequency > 0:
-        raise table.problem("frequency", "must be above zero")
-    damping = table.converted("damping", lambda value: si_quantity(value, ""), np.nan)
+    frequency = table.converted("frequency", partial(_positive, "Hz"))
+    damping = table.converted("damping", partial(_positive, ""), np.nan)
     shape = table.take("shape", dict, {})
     known = {sensor.name for sensor in context.sensors}
     for sensor, value in shape.items():
@@ -93,18 +92,23 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
         configuration=table.choice("configuration", CONFIGURATIONS),
         frequency=frequency,
         frequency_deviation=table.converted(
-            "frequency_deviation", lambda value: si_quantity(value, "Hz"), FREQUENCY_DEVIATION * frequency
+            "frequency_deviation", partial(_positive, "Hz"), FREQUENCY_DEVIATION * frequency
         ),
         damping=damping,
-        damping_deviation=table.converted(
-            "damping_deviation", lambda value: si_quantity(value, ""), DAMPING_DEVIATION * damping
-        ),
+        damping_deviation=table.converted("damping_deviation", partial(_positive, ""), DAMPING_DEVIATION * damping),
         sensors=tuple(shape),
         shape=np.array([*shape.values()], dtype=np.complex128),
         held_out=table.take("held_out", bool, False),
     )
     table.finish()
     return mode
+
+
+def _positive(si: str, value: object) -> float:
+    number = si_quantity(value, si)
+    if not number > 0:
+        raise ValueError("must be above zero")
+    return number
 
 
 def mode_features(mode: MeasuredMode) -> Features:

@@ -108,6 +108,9 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
     near = table.converted("modes", _frequencies, NO_MODES)
     instants = time.or_unit(file, "s").real_values(file, "s")
     signal = value.real_values(file, sensor.unit)
+    step = float(np.median(np.diff(instants))) if len(instants) > 1 else 0.0
+    if near and step > 0 and max(near) * step >= 0.5:
+        raise table.problem("modes", f"must be below half of the sampling rate, {0.5 / step:.6g} Hz")
     with table.reading(file.path.name):
         modes = analyse_ring_down(
             instants,
@@ -132,7 +135,10 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
 
 
 def _frequencies(values: object) -> tuple[float, ...]:
-    return tuple(si_quantity(value, "Hz") for value in (values if isinstance(values, list) else [values]))
+    frequencies = tuple(si_quantity(value, "Hz") for value in (values if isinstance(values, list) else [values]))
+    if not all(frequency > 0 for frequency in frequencies):
+        raise ValueError("frequencies must be above zero")
+    return frequencies
 
 
 def ring_down_features(decay: FreeDecay) -> Features:

@@ -207,8 +207,10 @@ def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
     """Directions of the sweeps through the jointed structure, in the order of measurement; none if it was not swept."""
     table = campaign.measurement
     jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
-    found, first = np.unique(table.sweep[jointed], return_index=True)
-    return tuple(int(way) for way in found[np.argsort(table.order[jointed][first])] if way)
+    sweep, order = table.sweep[jointed], table.order[jointed]
+    found = np.unique(sweep)
+    first = [order[sweep == way].min() for way in found]
+    return tuple(int(way) for way in found[np.argsort(first, kind="stable")] if way)
 
 
 def take_training_part(campaign: Campaign) -> Observation:

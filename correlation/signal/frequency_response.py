@@ -1,4 +1,4 @@
-r"""Frequency responses from time histories: averaged cross spectra, and what random errors they have.
+r"""Frequency responses from time histories: averaged cross spectra, and their coherence.
 
 With the cross spectra :math:`S_{xy}` of force x and response y,
 
@@ -14,7 +14,7 @@ exactly :math:`H(i \omega + \sigma)` is measured: all poles are shifted to the l
 
 References
 ----------
-Bendat and Piersol, Random Data, 4th ed., Wiley (2010), sections 6.1 and 9.2.
+Bendat and Piersol, Random Data, 4th ed., Wiley (2010), section 6.1.
 Fladung and Rost, Application and correction of the exponential window, Mech. Syst. Signal Process. 11 (1997) 23.
 """
 
@@ -33,14 +33,13 @@ from geometry.read_only_array import freeze_fields
 Responses = Complex[NDArray[np.complex128], "c f"]
 Shares = Float[NDArray[np.float64], "c f"]
 
-#: A blow begins where the force passes this share of its largest value [-], and is over below it.
+#: A blow begins where the force passes this share of its largest value [-], and is over below it. A second one within
+#: a block is a double hit.
 TRIGGER = 0.2
 #: Part of a block before its blow [-].
 BEFORE = 0.01
 #: Width of the force window, in durations of the pulse [-].
 PULSE_WINDOW = 5.0
-#: A second pulse of this share of the first within a block is a double hit [-].
-DOUBLE_HIT = 0.1
 
 
 class Excitation(Enum):
@@ -66,10 +65,6 @@ class FrequencyResponse:
         Shape (c, f) [unit of the response / unit of the force].
     coherence
         Ordinary coherence gamma^2 in [0, 1], shape (c, f) [-]; 1 everywhere for a single block, which tells nothing.
-    deviation
-        Standard deviation of the real part of H1, and of its imaginary part alike, shape (c, f); NaN of a single block.
-    n_average
-        Number of independent blocks: overlapping ones count less [-].
     decay
         sigma of the exponential window [1/s]: all poles of H are shifted to the left by it. 0 without one.
     suspicions
@@ -80,13 +75,11 @@ class FrequencyResponse:
     h1: Responses
     h2: Responses
     coherence: Shares
-    deviation: Shares
-    n_average: float
     decay: float = 0.0
     suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        freeze_fields(self, "frequency", "coherence", "deviation")
+        freeze_fields(self, "frequency", "coherence")
         freeze_fields(self, "h1", "h2", kind=np.complex128)
 
 
@@ -143,24 +136,18 @@ def estimate_frequency_response(
         forces, blocks = _blocks(force[0], channels, step, block, kind)
     x = np.fft.rfft(forces, axis=-1)
     y = np.fft.rfft(blocks, axis=-1)
-    return _average(
-        x, y, np.asarray(np.fft.rfftfreq(forces.shape[-1], step), dtype=np.float64), kind, decay, tuple(suspicions)
-    )
+    lines = np.asarray(np.fft.rfftfreq(forces.shape[-1], step), dtype=np.float64)
+    return _average(x, y, lines, decay, tuple(suspicions))
 
 
 def _average(
     x: Complex[NDArray[np.complex128], "b f"],
     y: Complex[NDArray[np.complex128], "b c f"],
     frequency: Float[NDArray[np.float64], " f"],
-    kind: Excitation,
     decay: float,
     suspicions: tuple[str, ...],
 ) -> FrequencyResponse:
     """H1, H2 and coherence of the spectra of all blocks."""
-    n_block = len(x)
-    # Neighbours of Hann's window that overlap by half share a sixth of their noise: 1 / (1 + 2 / 36).
-    n_average = n_block if kind is not Excitation.RANDOM or n_block == 1 else (n_block + 1) / (1 + 2 / 36)
-    n_average = min(n_average, float(n_block))
     xx = (np.abs(x) ** 2).mean(axis=0)
     yy = (np.abs(y) ** 2).mean(axis=0)
     xy = (np.conj(x)[:, None] * y).mean(axis=0)
@@ -168,13 +155,10 @@ def _average(
         h1 = np.where(xx > 0, xy / xx, np.nan)
         h2 = np.where(np.abs(xy) > 0, yy / np.conj(xy), np.nan)
         coherence = np.clip(np.where(yy * xx > 0, np.abs(xy) ** 2 / (xx * yy), 0.0), 0.0, 1.0)
-        deviation = np.abs(h1) * np.sqrt((1 - coherence) / (2 * np.maximum(coherence, 1e-12) * n_average))
-    if n_block == 1:
-        deviation = np.full_like(deviation, np.nan)
-        suspicions = (*suspicions, "one block: neither coherence nor deviations are known")
+    if len(x) == 1:
+        suspicions = (*suspicions, "one block: the coherence is not known")
     return FrequencyResponse(
-        frequency=frequency, h1=h1, h2=h2, coherence=coherence, deviation=deviation, n_average=n_average, decay=decay,
-        suspicions=suspicions,
+        frequency=frequency, h1=h1, h2=h2, coherence=coherence, decay=decay, suspicions=suspicions
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " p"]
 
-#: Turning points count if the motion between them is beyond so many standard deviations of noise, this share of the
+#: Highest points count if the motion between them is beyond so many standard deviations of noise, this share of the
 #: whole range, and this share of the motion between their neighbours [-].
 BEYOND_NOISE, SMALLEST, PROMINENCE = 10.0, 0.02, 0.4
 #: Amplitudes of neighbouring periods of one plateau differ by less than this share [-].
@@ -34,6 +34,8 @@ END_SHARE = 0.04
 NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
 #: Dwell: the way through that band is so many times what the steeper way from and to so much of the force's range says.
 BESIDE, DWELLS = 0.2, 2.5
+#: A settled loop does not close if its ends differ by this share of the force's range, and by so many deviations [-].
+OPEN, SURE = 0.05, 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -185,7 +187,7 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
     CampaignError
         Less than one whole period.
     """
-    high, _ = _turning_points(displacement)
+    high = _highest_points(displacement)
     if len(high) < 2:
         raise CampaignError(
             f"the displacement turns {len(high)} times at its upper end: a loop needs one whole period "
@@ -194,20 +196,17 @@ def find_periods(displacement: Samples) -> Int[NDArray[np.int64], " p"]:
     return np.asarray(high, dtype=np.int64)
 
 
-def _turning_points(displacement: Samples) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Highest and lowest points of every period: larger than noise, and than a share of their neighbours."""
+def _highest_points(displacement: Samples) -> NDArray[np.intp]:
+    """Highest point of every period: it stands out by more than noise, and by a share of its neighbours."""
     from scipy.signal import find_peaks
 
     # The second difference of white noise has six times its variance, that of a smooth motion is small.
     noise = float(np.diff(displacement, 2).std()) / np.sqrt(6)
     least = max(BEYOND_NOISE * noise, SMALLEST * float(np.ptp(displacement)))
-    points = []
-    for sign in (1.0, -1.0):
-        places, facts = find_peaks(sign * displacement, prominence=least)
-        size = facts["prominences"]
-        around = np.array([size[max(i - 2, 0) : i + 3].max() for i in range(len(size))])
-        points.append(places[size > PROMINENCE * around] if len(size) else places)
-    return points[0], points[1]
+    places, facts = find_peaks(displacement, prominence=least)
+    size = facts["prominences"]
+    around = np.array([size[max(i - 2, 0) : i + 3].max() for i in range(len(size))])
+    return np.asarray(places[size > PROMINENCE * around] if len(size) else places)
 
 
 def _period(x: Samples, f: Samples) -> Float[NDArray[np.float64], "6"]:
@@ -327,5 +326,14 @@ def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Platea
     if np.median(table[:, 1]) < 0:
         suspicions.append(
             "the loops run the other way round, as if the joint gave energy: one of the signals has the wrong sign"
+        )
+    apart = [
+        mean for mean, deviation in (plateau.closing_error for plateau in plateaus)
+        if abs(mean) > max(OPEN, SURE * np.nan_to_num(deviation))
+    ]  # fmt: skip
+    if apart:
+        suspicions.append(
+            f"its loops do not close: from one highest displacement to the next the force changes by "
+            f"{100 * max(map(abs, apart)):.0f} % of its range: it drifts, or the joint has not settled"
         )
     return suspicions

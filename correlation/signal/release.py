@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
+from scipy.signal import firwin, oaconvolve
 
 from correlation.errors import CampaignError
 from correlation.signal.decay_flow import Flow
@@ -22,12 +23,18 @@ STANDS_OUT = 60.0
 LEAST_MODE = 0.01
 #: Samples of a fit at most, as long as a period has so many: more would be slower and change little.
 MOST_SAMPLES, FEWEST_PER_PERIOD = 6000, 16
+#: Highest frequency of a harmonic or of a further mode [cycles per sample]: 0.8 times the highest that samples resolve.
+RESOLVED = 0.4
+#: Low-pass before samples are left out. Kaiser's window of so many remaining samples on either side, half a period of
+#: the highest mode, falls by 54 dB between 0.8 and 1.2 times the highest frequency that they resolve [-].
+KAISER, REACH = 5.0, 8
 #: Lines of a spectrum are so many times as dense as the record resolves [-].
 PADDED = 4
 #: Periods of one reading of the envelope, and stiffness of first guesses against bending [-].
 READING, BENDING = 2.0, 0.02
-#: A line at a harmonic above this share of the largest may be a mode of its own [-].
-STRONG = 0.05
+#: A line at a harmonic may be a mode of its own above this share of the largest, and if its power is so many times that
+#: at the ends of the lines that are taken for the harmonic [-].
+STRONG, PEAK = 0.05, 2.0
 #: Modes nearer than this share of their frequency to a harmonic of another are taken for it [-].
 HARMONIC = 0.03
 
@@ -48,8 +55,6 @@ class Decay:
         Of its modes, roughly [Hz].
     floor
         Amplitude of a mode that cannot be told from noise.
-    suspicions
-        What speaks against it, in words.
     """
 
     start: float
@@ -57,7 +62,6 @@ class Decay:
     values: Vector
     frequencies: tuple[float, ...]
     floor: float
-    suspicions: tuple[str, ...] = ()
 
     def with_frequency(self, frequency: float) -> "Decay":
         """The same with one more mode."""
@@ -122,15 +126,30 @@ def find_decay(
     if power[top] < STANDS_OUT * np.median(power):
         raise CampaignError("nothing oscillates after the release: no line stands out of the spectrum")
     modes = tuple(float(item) for item in frequencies) if frequencies is not None else (float(line[top]),)
-    if start is None:
-        skip = min(round(0.5 / min(modes) / step), len(part) - 32)
-        first, part = first + skip, part[skip:]
-    stride = max(1, min(-(-len(part) // MOST_SAMPLES), int(1 / (FEWEST_PER_PERIOD * max(modes) * step))))
-    averaged = AVERAGED / min(modes) / (step * stride)
-    floor = ABOVE_NOISE * noise * np.sqrt(2 / averaged)
-    decay = Decay(start=float(time[first]), step=step * stride, values=part[::stride], frequencies=modes, floor=floor)
+    skip = 0 if start is not None else min(round(0.5 / min(modes) / step), len(part) - 32)
+    n_left = len(part) - skip
+    stride = max(1, min(-(-n_left // MOST_SAMPLES), int(1 / (FEWEST_PER_PERIOD * max(modes) * step))))
+    # What a user has left out may be no decay: the low-pass uses nothing before the first sample of the part.
+    skip = skip if stride == 1 else max(skip, REACH * stride)
+    floor = ABOVE_NOISE * noise * np.sqrt(2 * min(modes) * step / AVERAGED)
+    decay = Decay(
+        start=float(time[first + skip]), step=step * stride, values=_thinned(part, skip, stride), frequencies=modes,
+        floor=floor,
+    )  # fmt: skip
     longest = max(decay.n_sample(number) for number in range(len(modes)))
     return replace(decay, values=decay.values[:longest])
+
+
+def _thinned(values: Vector, first: int, stride: int) -> Vector:
+    """Every so many samples from one on, without what would fold onto other frequencies.
+
+    The filter is symmetric and its gain is 1 within 0.2 % below 0.8 times the highest frequency that is resolved, so
+    that it changes neither phase nor decay of a mode. Only places where it is within the values are kept.
+    """
+    if stride == 1:
+        return values[first:]
+    low_pass = firwin(2 * REACH * stride + 1, 1 / stride, window=("kaiser", KAISER))
+    return np.asarray(oaconvolve(values, low_pass, mode="valid")[first - REACH * stride :: stride])
 
 
 def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> list[Flow]:
@@ -145,7 +164,7 @@ def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
         orders = tuple(
             order
             for order in (harmonics if number == 0 else ())
-            if order * own * decay.step < 0.4
+            if order * own * decay.step < RESOLVED
             and all(abs(order * own / other - 1) > HARMONIC for other in decay.frequencies)
         )
         logarithm, rate, omega, phase = _readings(decay, number, n_sample)
@@ -198,10 +217,14 @@ def strong_harmonic(decay: Decay, harmonics: tuple[int, ...]) -> float | None:
     found: list[tuple[float, float]] = []
     for own in decay.frequencies:
         for order in harmonics:
-            near = np.abs(line / (order * own) - 1) < HARMONIC
+            near = np.flatnonzero(np.abs(line / (order * own) - 1) < HARMONIC)
             taken = any(abs(order * own / other - 1) < HARMONIC for other in decay.frequencies)
-            if near.any() and not taken and power[near].max() > STRONG**2 * power.max():
-                found.append((float(power[near].max()), float(line[near][np.argmax(power[near])])))
+            if not len(near) or taken:
+                continue
+            top = near[np.argmax(power[near])]
+            # The flank of a damped mode falls through these lines; a line of its own stands above both of their ends.
+            if power[top] > max(PEAK * power[near[[0, -1]]].max(), STRONG**2 * power.max()):
+                found.append((float(power[top]), float(line[top])))
     return max(found)[1] if found else None
 
 
@@ -209,7 +232,7 @@ def new_tone(decay: Decay, residual: Vector) -> float | None:
     """Frequency of the largest line that a fit has left, if it is neither noise nor a harmonic [Hz]."""
     power, line, _ = _spectrum(residual, decay.step)
     whole, _, _ = _spectrum(decay.values, decay.step)
-    allowed = np.ones(len(line), dtype=bool)
+    allowed = line * decay.step < RESOLVED
     for own in decay.frequencies:
         allowed &= np.abs(line - own) > 2 / (len(residual) * decay.step)
     power = np.where(allowed, power, 0.0)

@@ -79,8 +79,6 @@ class RingDown:
         Amplitude below which a mode vanishes in the noise [unit of the signal].
     residual
         Root mean square of what all modes leave, over that of the signal [-].
-    suspicions
-        What speaks against the result, in words.
     """
 
     time: Values
@@ -95,7 +93,6 @@ class RingDown:
     end: float
     noise_floor: float
     residual: float
-    suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_fields(
@@ -301,5 +298,4 @@ def _describe(decay: Decay, fit: FlowFit, number: int, power: int) -> RingDown:
         end=decay.start + span,
         noise_floor=decay.floor,
         residual=float(np.sqrt((fit.residual**2).mean() / (decay.values**2).mean())),
-        suspicions=decay.suspicions,
     )

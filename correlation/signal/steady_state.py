@@ -72,10 +72,7 @@ def fit_steady_state(
     if force.shape != (1, len(instants)):
         raise CampaignError(f"the reference has shape {np.shape(reference)}: give ({len(instants)},), one per instant")
     if not force.std() > 0:
-        raise CampaignError(
-            f"the reference is {force[0, 0]:.6g} throughout: name the channel of the force, or fit without a phase "
-            "(`fit_harmonics`)"
-        )
+        raise CampaignError(f"the reference is {force[0, 0]:.6g} throughout: name the channel of the force that drives")
     everything = np.vstack([force, channels])
     start = find_frequency(instants, force) if frequency is None else float(frequency)
     first, fit = _settled_part(instants, everything, start, n_harmonic, frequency is None, tolerance)

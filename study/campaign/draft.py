@@ -14,6 +14,7 @@ ENTRIES = ("sensor", "test", "run", "frf", "ring_down", "loop", "record")
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
 docs/campaign.md describes the keys."""
+RUN_ORDER = "The order of the runs is that of the names of their files: put them in the order of measurement."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +92,9 @@ class Draft:
         for name, table in self.single.items():
             document.add(name, _table(table))
         for kind, entries in self.entries.items():
+            if kind == "run" and len(entries) > 1:
+                document.add(tomlkit.nl())
+                document.add(tomlkit.comment(RUN_ORDER))
             if entries:
                 array = tomlkit.aot()
                 for entry in entries:

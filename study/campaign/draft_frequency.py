@@ -12,13 +12,11 @@ from study.campaign.column_role import INDEX, Part, Role, name_words
 from study.campaign.draft import Draft, plain
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
-from study.campaign.sensor_draft import add_sensor, reading, sensor_name
+from study.campaign.sensor_draft import add_sensor, direction_sign, reading, sensor_name, with_sign
 from study.campaign.table_kind import JudgedTable
 
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H[1,0].
 SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
-#: Runs whose levels differ by less are repeats of one level [-].
-SAME_LEVEL = 0.03
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 LEVEL_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?(?:N|newton|V|volt)(?![a-zA-Z])")
@@ -27,7 +25,8 @@ LEVEL_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?(?:N|newton|V|volt
 def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
     """Responses, each with the column of its phase or imaginary part if there is one."""
     columns = judged.of_role(Role.RESPONSE)
-    phases = [column for column in judged.of_role(Role.PHASE) if not is_of_force(judged, column)]
+    of_force = force_partner(judged)
+    phases = [one for one in judged.of_role(Role.PHASE) if one is not of_force and not is_of_force(judged, one)]
     pairs: list[tuple[Column, Column | None]] = []
     main = [column for column in columns if judged.columns[column.name].part is not Part.IMAGINARY]
     for column in main:
@@ -65,11 +64,49 @@ def force_column(judged: JudgedTable) -> Column | None:
     return min(forces, key=lambda column: len(judged.columns[column.name].stem), default=None)
 
 
+def force_partner(judged: JudgedTable) -> Column | None:
+    """Column of the imaginary part or of the phase of the force that drives, if there is one."""
+    force = force_column(judged)
+    if force is None or np.iscomplexobj(force.values):
+        return None
+    guess = judged.columns[force.name]
+    if guess.part is Part.REAL:
+        return next(
+            (one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is Part.IMAGINARY), None
+        )
+    phases = judged.of_role(Role.PHASE)
+    # A phase without words of its own, "phase" beside "amplitude [N]", is that of the response.
+    same = [one for one in phases if guess.stem and judged.columns[one.name].stem == guess.stem]
+    return next(iter([*same, *(one for one in phases if is_of_force(judged, one))]), None)
+
+
+def complex_force(judged: JudgedTable) -> NDArray[Any] | None:
+    """The force that drives along its axis, complex where its phase was measured; None without a force."""
+    force = force_column(judged)
+    if force is None:
+        return None
+    values = complex_response(judged, force, force_partner(judged))
+    return np.asarray(direction_sign(force) * (force.values if values is None else values))
+
+
+def report_unused_phases(draft: Draft, judged: JudgedTable) -> None:
+    """Say which phases belong to no column: the responses and forces are read without them."""
+    used = {partner.name for _, partner in responses_with_phases(judged) if partner is not None}
+    of_force = force_partner(judged)
+    used |= {of_force.name} if of_force is not None else set()
+    draft.left_out += [
+        f'{judged.table.file.path.name}: the phase "{column.name}" is of no column by its name: if it is that of a '
+        f'response or force, add phase = "{column.name}" there'
+        for column in judged.of_role(Role.PHASE)
+        if column.name not in used
+    ]
+
+
 def phase_evidence(judged: JudgedTable) -> list[tuple[Column, PhaseEvidence]]:
     """What the phases of the responses of a table say."""
-    frequency, force = judged.of_role(Role.FREQUENCY)[0], force_column(judged)
-    # At a constant response only the ratio to the force has a peak.
-    drive = np.ones(len(frequency.values)) if force is None else np.where(force.values == 0, np.nan, force.values)
+    frequency, force = judged.of_role(Role.FREQUENCY)[0], complex_force(judged)
+    # At a constant response only the ratio to the force has a peak, and phases may count from another signal.
+    drive = np.ones(len(frequency.values)) if force is None else np.where(force == 0, np.nan, force)
     evidence = []
     for column, partner in responses_with_phases(judged):
         values = complex_response(judged, column, partner)
@@ -95,16 +132,17 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
         Signs of sensors that read the other way round, by `sensor_name`.
     """
     add_test(draft, test)
+    report_unused_phases(draft, judged)
     frequency, force = judged.of_role(Role.FREQUENCY)[0], force_column(judged)
     pairs = responses_with_phases(judged)
     for rows in judged.rows():
         columns: dict[str, Any] = {"frequency": reading(draft, judged, frequency)}
         if force is not None:
-            partner = next((one for one in judged.of_role(Role.PHASE) if is_of_force(judged, one)), None)
-            partner = partner or _imaginary(judged, force)
+            partner = force_partner(judged)
             columns["force"] = reading(draft, judged, force, phase=partner)
             if isinstance(columns["force"], str) and not np.iscomplexobj(force.values) and partner is None:
                 columns["force"] = {"amplitude": force.name}
+            columns["force"] = with_sign(columns["force"], direction_sign(force))
             if plain(draft.single.get("drive", {})).get("calibrated") is False and isinstance(columns["force"], dict):
                 columns["force"].pop("unit", None)
         for role in (Role.SWEEP, Role.ORDER, Role.REPEAT):
@@ -118,26 +156,19 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
             if real_only:
                 rest = entry if isinstance(entry, dict) else {}
                 entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
-            name = sensor_name(judged, column)
-            if name in signs and not real_only:
-                entry = {**({"column": entry} if isinstance(entry, str) else entry), "sign": signs[name]}
-            columns[sensor] = entry
+            sign = -1 if direction_sign(column) < 0 else signs.get(sensor_name(judged, column), 1)
+            columns[sensor] = entry if real_only else with_sign(entry, sign)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         run |= _level(draft, judged, rows, force)
         run |= {"rows": rows} if rows else {}
-        if force is not None and is_response_controlled(judged, force, pairs[0][0], rows):
+        drive = complex_force(judged)
+        if drive is not None and is_response_controlled(judged, drive, pairs[0][0], rows):
             why = "the force varies with the frequency and the response does not"
             run["control"] = Marked(value="response", assumed=why)
         used = (frequency, *(column for column, _ in pairs))
         if any(not np.isfinite(column.values[judged.mask(rows)]).all() for column in used):
             run["missing"] = Marked(value="skip", assumed="some rows have empty fields")
         draft.entries["run"].append({**run, "columns": columns})
-
-
-def _imaginary(judged: JudgedTable, force: Column) -> Column | None:
-    if judged.columns[force.name].part is not Part.REAL:
-        return None
-    return next((one for one in judged.of_role(Role.FORCE) if judged.columns[one.name].part is Part.IMAGINARY), None)
 
 
 def ask_configuration(draft: Draft, name: str) -> Marked:
@@ -178,6 +209,8 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
         if force is not None and judged.columns[force.name].quantity == "acceleration":
             continue  # to a shaken base all motions have another phase
         for column, evidence in phase_evidence(judged):
+            if direction_sign(column) < 0:
+                continue  # the file says the sign
             quantity = judged.columns[column.name].quantity
             same_point = column.response is None or column.reference is None or is_driving_point(column)
             if evidence.stands_out and quantity in AT_RESONANCE and same_point:
@@ -235,10 +268,10 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
     return {"level": Marked(value=number, assumed=answer.assumed)}
 
 
-def is_response_controlled(judged: JudgedTable, force: Column, response: Column, rows: Mapping[str, Any]) -> bool:
+def is_response_controlled(judged: JudgedTable, force: NDArray[Any], response: Column, rows: Mapping[str, Any]) -> bool:
     """Whether the force varies over the frequencies of a series and the response does not."""
     mask = judged.mask(dict(rows))
-    drive, answer = np.abs(force.values[mask]), np.abs(response.values[mask])
+    drive, answer = np.abs(force[mask]), np.abs(response.values[mask])
     if not (drive > 0).all() or not (answer > 0).all():
         return False
     spread = float((np.quantile(answer, 0.9) - np.quantile(answer, 0.1)) / np.median(answer))
@@ -257,17 +290,16 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
         for reference in references
         if reference != main
     ]
+    report_unused_phases(draft, judged)
     entries: list[dict[str, Any]] = []
     for column, partner in responses_with_phases(judged):
         if _reference(column) != main or (partner is None and not np.iscomplexobj(column.values)):
             continue
         sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
         value = reading(draft, judged, column, sensor=sensor, phase=partner, per="N")
-        negative = column.response is not None and column.response.direction.startswith("-")
-        negative ^= column.reference is not None and column.reference.direction.startswith("-")
-        if negative or sensor_name(judged, column) in signs:
-            sign = -1 if negative else signs[sensor_name(judged, column)]
-            value = {**({"column": value} if isinstance(value, str) else value), "sign": sign}
+        along = direction_sign(column)
+        along *= -1 if column.reference is not None and column.reference.direction.startswith("-") else 1
+        value = with_sign(value, -1 if along < 0 else signs.get(sensor_name(judged, column), 1))
         entry = next((one for one in entries if sensor not in one["columns"]), None)
         if entry is None:
             entry = {

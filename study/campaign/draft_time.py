@@ -9,7 +9,7 @@ from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import add_test, ask_configuration, force_column
 from study.campaign.question import Marked
-from study.campaign.sensor_draft import add_sensor, reading
+from study.campaign.sensor_draft import add_sensor, direction_sign, reading, with_sign
 from study.campaign.table_kind import JudgedTable
 from study.campaign.time_history import strongest_line, uniform_rate
 
@@ -67,10 +67,10 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
     for rows in judged.rows():
         columns: dict[str, Any] = {"time": reading(draft, judged, time)}
         if force is not None:
-            columns["force"] = _with_unit(draft, judged, force, "")
+            columns["force"] = with_sign(_with_unit(draft, judged, force, ""), direction_sign(force))
         for column in motions(judged):
             sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
-            columns[sensor] = reading(draft, judged, column, sensor=sensor)
+            columns[sensor] = with_sign(reading(draft, judged, column, sensor=sensor), direction_sign(column))
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         draft.entries["run"].append({**run, **({"rows": rows} if rows else {}), "columns": columns})
 

@@ -110,6 +110,18 @@ def reading(
     return column.name if entry == {"column": column.name} else entry
 
 
+def direction_sign(column: Column) -> int:
+    """-1 for a channel that reads against its axis, as "-z"; `add_sensor` names the axis without its sign."""
+    return -1 if column.response is not None and column.response.direction.startswith("-") else 1
+
+
+def with_sign(entry: str | dict[str, Any], sign: int | Marked) -> str | dict[str, Any]:
+    """A reading with its sign, which is left out where it is 1."""
+    if sign == 1:
+        return entry
+    return {**({"column": entry} if isinstance(entry, str) else entry), "sign": sign}
+
+
 def _unit(quantity: str, guess: Recognised, per: str) -> Marked:
     if guess.unit:
         unit = guess.unit if not per or "/(" in guess.unit or guess.unit.endswith("/N") else f"({guess.unit})/({per})"

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Role
 from study.campaign.draft_frequency import (
+    complex_force,
     force_column,
     is_response_controlled,
     level_in_name,
@@ -104,14 +105,14 @@ def _branches(judged: JudgedTable) -> list[str]:
 
 def _varying_force(judged: JudgedTable) -> list[str]:
     """A force that drops within a pass, as that of a shaker does at a resonance."""
-    force = force_column(judged)
-    if force is None:
+    force, values = force_column(judged), complex_force(judged)
+    if force is None or values is None:
         return []
-    size = np.abs(force.values)
+    size = np.abs(values)
     size = size[np.isfinite(size) & (size > 0)]
     if not len(size) or size.max() < FORCE_FACTOR * size.min() or judged.settings:
         return []
-    if is_response_controlled(judged, force, responses_with_phases(judged)[0][0], {}):
+    if is_response_controlled(judged, values, responses_with_phases(judged)[0][0], {}):
         return []
     return [
         f'{judged.table.file.path.name}: "{force.name}" goes from {size.min():.4g} to {size.max():.4g}: the force of '

@@ -146,7 +146,7 @@ def share_near_limit(values: Samples) -> float:
 
 
 def uniform_rate(time: Samples) -> float | None:
-    """Sampling rate of instants [1/unit of time]; None if the step varies by more than 1 %.
+    """Sampling rate of instants [1/unit of time]; None if a step differs by more than 5 % from their mean.
 
     Parameters
     ----------

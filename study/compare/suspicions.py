@@ -130,8 +130,7 @@ def require_repeats(campaign: Campaign, folder: Path) -> None:
     """
     repeats = np.unique(campaign.measurement.repeat)
     if len(repeats) == 1 and not all(any(sensor.noise) for sensor in campaign.sensors):
-        files = ", ".join(sorted(file.name for file in folder.glob("*.csv")))
         raise CampaignError(
-            f"{folder}: repeat = {repeats[0]} in every row of {files}: noise cannot be told from effects; measure the "
-            "same once more, and number it in the column repeat, or state the noise of each sensor"
+            f"{folder / MANIFEST}: all data have repeat = {repeats[0]}: noise cannot be told from effects; measure the "
+            "same once more, and number it by repeat of the [[run]] or the column repeat, or state the noise of sensors"
         )

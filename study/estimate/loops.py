@@ -14,8 +14,8 @@ from reduction.stuck import stick_at_rest
 from study.estimate.first_estimate import FirstEstimate
 
 LEANS = (
-    "a laser that leans, or a place beside the contact, sees less than its motion: the stiffness is biased high "
-    "(11.5 N/um instead of about 5 in the paper)"
+    "a laser that leans, or a place beside the contact, sees less than its motion: the stiffness is biased high, by a "
+    "factor of two or more for a stiff contact"
 )
 SHARED = "the displacement of the structure beside the contact is part of the loop's: the stiffness is biased low"
 LOWER = "gross slip is not reached: a lower bound"

@@ -33,9 +33,7 @@ def test_a_single_repeat_is_refused_at_once(
     MANIFEST.write_text(text.replace(HELD, ""))
     assert cli.main([command, "chain.toml", "campaign", "--quiet"]) == 2
     said = capsys.readouterr().err
-    assert (
-        "campaign: repeat = 1 in every row of test_01_stepped.csv: noise cannot be told from effects; measure" in said
-    )
+    assert "campaign.toml: all data have repeat = 1: noise cannot be told from effects; measure" in said
     assert said.count("\n") == 1
 
 

@@ -1,6 +1,7 @@
 """A folder with ``campaign.toml``: its manifest, its tables, its time records, and whether they fit together."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,11 +11,11 @@ from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.load_cell import combine_load_cells
 from correlation.campaign.manifest import MANIFEST, Manifest, RecordEntry, read_manifest
 from correlation.campaign.measured_files import MeasuredFiles
-from correlation.campaign.measurement import Campaign, Measurement, Suspicion, same_level
+from correlation.campaign.measurement import LOAD_CELL, Campaign, Measurement, Suspicion, same_level
 from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
 from correlation.campaign.stepped_sine import KEY, read_csv, sorting
-from correlation.campaign.time_record import TimeRecord, read_time_record, record_of_columns
+from correlation.campaign.time_record import TimeRecord, record_of_columns
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, DataContext, Datum
 from correlation.errors import CampaignError, Mistakes
@@ -45,11 +46,12 @@ def read_folder(folder: Path) -> Campaign:
     mistakes.attempt(partial(_check_records, manifest, [item for item in records if item is not None]), None)
     mistakes.refuse()
     measurement, sensors = combine_load_cells(measurement, manifest.sensors, manifest.load_cells)
+    controlled = {run.test for run in manifest.runs if run.control == "response"}
     return Campaign(
         title=manifest.title,
         folder=folder,
         sensors=sensors,
-        tests=manifest.tests,
+        tests=tuple(replace(test, control="response") if test.name in controlled else test for test in manifest.tests),
         measurement=measurement.where(sorting(measurement)),
         held_out=manifest.held_out,
         records=tuple(item for item in records if item is not None),
@@ -60,15 +62,10 @@ def read_folder(folder: Path) -> Campaign:
 
 
 def _record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
-    """A record: a table with a column of time, or columns of any file."""
-    path = files.folder / entry.file
-    if path.suffix.lower() == ".csv" and entry.rate is None:
-        record = read_time_record(path, name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out)
-    else:
-        record = record_of_columns(
-            files.read(entry.file), name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
-            rate=entry.rate,
-        )  # fmt: skip
+    record = record_of_columns(
+        files.read(entry.file), name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
+        rate=entry.rate,
+    )  # fmt: skip
     return record.between(entry.start, entry.end)
 
 
@@ -84,12 +81,15 @@ def _tables(
     number = {test.name: place for place, test in enumerate(manifest.tests)}
     tables = [mistakes.attempt(partial(read_csv, folder / file, manifest, names), None) for file, names in tidy.items()]
     suspicions: list[Suspicion] = []
+    first = 0
     for run in manifest.runs:
-        read = partial(read_run_rows, run, files, manifest.sensors, number[run.test], manifest.units)
+        read = partial(read_run_rows, run, files, manifest.sensors, number[run.test], manifest.units, first)
         rows = mistakes.attempt(read, None)
         if rows is not None:
             tables.append(rows[0])
             suspicions += rows[1]
+            # Runs were measured in the order of the manifest, unless they say another themselves.
+            first = first if "order" in run.own else int(rows[0].order.max()) + 1
     names = [sensor.name for sensor in manifest.sensors]
     for datum in data:
         states = DATA_TYPES[datum.type].states
@@ -130,6 +130,12 @@ def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, nam
         raise CampaignError(
             f'{MANIFEST}: sensor "{sensor.name}" has no rows in {manifest.files_of(range(len(manifest.tests)))}; '
             "add them, or remove the sensor"
+        )
+    paired = {name for pair in manifest.load_cells for name in pair.cells}
+    if rows.any() and sensor.quantity == LOAD_CELL and sensor.name not in paired:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{sensor.name}" is a load cell with {rows.sum()} rows that no [[load_cells]] names: '
+            "name it in the cells of one, or remove the sensor and its rows"
         )
     for test in np.unique(measurement.test[rows]):
         _check_constant(manifest, measurement, int(test), number)

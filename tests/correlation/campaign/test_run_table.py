@@ -9,6 +9,8 @@ from correlation.campaign.measurement import Campaign, Measurement
 from correlation.campaign.read_campaign import read_campaign
 from correlation.campaign.run_table import passes
 from correlation.errors import CampaignError
+from correlation.family.level_order import find_earlier_levels
+from correlation.feature.observation import find_sweep_directions
 
 HEAD = """schema = 1
 [convention]
@@ -77,6 +79,19 @@ def test_a_response_controlled_run_has_the_median_force_as_its_level(tmp_path: P
     assert table.force == pytest.approx([3, 1.2345, 2])
 
 
+@pytest.mark.parametrize(("control", "suspected"), [("force", True), ("response", False)])
+def test_a_force_that_differs_under_response_control_does_not_clip(
+    tmp_path: Path, control: str, suspected: bool
+) -> None:
+    # Twice the response of a joint that slips needs less than twice the force.
+    columns = 'frequency = "f"\nforce = { column = "F", unit = "N" }\ntip = { column = "a", unit = "m/s^2" }\n'
+    text = "f,F,a,n\n10,1.1,5,1\n11,1,5,1\n12,1,5.01,1\n10,1.5,10,2\n11,1.4,10,2\n12,1.2,10.01,2\n"
+    folder = write(tmp_path, text, f'level = 1.0\ncontrol = "{control}"\nrows = {{ n = 1.0 }}', columns)
+    campaign = read_campaign(run_again(folder, ("= 1.0", "= 2.0")))
+    assert [test.control for test in campaign.tests] == [control]
+    assert any("does the drive clip" in str(item) for item in campaign.suspicions) == suspected
+
+
 def test_a_file_of_passes_up_and_down_has_sweeps_and_repeats(tmp_path: Path) -> None:
     rows = "".join(f"{f},{f},0\n" for f in (10, 11, 12, 11, 10, 11, 12))
     table = read(tmp_path, "f,a,p\n" + rows, "level = 3.0", AMPLITUDES)
@@ -93,6 +108,38 @@ def test_passes_number_readings_at_one_frequency() -> None:
     way, repeat = passes(np.array([5.0, 5.0]))
     assert way.tolist() == [0, 0]
     assert repeat.tolist() == [0, 1]
+
+
+def test_passes_take_frequencies_that_differ_by_rounding_alone_as_one() -> None:
+    # The counter reads 1e-6 more or less: three readings at 10 Hz and a second pass over 11 Hz.
+    way, repeat = passes(np.array([10.0, 10.00001, 9.99999, 11.0, 12.0, 11.0, 10.0, 11.00001]))
+    assert way.tolist() == [1, 1, 1, 1, 1, -1, -1, 1]
+    assert repeat.tolist() == [0, 1, 2, 0, 0, 0, 0, 1]
+
+
+def run_again(folder: Path, *changes: tuple[str, str]) -> Path:
+    """The campaign with its run once more for each change of it."""
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    run = text[text.index("[[run]]") :]
+    manifest.write_text(text + "".join(run.replace(*change) for change in changes), encoding="utf-8")
+    return folder
+
+
+def test_runs_follow_each_other_in_the_order_of_the_manifest(tmp_path: Path) -> None:
+    folder = write(tmp_path, "f,a,p\n12,2,90\n11,1,180\n", "level = 3.0", AMPLITUDES)
+    campaign = read_campaign(run_again(folder, ("level = 3.0", 'level = 3.0\nsweep = "up"'), ("3.0", "1.0")))
+    table = campaign.measurement
+    assert np.sort(table.order).tolist() == [0, 1, 2, 3, 4, 5]
+    assert find_sweep_directions(campaign) == (-1, 1)
+    # 1 N was measured last: it cannot have dragged anything before 3 N.
+    assert find_earlier_levels(campaign, [1.0, 3.0]).tolist() == [[True, True], [False, True]]
+
+
+def test_a_column_of_orders_is_kept(tmp_path: Path) -> None:
+    folder = write(tmp_path, "f,a,p,n\n10,2,90,7\n11,1,180,8\n", "level = 3.0", AMPLITUDES + 'order = "n"\n')
+    table = read_campaign(run_again(folder, ("3.0", "1.0"))).measurement
+    assert table.order.tolist() == [7, 8, 7, 8]
 
 
 def test_rows_of_a_file_are_chosen_by_number_and_word(tmp_path: Path) -> None:
@@ -136,6 +183,12 @@ def test_a_sensitivity_turns_volts_into_acceleration(tmp_path: Path) -> None:
     [
         ("level = 1.0", 'frequency = "f"\ntip = "a"\n', {}, ["run[1].columns.tip", '"a"', "no unit"]),
         ("level = 1.0", 'frequency = "g"\ntip = "a"\n', {}, ["data.csv", '"g"']),
+        (
+            "level = 1.0",
+            'frequency = "f"\ntip = { column = "a", sensitivity = "100 mV/g_n" }\n',
+            {},
+            ["run[1].columns.tip", "no unit", 'unit = "V"'],
+        ),
         ("level = 1.0", 'tip = "a"\n', {}, ["run[1].columns.frequency"]),
         ("", 'frequency = "f"\ntip = { column = "a", unit = "m/s^2" }\n', {}, ["run[1].level", "is missing"]),
         ("level = -1.0", 'frequency = "f"\ntip = "a"\n', {}, ["run[1].level = -1.0"]),
@@ -168,6 +221,45 @@ def test_a_size_that_nothing_measures_is_refused_with_its_row(tmp_path: Path, ke
         read(tmp_path, rows, "", columns)
     assert key in str(error.value)
     assert f"{size:g}" in str(error.value)
+
+
+def over_time(mean: float) -> str:
+    """A file of a second at 20 Hz."""
+    time = np.arange(2000) / 2000
+    wave = np.cos(2 * np.pi * 20 * time)
+    return "t,F,a,b\n" + "".join(f"{t},{2 * x:.9g},{mean + 3 * x:.9g},1\n" for t, x in zip(time, wave, strict=True))
+
+
+OVER_TIME = 'time = "t"\nforce = { column = "F", unit = "N" }\ntip = { column = "a", unit = "m/s^2" }\n'
+
+
+def test_a_mean_keeps_its_sign_where_there_is_no_phase(tmp_path: Path) -> None:
+    table = read(tmp_path, over_time(-5.0), "harmonics = 1", OVER_TIME, sensor="phase = false")
+    assert table.value.tolist() == pytest.approx([-5, 3], abs=1e-6)
+    columns = (
+        'frequency = "f"\ntip = [{ column = "m", harmonic = 0, unit = "m/s^2" }, { amplitude = "a", unit = "m/s^2" }]\n'
+    )
+    table = read(tmp_path, "f,m,a\n10,-5,3\n", "level = 2.0", columns, sensor="phase = false")
+    assert table.value.tolist() == pytest.approx([-5, 3])
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        ('level = "b"\n', ["run[1].columns.level", "give level of the run"]),
+        ('repeat = "b"\n', ["run[1].columns.repeat", "give repeat of the run"]),
+        ('order = "b"\n', ["run[1].columns.order", "remove it"]),
+        ('sweep = "b"\n', ["run[1].columns.sweep", "give sweep of the run"]),
+        ('tip = [{ column = "a" }, { column = "b", harmonic = 3 }]\n', ["run[1].columns.tip", "harmonics"]),
+        ('tip = { column = "a", harmonic = 3 }\n', ["run[1].columns.tip", "harmonics"]),
+    ],
+)
+def test_columns_of_a_stepped_sine_are_refused_beside_the_time(tmp_path: Path, extra: str, words: list[str]) -> None:
+    own = OVER_TIME.rsplit("tip", 1)[0] if extra.startswith("tip") else OVER_TIME
+    with pytest.raises(CampaignError) as caught:
+        read(tmp_path, over_time(0.0), "", own + extra)
+    for word in words:
+        assert word in str(caught.value)
 
 
 def test_a_force_over_time_that_nothing_measures_is_refused(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """A campaign that is written and read again is the same; time records in their CSV dialect."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.read_campaign import read_campaign
-from correlation.campaign.time_record import TimeRecord, read_time_record
+from correlation.campaign.time_record import TimeRecord, record_of_columns
 from correlation.campaign.write_campaign import write_campaign
+from correlation.data_type.mode import MeasuredMode
 from correlation.errors import CampaignError
+from correlation.file.read_file import read_file
 
 SENSORS = (
     MeasuredSensor(name="tip, upper", quantity="acceleration", direction="z", place='the "tip"', uncertainty=0.005),
@@ -104,8 +107,9 @@ def test_time_records_alone_make_a_campaign(tmp_path: Path) -> None:
 
 
 def record(folder: Path, text: str, units: dict[str, str] | None = None, force: str | None = None) -> TimeRecord:
-    (folder / "record.csv").write_text(text, encoding="utf-8")
-    return read_time_record(folder / "record.csv", name="r", units=units or {"time": "ms", "tip": "mm"}, force=force)
+    path = folder / "record.csv"
+    path.write_text(text, encoding="utf-8")
+    return record_of_columns(read_file(path), name="r", units=units or {"time": "ms", "tip": "mm"}, force=force)
 
 
 def test_a_record_arrives_in_si(tmp_path: Path) -> None:
@@ -116,17 +120,25 @@ def test_a_record_arrives_in_si(tmp_path: Path) -> None:
     assert read.step == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize(("header", "step"), [("time [ms]", 1e-3), ("time", 1.0)])
+def test_time_is_in_the_unit_that_the_file_states_else_in_seconds(tmp_path: Path, header: str, step: float) -> None:
+    assert record(tmp_path, f"{header},tip\n0,1\n1,2\n2,4\n", {"tip": "mm"}).step == pytest.approx(step)
+
+
+def test_a_table_with_semicolons_and_columns_that_nothing_uses_is_a_record(tmp_path: Path) -> None:
+    read = record(tmp_path, "time;tip;note\n0,5;1,25;9\n1,5;2,5;9\n2,5;4;9\n")
+    assert read.channels == ("tip",)
+    assert read.time == pytest.approx([5e-4, 1.5e-3, 2.5e-3])
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("t,tip\n0,1\n1,2\n", r'record\.csv:1: there is no column "time"; it has t, tip'),
-        ("time,tip\n0,1\n0,2\n", r"record\.csv:3: time 0 s does not rise; sort the rows"),
-        ("time,tip\n0,1\n1,nan\n", r'record\.csv:3: tip = "nan" is not finite'),
-        ("time;tip\n0;1\n", r"separated by semicolons"),
-        ("time,tip\n0,1\n1,2,5\n", r"record\.csv:3: has 3 fields, the header has 2: are its decimals commas"),
-        ("time,tip,mid\n0,1,1\n1,2,2\n", r'column "mid" has no unit; add mid = "m" to its units'),
-        ("time\n0\n1\n", r'there is no column "tip", whose unit the manifest gives'),
-        ("time,tip\n", r"has no rows below a header"),
+        ("t,tip\n0,1\n1,2\n", r'record\.csv: has no column "time"'),
+        ("time,tip\n0,1\n0,2\n", r"record\.csv: time does not rise at row 2; sort the rows"),
+        ("time,tip\n0,1\n1,nan\n", r'"tip" of record\.csv is not finite.* row 2'),
+        ("time,tip\n0,1\n1,2,5\n", r"record\.csv, line 3: has 3 fields, other rows have 2"),
+        ("time\n0\n1\n", r'record\.csv: has no column "tip"'),
     ],
 )
 def test_a_bad_record_is_named_with_its_place(tmp_path: Path, text: str, message: str) -> None:
@@ -139,7 +151,7 @@ def test_a_bad_record_is_named_with_its_place(tmp_path: Path, text: str, message
     [
         ({"tip": "kg"}, r'record "r": units\.tip: "kg" is no unit of a time record'),
         ({"tip": "mmm"}, r'units\.tip: unknown unit "mmm"; did you mean "mm"\?'),
-        ({"tip": "mm", "time": "Hz"}, r'units\.time: "Hz" is a unit of another quantity'),
+        ({"tip": "mm", "time": "Hz"}, r'record "r": time: .*"Hz" is a unit of another quantity'),
     ],
 )
 def test_a_bad_unit_of_a_record_is_refused(tmp_path: Path, units: dict[str, str], message: str) -> None:
@@ -148,8 +160,17 @@ def test_a_bad_unit_of_a_record_is_refused(tmp_path: Path, units: dict[str, str]
 
 
 def test_a_force_that_is_no_channel_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CampaignError, match='there is no column "shaker", which the manifest names as the force'):
+    with pytest.raises(CampaignError, match='force = "shaker" is no channel: add shaker = "N" to its units'):
         record(tmp_path, "time,tip\n0,1\n1,2\n", force="shaker")
+
+
+def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    mode = MeasuredMode(name="first", configuration="free", frequency=122.0, frequency_deviation=0.1)
+    with pytest.raises(CampaignError, match='mode "first"'):
+        write_campaign(replace(made(), data=(mode,)), tmp_path / "data")
+    with pytest.raises(CampaignError, match='test "empty" has no rows'):
+        write_campaign(replace(made(), tests=(*made().tests, Test(name="empty"))), tmp_path / "rows")
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_uneven_step_is_refused_where_one_is_needed(tmp_path: Path) -> None:

@@ -21,6 +21,15 @@ quantity = "displacement"
 direction = "z"
 place = "tip"
 """
+RING_DOWN = """[[ring_down]]
+name = "release"
+file = "decay.csv"
+configuration = "jointed"
+sensor = "tip"
+[ring_down.columns]
+time = "t"
+value = { column = "x", unit = "mm" }
+"""
 
 
 def write(folder: Path, manifest: str, **tables: str) -> Path:
@@ -38,19 +47,7 @@ def test_a_linear_ring_down_has_the_backbone_of_its_model(tmp_path: Path, oscill
     omega = np.sqrt(STIFFNESS / MASS)
     time = np.arange(0, 1.5, 1 / 4000)
     x = 1e-4 * np.exp(-RATIO * omega * time) * np.cos(np.sqrt(1 - RATIO**2) * omega * time)
-    manifest = (
-        SENSOR
-        + """[[ring_down]]
-name = "release"
-file = "decay.csv"
-configuration = "jointed"
-sensor = "tip"
-[ring_down.columns]
-time = "t"
-value = { column = "x", unit = "mm" }
-"""
-    )
-    (decay,) = read_campaign(write(tmp_path, manifest, decay=columns("t,x", time, 1e3 * x))).data
+    (decay,) = read_campaign(write(tmp_path, SENSOR + RING_DOWN, decay=columns("t,x", time, 1e3 * x))).data
     features, predicted = ring_down_features(decay), predict_ring_down(oscillator(), decay)
     assert len(decay.modes) == 1
     # The record is without noise; what is left are the digits that were written.
@@ -82,6 +79,17 @@ level = 0.5
 frequency = "f"
 accelerometer = {{ real = "re", imag = "im", unit = "g_n/N" }}
 """
+
+
+@pytest.mark.parametrize(
+    ("modes", "limit"), [("0 Hz", "zero"), ("-5 Hz", "zero"), ("250 Hz", "250 Hz"), ("4 kHz", "250 Hz")]
+)
+def test_modes_are_between_zero_and_half_the_sampling_rate(tmp_path: Path, modes: str, limit: str) -> None:
+    time = np.arange(0, 1.5, 1 / 500)
+    data = columns("t,x", time, np.exp(-5 * time) * np.cos(400 * time))
+    manifest = SENSOR + RING_DOWN.replace("[ring_down.columns]", f'modes = ["{modes}"]\n[ring_down.columns]')
+    with pytest.raises(CampaignError, match=rf"ring_down\[1\]\.modes.*{modes}.*{limit}"):
+        read_campaign(write(tmp_path, manifest, decay=data))
 
 
 @pytest.mark.parametrize("sign", ["+", "-"])
@@ -122,6 +130,46 @@ def test_a_frequency_response_without_its_force_asks_for_it(tmp_path: Path) -> N
     data = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
     with pytest.raises(CampaignError, match=r"frf\[1\].columns.accelerometer.*the force is missing: add force = "):
         read_campaign(write(tmp_path, FRF.format(sign="+").replace("g_n/N", "mm/s^2"), frf=data))
+
+
+def test_a_contact_force_is_no_frequency_response(tmp_path: Path) -> None:
+    frequency = np.linspace(80, 120, 41)
+    data = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
+    contact = '[[sensor]]\nname = "left_T"\nquantity = "contact force"\nline = "left"\ncomponent = "tangential"\n'
+    manifest = FRF.format(sign="+") + 'left_T = { real = "re", imag = "im", unit = "N/N" }\n' + contact
+    with pytest.raises(CampaignError, match=r"frf\[1\].columns.left_T.*contact force"):
+        read_campaign(write(tmp_path, manifest, frf=data))
+
+
+@pytest.mark.parametrize(("largest", "fits"), [(98.0, False), (-0.2, False), (1.0005, True)])
+def test_a_coherence_is_between_0_and_1(tmp_path: Path, largest: float, fits: bool) -> None:
+    frequency = np.linspace(80, 120, 41)
+    coherence = np.where(frequency == 100, largest, 0.9)
+    data = columns("f,re,im,c", frequency, np.cos(frequency), np.sin(frequency), coherence)
+    manifest = FRF.format(sign="+") + '[frf.coherence]\naccelerometer = "c"\n'
+    if fits:
+        assert read_campaign(write(tmp_path, manifest, frf=data)).data[0].coherence.max() == 1.0
+        return
+    with pytest.raises(CampaignError, match=rf"frf\[1\].coherence.accelerometer: is {largest:g} at row 21"):
+        read_campaign(write(tmp_path, manifest, frf=data))
+
+
+LOOP = """[[loop]]
+name = "bench"
+file = "loop.csv"
+place = "tip"
+frequency = "1 Hz"
+[loop.columns]
+displacement = { column = "x", unit = "m" }
+force = { column = "F", unit = "N" }
+"""
+
+
+def test_what_looks_wrong_in_a_loop_is_a_suspicion_of_the_campaign(tmp_path: Path) -> None:
+    turn = np.linspace(0, 8 * np.pi, 2001)
+    data = columns("x,F", 1e-3 * np.cos(turn), np.cos(turn - 0.5))  # the force lags: the loop gives energy
+    campaign = read_campaign(write(tmp_path, LOOP, loop=data))
+    assert any("bench: the loops run the other way round" in str(item) for item in campaign.suspicions)
 
 
 CELLS = """[convention]
@@ -183,6 +231,9 @@ def test_load_cells_become_the_forces_of_equation_1(tmp_path: Path) -> None:
         ('cells = ["R3", "R4"]', 'cells = ["R3", "left_T"]', ["load_cells[1].cells", '"left_T"']),
         ('tangential = "left_T"', 'tangential = "left_N"', ["load_cells[1].tangential"]),
         ('taper = "8.53 deg"', 'taper = "8.53 mm"', ["load_cells[1].taper", "mm"]),
+        ('name = "R4"\n', 'name = "R4"\nphase = false\n', ["load_cells[1].cells", '"R4"', "phase = false"]),
+        ('name = "R3"\n', 'name = "R3"\ncalibrated = false\n', ["load_cells[1].cells", '"R3"', "calibrated = false"]),
+        ('name = "left_T"\n', 'name = "left_T"\nphase = false\n', ["load_cells[1].tangential", "phase = false"]),
         ('side = "blade"\n', "", []),
     ],
 )
@@ -195,6 +246,13 @@ def test_a_mistake_in_load_cells_names_its_key(tmp_path: Path, old: str, new: st
         read_campaign(folder)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_a_load_cell_without_a_pair_is_refused(tmp_path: Path) -> None:
+    manifest = CELLS + 'R5 = { real = "a", imag = "d", unit = "N" }\n[[sensor]]\nname = "R5"\nquantity = "load cell"\n'
+    folder = write(tmp_path, manifest, cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n")
+    with pytest.raises(CampaignError, match=r'sensor "R5".*2 rows that no \[\[load_cells\]\] names'):
+        read_campaign(folder)
 
 
 def test_every_type_says_what_it_holds() -> None:

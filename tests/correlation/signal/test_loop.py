@@ -71,6 +71,16 @@ def test_noise_neither_lifts_the_amplitude_nor_adds_periods() -> None:
     assert 6 <= plateau.n_period <= 9
 
 
+@pytest.mark.parametrize(("drift", "suspected"), [(0.1, True), (0.01, False)])
+def test_loops_that_do_not_close_are_suspected(drift: float, suspected: bool) -> None:
+    x = motion()
+    f = elements(x, np.array([STIFFNESS]), np.array([LIMIT]))
+    loops = analyse_loop(x, f + 2 * LIMIT * drift * np.arange(len(x)) / 500)
+    # The drift adds its share to the range that it is compared with.
+    assert abs(loops.plateaus[0].closing_error[0]) == pytest.approx(drift / (1 + drift), rel=0.1)
+    assert any("do not close" in sentence for sentence in loops.suspicions) == suspected
+
+
 def test_offsets_are_those_of_the_sensors() -> None:
     x = motion()
     f = elements(x, np.array([STIFFNESS]), np.array([LIMIT]))

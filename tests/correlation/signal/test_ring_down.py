@@ -55,6 +55,20 @@ def test_two_modes_close_or_at_an_octave_are_told_apart(second: float, amplitude
         np.testing.assert_allclose(mode.damping_ratio, damping, rtol=0.05)
 
 
+@pytest.mark.parametrize("frequencies", [None, [100.0]])
+def test_a_mode_far_above_does_not_fold_onto_the_mode_that_is_read(frequencies: list[float] | None) -> None:
+    # 204800 samples, 512 per period: every 32nd is kept, at 1600 Hz, where 1500 Hz looks like 100 Hz.
+    time = np.arange(4 * 51200) / 51200
+    high = 0.5 * np.exp(-2 * np.pi * 1500 * 0.0003 * time) * np.cos(2 * np.pi * 1500 * time)
+    low = np.exp(-2 * np.pi * 100 * 0.003 * time) * np.cos(2 * np.pi * 100 * time)
+    random = 0.01 * np.random.default_rng(6).standard_normal(len(time))
+    (mode,) = analyse_ring_down(time, low + high + random, frequencies=frequencies)
+    np.testing.assert_allclose(mode.frequency, 100.0, rtol=1e-3)
+    np.testing.assert_allclose(mode.damping_ratio, 0.003, rtol=0.05)
+    # Low noise that is spread over 25600 Hz: the mode is followed to a small share of its amplitude.
+    assert mode.amplitude[-1] < 0.01
+
+
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
 def test_a_duffing_oscillator_has_its_backbone_and_constant_damping(quantity: str) -> None:
     own, damping, cubic = 2 * np.pi * 100.0, 0.005, 0.15

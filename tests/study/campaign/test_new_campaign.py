@@ -89,6 +89,60 @@ def test_a_stepped_sine_gives_its_response_back(tmp_path: Path, sign: int, degre
     assert any("phase_unit" in sentence or "reaches" in sentence for sentence in campaign.draft.assumptions())
 
 
+@pytest.mark.parametrize("names", [("F", "phi_F", "x", "phi_x"), ("force", "phase force", "disp", "phase disp")])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_phases_of_response_and_force_count_from_a_third_signal(
+    tmp_path: Path, names: tuple[str, ...], sign: int
+) -> None:
+    # The phase of the force turns by four revolutions over the sweep: that of the response alone tells nothing.
+    force, h = 2.0 * np.exp(0.4j * np.pi * FREQUENCY), receptance(FREQUENCY)
+    x, force = (values if sign > 0 else values.conj() for values in (h * force, force))
+    header = f"freq [Hz],{names[0]} [N],{names[1]} [deg],{names[2]} [m],{names[3]} [deg]"
+    angles = [np.degrees(np.angle(values)) for values in (force, x)]
+    write_csv(tmp_path / "sine.csv", header, FREQUENCY, np.abs(force), angles[0], np.abs(x), angles[1])
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["convention"]["time"] == ("exp(+i omega t)" if sign > 0 else "exp(-i omega t)")
+    assert not campaign.draft.left_out
+    np.testing.assert_allclose(read_campaign(tmp_path).measurement.value, 2.0 * h, rtol=1e-12)
+
+
+def test_a_phase_of_no_column_is_reported(tmp_path: Path) -> None:
+    x = receptance(FREQUENCY)
+    header = "freq [Hz],F [N],x [m],phi_x [deg],phi_ref [deg]"
+    write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, np.abs(x), np.degrees(np.angle(x)), 30 * ONES)
+    campaign, _ = drafted(tmp_path)
+    assert any('"phi_ref [deg]" is of no column' in sentence for sentence in campaign.draft.left_out)
+
+
+@pytest.mark.parametrize("kind", ["stepped sine", "steady state"])
+@pytest.mark.parametrize(("of_force", "of_response"), [("+", "-"), ("-", "+"), ("-", "-")])
+def test_a_channel_against_its_axis_is_turned(tmp_path: Path, kind: str, of_force: str, of_response: str) -> None:
+    if kind == "stepped sine":
+        abscissa, force = FREQUENCY, 2.0 * ONES + 0j
+        x = force * receptance(FREQUENCY)
+        value, name, unit = 2.0 * receptance(FREQUENCY), "frequency", "Hz"
+    else:
+        abscissa = np.arange(8192) / 4096
+        force, x = 5 * np.cos(2 * np.pi * 80 * abscissa), 1e-3 * np.cos(2 * np.pi * 80 * abscissa - 0.5)
+        value, name, unit = np.array([1e-3 * np.exp(-0.5j)]), "time", "s"
+    columns = [Column(name=name, values=abscissa, unit=unit)]
+    for node, sign, values, of_values in ((1, of_force, force, "N"), (2, of_response, x, "m")):
+        columns.append(
+            Column(
+                name=f"channel {node}", values=values if sign == "+" else -values, unit=of_values, abscissa=name,
+                function="time" if name == "time" else "spectrum", response=Point(node=node, direction=f"{sign}z"),
+            )
+        )  # fmt: skip
+    nodes = {1: np.array([0.0, 0.0, 0.1]), 2: np.array([0.5, 0.0, 0.1])}
+    measured = MeasuredFile(path=tmp_path, format="", columns=tuple(columns), nodes=nodes)
+    write_uff(measured, tmp_path / "data.uff", binary=True)
+    _, manifest = drafted(tmp_path)
+    assert [sensor["direction"] for sensor in manifest["sensor"]] == ["z"]
+    table = read_campaign(tmp_path).measurement
+    # Binary values have all digits; harmonics are fitted to some 1e-6 where the frequency is found.
+    np.testing.assert_allclose(table.value[table.harmonic == 1], value, rtol=1e-5)
+
+
 def test_sweeps_and_levels_of_one_file_are_apart_and_two_branches_are_suspected(tmp_path: Path) -> None:
     up, down = 1.0 + 0 * FREQUENCY, np.where((FREQUENCY > 99) & (FREQUENCY < 104), 3.0, 1.0)
     rows = [(level, word, f, a * level) for level in (1.0, 2.0) for word, size in (("up", up), ("down", down))
