@@ -20,7 +20,7 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.configuration import Configuration
-from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
+from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion, Panel
 from correlation.data_type.sign import Sign
 from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model
@@ -188,6 +188,13 @@ def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
         rows = [*_numbers(curve), np.nan if curve is None else float(np.ptp(curve[0])) / 2]
         return np.array(rows * len(loop.loops.plateaus))
     return np.concatenate([_numbers(imposed_loop(model, loop, plateau)) for plateau in loop.loops.plateaus])
+
+
+def list_loop_motions(model: Model, loop: ForceLoop) -> list[Motion]:
+    """The row of the place that is moved, with half the range of its displacement."""
+    if loop.place not in model.places:
+        return []
+    return [(model.places[loop.place], float(np.ptp(loop.displacement)) / 2)]
 
 
 def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Sign]:
@@ -372,5 +379,6 @@ DATA_TYPES.register(
         states=None,
         panels=loop_panels,
         signs=list_loop_signs,
+        motions=list_loop_motions,
     )
 )

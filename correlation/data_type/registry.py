@@ -20,6 +20,8 @@ from correlation.data_type.sign import ListSigns
 from correlation.model import Model
 from geometry.registry import Registry
 
+#: A row of a model and its largest displacement, shape (n,) and [m].
+Motion = tuple[Float[NDArray[np.float64], " n"], float]
 Curve = tuple[Float[NDArray[np.float64], " n"], Float[NDArray[np.float64], " n"]]
 
 
@@ -131,6 +133,9 @@ class DataType:
         What is drawn of a datum beside a model; None for a type whose features tell all.
     signs
         What all data of the type show by themselves, beside the model; None for a type that shows nothing so.
+    motions
+        Rows of a model whose motion a datum shows, with the largest displacement of each [m]; None for a type whose
+        data have no size.
     """
 
     name: str
@@ -142,6 +147,7 @@ class DataType:
     states: Callable[[Any, Sequence[str]], Measurement | None] | None
     panels: Callable[[Model, Any], Sequence[Panel]] | None
     signs: ListSigns | None = None
+    motions: Callable[[Model, Any], Sequence[Motion]] | None = None
 
 
 def _wrong(type_: DataType) -> str | None:

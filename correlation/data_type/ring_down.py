@@ -18,9 +18,9 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.backbone import predict_backbone
-from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
+from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion
 from correlation.data_type.sign import Sign
-from correlation.model import Model
+from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.signal.ring_down import RingDown, analyse_ring_down
 from geometry.read_only_array import freeze_fields
 
@@ -178,6 +178,20 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
     return np.concatenate(predicted) if predicted else np.zeros(0)
 
 
+def list_ring_down_motions(model: Model, decay: FreeDecay) -> list[Motion]:
+    """The row of the sensor with the largest displacement of each mode."""
+    sensor = next((item for item in model.sensors if item.name == decay.sensor), None)
+    if not isinstance(sensor, Sensor):
+        return []
+    motions = []
+    for mode in decay.modes:
+        first = int(np.argmax(mode.amplitude))
+        omega = 2 * np.pi * float(mode.frequency[first])
+        size = float(mode.amplitude[first]) / abs(sensor.gain) / omega ** DERIVATIVE[sensor.quantity]
+        motions.append((sensor.row, size))
+    return motions
+
+
 def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]) -> list[Sign]:
     """How frequency and damping of each mode change with the amplitude, in all decays together.
 
@@ -292,5 +306,6 @@ DATA_TYPES.register(
         states=None,
         panels=None,
         signs=list_ring_down_signs,
+        motions=list_ring_down_motions,
     )
 )

@@ -11,6 +11,7 @@ from correlation.data_type.sign import CLEAR, Sign, name_causes
 from correlation.model import Model
 from correlation.noise.model_error import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
+from diagnosis.candidate.scale import measure_scale
 from diagnosis.decision.rules import find
 from diagnosis.decision.verdict import INTERVAL, Finding, Verdict
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
@@ -51,7 +52,6 @@ def diagnose_features(
     added: Sequence[Added] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
-    level: float = 1.0,
     run_step: RunStep = compute_step,
     report: Report | None = None,
 ) -> FeatureResult:
@@ -70,7 +70,7 @@ def diagnose_features(
         Calibration parameters, which every fit sets.
     added
         Effects added in earlier rounds; all are fitted again.
-    without, extra, level
+    without, extra
         As for `diagnosis.candidate.catalogue.list_effects`.
     run_step
         Looks up the stored result of a step, or computes it.
@@ -88,7 +88,7 @@ def diagnose_features(
     report("calibration", 0.0)
     arrangement = run_step("arrangement", lambda: arrange_features(base, data, calibration, added=added))
     there = {each.effect.name for each in added}
-    catalogue = list_effects(base, without=without, extra=extra, level=level)
+    catalogue = list_effects(base, without=without, extra=extra, level=find_level(base, data))
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
     scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
     refits.sort(key=lambda refit: refit.held_error)
@@ -100,6 +100,18 @@ def diagnose_features(
         verdict=verdict,
     )  # fmt: skip
     return FeatureResult(diagnosis=diagnosis, signs=signs)
+
+
+def find_level(base: Model, data: Sequence[Datum]) -> float:
+    """Force that would move the structure as far as in the data at its first resonance; 1 where these do not say [N].
+
+    Typical strengths of nonlinear effects, and their bounds, are those at this force.
+    """
+    resonance = measure_scale(base).resonances[0]
+    kinds = [(DATA_TYPES[datum.type].motions, datum) for datum in data]
+    moved = [motion for motions, datum in kinds if motions is not None for motion in motions(base, datum)]
+    levels = [size / resonance.amplitude(row) for row, size in moved if resonance.amplitude(row)]
+    return max(levels, default=1.0)
 
 
 def list_signs(model: Model, data: Sequence[Datum]) -> tuple[Sign, ...]:
