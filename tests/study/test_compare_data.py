@@ -88,6 +88,13 @@ def test_calibration_parameters_are_fitted_to_the_training_data(
     assert upper["root_mean_square_error"] < 2
 
 
+@pytest.mark.parametrize("option", ["--limits", "--calibrate-families"])
+def test_families_need_steady_states(folder: Path, capfdbinary: pytest.CaptureFixture[bytes], option: str) -> None:
+    words = ["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out"), option]
+    assert main(words) == 0
+    assert option.encode() in capfdbinary.readouterr().err
+
+
 def test_time_records_alone_are_sent_to_the_diagnosis(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     manifest = 'schema = 1\n[[sensor]]\nname = "a"\nquantity = "displacement"\ndirection = "x"\nplace = "p"\n'
     manifest += '[[record]]\nname = "r"\nfile = "r.csv"\nunits = { a = "m" }\n'

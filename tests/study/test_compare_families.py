@@ -14,9 +14,12 @@ from correlation.campaign.measurement import Campaign, Drive
 from correlation.campaign.write_campaign import write_campaign
 from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
+from correlation.model import Model
 from pipeline.parallel import process_pool
 from study import cli
-from study.compare.families import select_families
+from study.case.setup import Setup
+from study.compare.families import FamilyComparison, select_families
+from study.compare.family_calibration import compare_with_families
 from study.shipped_cases import BEAM
 from tests.study.conftest import TwoMasses
 from tests.study.test_compare_run import measured_from_the_model
@@ -94,6 +97,27 @@ def test_a_model_without_friction_has_no_limits_and_says_so(
     families = json.loads(capfdbinary.readouterr().out)["families"]
     assert families["families"] == []
     assert any("no sliders" in item for item in families["not_compared"])
+
+
+def test_a_calibration_onto_families_begins_with_the_calibration_parameters_alone(
+    two_masses: TwoMasses, capfdbinary: pytest.CaptureFixture[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The gain of a sensor without calibration is fitted to the mean as well, but is no parameter of the case."""
+    case = two_masses({})
+    manifest = case.parent / "campaign" / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    manifest.write_text(text.replace('name = "base"', 'name = "base"\ncalibrated = false', 1), encoding="utf-8")
+    begun: list[int] = []
+
+    def fitted(model: Model, setup: Setup, *rest: Any) -> FamilyComparison:
+        begun.extend([len(setup.accepted), len(rest[-1])])
+        return compare_with_families(model, setup, *rest)
+
+    monkeypatch.setattr("study.compare.family_calibration.compare_with_families", fitted)
+    assert cli.main(["compare", str(case), "campaign", "--calibrate-families", "--json"]) == 0
+    document = json.loads(capfdbinary.readouterr().out)
+    assert any("base" in name for name in document["calibrated"])
+    assert begun[0] == begun[1] == len(document["calibrated"]) - 1
 
 
 def test_what_has_no_limits_is_named() -> None:
