@@ -178,7 +178,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
                     rows=rows,
                     frequency=misfit.points.frequency[rows],
                     measured=factor * misfit.measured[rows],
-                    deviation=factor * np.nan_to_num(misfit.deviation[rows]),
+                    deviation=factor * misfit.deviation[rows],
                     predicted=factor * misfit.predicted[rows],
                     line_frequency=fine.frequency[drawn],
                     line=panel.factor(fine.force[drawn]) * line[drawn],
@@ -191,7 +191,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
 def stands_out(misfit: Misfit, key: Key) -> bool:
     """Whether a sensor's harmonic is more than noise."""
     rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
-    noise = CLEAR * np.nan_to_num(rows.deviation)
+    noise = CLEAR * rows.deviation
     return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
 
 

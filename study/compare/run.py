@@ -206,8 +206,9 @@ class Side:
         difference = (comparison.measured - predicted) / deviation
         standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
         return compute_misfit(
-            comparison.observed, comparison.features, value, standardised, comparison.residual(self.prediction)
-        )
+            comparison.observed, comparison.features, value, standardised, comparison.residual(self.prediction),
+            comparison.noise,
+        )  # fmt: skip
 
 
 def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
