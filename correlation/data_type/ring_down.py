@@ -173,7 +173,9 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
 
 
 def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]) -> list[Sign]:
-    """How frequency and damping of each mode change with the amplitude, in all decays together.
+    """How frequency and damping of each mode change with the amplitude, in all decays of one sensor together.
+
+    Decays with contacts and without are two structures, and amplitudes of two sensors have no common scale.
 
     Parameters
     ----------
@@ -185,8 +187,8 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
         What it predicts for the features of each.
     """
     del model
-    trends: dict[str, list[list[_Trend]]] = {}
-    lowest: list[float] = []
+    trends: dict[tuple[str, str, float], list[list[_Trend]]] = {}
+    units = {decay.sensor: decay.unit for decay in decays}
     for decay, numbers in zip(decays, predicted, strict=True):
         first = 0
         for mode in decay.modes:
@@ -194,9 +196,8 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
             of_mode = numbers[first : first + 2 * len(rows)].reshape(-1, 2)
             first += 2 * len(rows)
             at = float(mode.frequency[np.argmin(mode.amplitude)])
-            known = next((each for each in lowest if abs(at / each - 1) < SAME_MODE), None)
-            if known is None:
-                lowest.append(known := at)
+            place = decay.configuration, decay.sensor
+            known = next((key for key in trends if key[:2] == place and abs(at / key[2] - 1) < SAME_MODE), (*place, at))
             both = [
                 _Trend.of(mode.amplitude[rows], value[rows], np.hypot(deviation[rows], least * value[rows]), of_model)
                 for value, deviation, least, of_model in (
@@ -204,14 +205,13 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
                     (mode.damping_ratio, mode.damping_deviation, LEAST_DAMPING, of_mode[:, 1]),
                 )
             ]
-            trends.setdefault(f"mode at {known:.3g} Hz", []).append(both)
+            trends.setdefault(known, []).append(both)
     signs = []
-    for name, of_decays in trends.items():
-        unit = decays[0].unit
+    for (configuration, sensor, frequency), of_decays in trends.items():
         for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
-            signs.append(
-                _sign(kind, f"{words} of the {name}", [each[number] for each in of_decays], unit, factor, unit_of)
-            )
+            quantity = f"{words} of the {configuration} mode at {frequency:.3g} Hz at {sensor}"
+            own = [each[number] for each in of_decays]
+            signs.append(_sign(kind, quantity, own, units[sensor], factor, unit_of))
     return signs
 
 

@@ -1,6 +1,7 @@
 """What ring-downs and loops show by themselves: trends of frequency and damping, play, work."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -51,6 +52,20 @@ def test_a_falling_frequency_and_a_rising_damping_are_signs_of_slip(oscillator: 
     assert "falls from 9" in found["frequency"].measured
     assert "stays at 98.7 Hz" in found["frequency"].predicted
     assert "slip in joints" in name_causes(list(found.values()))
+
+
+def test_decays_of_two_structures_and_sensors_are_not_averaged(oscillator: Callable[..., Model]) -> None:
+    """Free of contacts, and read as an acceleration, a mode of the same frequency has trends of its own."""
+    falling, linear = decay(0.01, 0.5, 1), decay(0.0, 0.0, 2)
+    others = [replace(linear, configuration="free"), replace(linear, sensor="accelerometer", unit="m/s^2")]
+    decays, model = [falling, *others], oscillator()
+    signs = list_ring_down_signs(model, decays, [predict_ring_down(model, each) for each in decays])
+    alone = list_ring_down_signs(model, [falling], [predict_ring_down(model, falling)])
+    assert len(signs) == 6
+    assert len({sign.quantity for sign in signs}) == 6
+    by_quantity = {sign.quantity: sign for sign in signs}
+    assert all(by_quantity[sign.quantity] == sign for sign in alone)
+    assert {sign.measured.split()[-1] for sign in signs} == {"m", "m/s^2"}
 
 
 def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
