@@ -12,7 +12,8 @@ from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
 from figure.style import choose_family_colours
-from study.compare.curve import choose_unit, find_rows, joined, keys, refine_points
+from study.compare.curve import find_rows, joined, keys, refine_points
+from study.compare.drawn_unit import choose_unit
 from study.compare.run import Side
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage
@@ -37,6 +38,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     misfit, new = joined_misfit(result, shown[-1])
     levels = np.unique(misfit.points.level)
     sensors = {sensor.name: sensor for sensor in shown[-1].refit.fit.model.sensors}
+    units = {sensor.name: sensor.unit for sensor in result.campaign.sensors}
     panels = []
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
@@ -46,7 +48,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
             size = np.abs(part.measured[all_rows]) / (part.points.level[all_rows] if per_level else 1.0)
-            unit, factor = choose_unit(sensors[sensor], float(size.max()))
+            unit, factor = choose_unit(units[sensor], float(size.max()))
             groups = []
             for number, level in enumerate(levels.tolist()):
                 rows = find_rows(part.points, sensor, harmonic, level)

@@ -139,6 +139,15 @@ def test_noise_of_one_repeat_is_no_nonlinearity() -> None:
     assert "not linear" not in next(linearity_sections(found, Drawing.of(found))).text
 
 
+def test_readings_without_calibration_are_drawn_in_their_own_unit() -> None:
+    campaign = compared().campaign
+    volts = replace(campaign.sensors[0], calibrated=False, reading_unit="V")
+    angle = replace(campaign.sensors[1], direction="rz")
+    of = Drawing.of(replace(compared(), campaign=replace(campaign, sensors=(volts, angle, *campaign.sensors[2:]))))
+    panels = {panel.key: panel for panel in of.panels[False]}
+    assert [(panels[name, 1].unit, panels[name, 1].scale) for name in ("tip", "mid")] == [("V/N", 1.0), ("rad/N", 1.0)]
+
+
 def test_the_page_begins_with_the_worst_sensor_and_names_it() -> None:
     text = page(compared(1.2), drawing(1.2))
     data = data_of(text)["sections"][0]["data"]
