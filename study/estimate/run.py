@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -183,7 +184,8 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
     if stuck and model.lines:
         best = choose(without, "zeta")
         factor = best.factor if best else 1.0
-        yield from estimate_stiffness(model, stuck[0], free[0] if free else None, factor)
+        for with_contacts, without_contacts in product(stuck, free or [None]):
+            yield from estimate_stiffness(model, with_contacts, without_contacts, factor)
 
 
 def _written(item: FirstEstimate) -> Written:
