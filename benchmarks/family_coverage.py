@@ -197,7 +197,7 @@ def campaign(model: Model, records: Any, values: Any, random: np.random.Generato
 def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tuple[FamilyVerdict, ...]:
     """What the command says of the campaign."""
     families = measured_families(measured)
-    chosen, _ = select_families(measured, families)
+    chosen, _ = select_families(model, measured, families)
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
     search = search.boxed()
     limits = find_family_limits.compute(search)

@@ -104,7 +104,7 @@ def compare_with_families(
 
 def _fit(setup: Setup, asked: FamilyRequest, start: Float[NDArray[np.float64], " p"], run: RunContext) -> FamilyFit:
     families = measured_families(asked.campaign)
-    chosen, _ = select_families(asked.campaign, families)
+    chosen, _ = select_families(setup.model, asked.campaign, families)
     held = asked.campaign.held_out
     trained = [
         replace(item, curves=curves)

@@ -22,7 +22,7 @@ from study.compare.families import FamilyComparison, select_families
 from study.compare.family_calibration import compare_with_families
 from study.shipped_cases import BEAM
 from tests.study.conftest import TwoMasses
-from tests.study.test_compare_run import measured_from_the_model
+from tests.study.test_compare_run import measured_from_the_model, setup
 
 #: A small search: this tests what is told, and not how hard is searched.
 LIMITS = "\n[limits]\npopulation = 4\nsamples = 4\n"
@@ -124,11 +124,23 @@ def test_what_has_no_limits_is_named() -> None:
     campaign = measured_from_the_model()
     families = measured_families(campaign)
     volts = replace(campaign, drive=Drive(unit="V", calibrated=False))
-    chosen, sentences = select_families(volts, families)
+    chosen, sentences = select_families(setup().model, volts, families)
     assert chosen == ()
     assert any("V" in item for item in sentences)
     loose = replace(campaign, sensors=(replace(campaign.sensors[0], calibrated=False), *campaign.sensors[1:]))
-    chosen, sentences = select_families(loose, families)
+    chosen, sentences = select_families(setup().model, loose, families)
     assert {item.sensor for item in chosen} == {"mid", "left_T"}
     assert any("tip" in item for item in sentences)
     assert np.isin([item.harmonic for item in chosen], (0, 1)).all()
+
+
+def test_limits_of_the_relative_motion_are_not_laid_over_readings_of_the_absolute_one() -> None:
+    campaign, model = measured_from_the_model(), setup().model
+    families = measured_families(campaign)
+    shaken = replace(model, base_acceleration=np.ones(model.system.n_dof)).with_sensor("mid", relative=True)
+    chosen, sentences = select_families(shaken, campaign, families)
+    # The force of a contact is that of the relative motion.
+    assert {item.sensor for item in chosen} == {"mid", "left_T"}
+    (sentence,) = [item for item in sentences if "base" in item]
+    assert "tip" in sentence
+    assert "mid" not in sentence
