@@ -167,6 +167,8 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
                 for sensor, value in enumerate(seen.force[number, :, 0], start=len(rows)):
                     records.append((repeat + 1, way, level, frequency, sensor, 0))
                     values.append(complex(value.real))
+    if not records:
+        raise TransientError("no motion repeats itself: nothing can be measured")
     return campaign(model, np.array(records), np.array(values), random)
 
 
