@@ -89,7 +89,7 @@ class Misfit(RowTable, Tabular):
         return pandas.DataFrame(
             {
                 "without contacts": points.free,
-                "level [N]": points.level,
+                "level [unit of the drive]": points.level,
                 "frequency [Hz]": points.frequency,
                 "sensor": points.sensor,
                 "harmonic": points.harmonic,

@@ -12,7 +12,7 @@ from correlation.metric.misfit import CLEAR, Misfit
 from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_table import join_tables
-from study.compare.drawn_unit import choose_unit
+from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.result import Compared
 
 Frequencies = Float[NDArray[np.float64], " f"]
@@ -69,7 +69,7 @@ class Panel:
     sensor
         The model's.
     unit, scale
-        Unit in which it is drawn, and the factor on SI that leads to it; per newton of the force if `per_level`.
+        Unit in which it is drawn, and the factor on SI that leads to it; per unit of the force if `per_level`.
     per_level
         Whether values are over the level: levels that agree lie on each other.
     curves
@@ -158,7 +158,7 @@ def make_panels(
         size = np.abs(misfit.measured[own]) / (misfit.points.force[own] if per_level else 1.0)
         unit, scale = choose_unit(units[key[0]], float(size.max()))
         if per_level:
-            unit = f"{unit}/{level_unit}" if "/" not in level_unit else f"{unit}/({level_unit})"
+            unit = per_level_unit(unit, level_unit)
         panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
         curves = []
         for (other, level, sweep), rows in points:

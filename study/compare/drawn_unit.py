@@ -11,6 +11,11 @@ SCALED = {
 LEAST = 0.3
 
 
+def per_level_unit(unit: str, level_unit: str) -> str:
+    """Unit of a quantity over the level, such as "um/N" or "mm/(m/s^2)"."""
+    return f"{unit}/{level_unit}" if "/" not in level_unit else f"{unit}/({level_unit})"
+
+
 def choose_unit(unit: str, largest: float) -> tuple[str, float]:
     """Unit that values are drawn in, and the factor that leads to it.
 

@@ -44,8 +44,9 @@ from study.compare.unknown_gain import SetGains, set_gains
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
+#: Levels are in the unit beside them, whatever the name of their column says: it is older than shaken bases.
 COLUMNS = (
-    "set", "configuration", "level_N", "frequency_Hz", "sweep", "sensor", "harmonic", "unit",
+    "set", "configuration", "level_N", "level_unit", "frequency_Hz", "sweep", "sensor", "harmonic", "unit",
     "measured_real", "measured_imag", "deviation", "predicted_real", "predicted_imag", "amplitude_error",
     "phase_error_deg", "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
 )  # fmt: skip
@@ -308,6 +309,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
                     name,
                     configuration(bool(points.free[row])),
                     f"{points.level[row]:.9g}",
+                    campaign.drive.unit,
                     f"{points.frequency[row]:.9g}",
                     SWEEP_WORDS[int(points.sweep[row])],
                     sensor,

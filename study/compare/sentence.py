@@ -19,7 +19,7 @@ CLEAR_PEAK = 4.0
 VAGUE = 25.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
-NEXT = "A root mean square hides the few states that fail; stickslip diagnose says whether an effect is missing, and which."
+NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
 
 
 @dataclass(frozen=True, kw_only=True)

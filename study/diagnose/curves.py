@@ -13,7 +13,7 @@ from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
 from figure.style import choose_family_colours
 from study.compare.curve import find_rows, joined, keys, refine_points
-from study.compare.drawn_unit import choose_unit
+from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.run import Side
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage
@@ -38,7 +38,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     misfit, new = joined_misfit(result, shown[-1])
     levels = np.unique(misfit.points.level)
     sensors = {sensor.name: sensor for sensor in shown[-1].refit.fit.model.sensors}
-    units = {sensor.name: sensor.unit for sensor in result.campaign.sensors}
+    units, drive = {sensor.name: sensor.unit for sensor in result.campaign.sensors}, result.campaign.drive.unit
     panels = []
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
@@ -64,13 +64,13 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
                     "sensor": sensor,
                     "harmonic": int(harmonic),
                     "label": f"{sensor}, {words}",
-                    "unit": (f"{unit}/N" if per_level else unit).replace("um", "µm"),
+                    "unit": (per_level_unit(unit, drive) if per_level else unit).replace("um", "µm"),
                     "static": not harmonic,
                     "groups": groups,
                 }
             )
     return {
-        "levels": [f"{level:g} N{' (held out)' if level in new else ''}" for level in levels.tolist()],
+        "levels": [f"{level:g} {drive}{' (held out)' if level in new else ''}" for level in levels.tolist()],
         "colours": choose_family_colours(len(levels)),
         "stages": [stage.name for stage in shown],
         "panels": panels,
@@ -98,7 +98,7 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
                     line = np.full(len(frequency), np.nan)
                     line[at] = part.size[rows]
                     image.append(line)
-                labels.append(f"{words}, {level:g} N")
+                labels.append(f"{words}, {level:g} {result.campaign.drive.unit}")
             for image in images:
                 image.append(np.full(len(frequency), np.nan))
             labels.append("")

@@ -1,4 +1,4 @@
-"""Whether the measured structure is linear over its levels: responses per newton beside those of the lowest level."""
+"""Whether the measured structure is linear over its levels: responses per level beside those of the lowest one."""
 
 from collections.abc import Iterator
 
@@ -43,7 +43,7 @@ def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section
 
 
 def _responses(misfit: Misfit) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Levels, responses per newton and their deviations, a row per level and a column per reading they all may have."""
+    """Levels, responses per level and their deviations: a row per level, a column per reading that they may have."""
     points = misfit.points
     known = np.isfinite(misfit.measured) & np.isfinite(misfit.deviation)
     rows = np.flatnonzero(misfit.motion & (points.harmonic == 1) & known)
