@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.metric.response import find_peak, fit_resonance, measure_bend
-from correlation.modal.fit_modes import POWER
+from correlation.model import DERIVATIVE
 from geometry.read_only_array import freeze_fields
 
 Levels = Float[NDArray[np.float64], " l"]
@@ -92,8 +92,8 @@ def fit_backbone(
     CampaignError
         No level with a resonance, an unknown quantity, or other numbers of levels than of responses.
     """
-    if quantity not in POWER:
-        raise CampaignError(f'"{quantity}" is no quantity of a response: give {", ".join(POWER)}')
+    if quantity not in DERIVATIVE:
+        raise CampaignError(f'"{quantity}" is no quantity of a response: give {", ".join(DERIVATIVE)}')
     if not len(level) == len(frequency) == len(response):
         raise CampaignError(
             f"{len(level)} levels with {len(frequency)} sets of frequencies and {len(response)} responses: give "
@@ -138,7 +138,7 @@ def fit_peak(
     order = np.flatnonzero(usable)[np.argsort(frequency[usable])]
     if len(order) < PARABOLA:
         raise CampaignError(f"{len(order)} points are no resonance: measure three or more around the peak")
-    lines, values = frequency[order], np.abs(response[order]) / (2 * np.pi * frequency[order]) ** POWER[quantity]
+    lines, values = frequency[order], np.abs(response[order]) / (2 * np.pi * frequency[order]) ** DERIVATIVE[quantity]
     chosen = find_peak(lines, values.astype(complex))
     best = np.array(fit_resonance(lines, values.astype(complex), chosen))
     relative = np.full(len(order), np.nan) if deviation is None else deviation[order] / np.abs(response[order])
@@ -159,7 +159,7 @@ def fit_peak(
         slopes[:, column] = (np.array(ends[0]) - ends[1]) / (2 * STEP)
     spread = np.sqrt((slopes**2) @ variance)
     height = _height(lines, values, chosen, (float(best[0]), float(best[1])))
-    scale = (2 * np.pi * best[0]) ** POWER[quantity]
+    scale = (2 * np.pi * best[0]) ** DERIVATIVE[quantity]
     numbers = (height * scale, spread[2] * scale, best[0], spread[0], best[1], spread[1])
     return tuple(float(number) for number in numbers)
 
