@@ -18,8 +18,8 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.backbone import predict_backbone
+from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
-from correlation.data_type.sign import Sign
 from correlation.model import Model
 from correlation.signal.ring_down import RingDown, analyse_ring_down
 from geometry.read_only_array import freeze_fields
@@ -172,7 +172,9 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
     return np.concatenate(predicted) if predicted else np.zeros(0)
 
 
-def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]) -> list[Sign]:
+def list_ring_down_indications(
+    model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]
+) -> list[Indication]:
     """How frequency and damping of each mode change with the amplitude, in all decays of one sensor together.
 
     Decays with contacts and without are two structures, and amplitudes of two sensors have no common scale.
@@ -206,13 +208,13 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
                 )
             ]
             trends.setdefault(known, []).append(both)
-    signs = []
+    indications = []
     for (configuration, sensor, frequency), of_decays in trends.items():
         for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
             quantity = f"{words} of the {configuration} mode at {frequency:.3g} Hz at {sensor}"
             own = [each[number] for each in of_decays]
-            signs.append(_sign(kind, quantity, own, units[sensor], factor, unit_of))
-    return signs
+            indications.append(_indication(kind, quantity, own, units[sensor], factor, unit_of))
+    return indications
 
 
 class _Trend(NamedTuple):
@@ -242,7 +244,9 @@ class _Trend(NamedTuple):
         )  # fmt: skip
 
 
-def _sign(kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str) -> Sign:
+def _indication(
+    kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str
+) -> Indication:
     """One trend of several decays, whose scatter counts where it exceeds their deviations."""
     measured, predicted = (np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted"))
     change = measured[:, 1] - measured[:, 0]
@@ -261,7 +265,7 @@ def _sign(kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor:
         return f"stays at {first:.4g} {unit_of}" if way == "stays" else f"{way} {first:.4g} to {last:.4g} {unit_of}"
 
     difference = float(np.mean(np.where(np.isfinite(apart), apart, change))) / np.sqrt(variance)
-    return Sign(
+    return Indication(
         quantity=quantity, kind=kind, difference=difference, predicted=words(predicted),
         measured=f"{words(measured)} from {low:.2g} to {high:.2g} {unit}",
     )  # fmt: skip
@@ -285,6 +289,6 @@ DATA_TYPES.register(
         predict=predict_ring_down,
         states=None,
         panels=None,
-        signs=list_ring_down_signs,
+        indications=list_ring_down_indications,
     )
 )
