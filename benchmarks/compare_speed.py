@@ -31,7 +31,7 @@ from benchmarks.random_systems import log_uniform, random_springs
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.model import LineSensor, Model, Sensor
-from correlation.noise.nuisance import left_by
+from correlation.noise.nuisance import sliders_after_history
 from correlation.prediction import Points, Predictor
 from fe.dense_modes import compute_dense_modes
 from reduction.file.npz import write_npz
@@ -156,11 +156,11 @@ def write_measurements(model: Model, names: Sequence[str], folder: Path, seed: i
     before, tables = None, []
     for repeat in range(1, N_REPEAT + 1):
         moved = model.shifted("jointed", FREQUENCY_JITTER * random.standard_normal())
-        for group in model.presses:
+        for group in model.preload_groups:
             by = PRELOAD_JITTER * random.standard_normal()
             for name in group:
                 moved = moved.pressed(name, 1 + by)
-        start = left_by(moved, random.random(len(model.system.joints)))
+        start = sliders_after_history(moved, random.random(len(model.system.joints)))
         before = Predictor(points=points, slider=start, sweeps=(1, -1)).predict(moved, before)
         for way, value in zip((1, -1), before.by_sweep, strict=True):
             noise = random.standard_normal((len(rows), 2)) @ [1.0, 1j] / np.sqrt(2)

@@ -167,6 +167,8 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
                 for sensor, value in enumerate(seen.force[number, :, 0], start=len(rows)):
                     records.append((repeat + 1, way, level, frequency, sensor, 0))
                     values.append(complex(value.real))
+    if not records:
+        raise TransientError("no motion repeats itself: nothing can be measured")
     return campaign(model, np.array(records), np.array(values), random)
 
 
@@ -197,7 +199,7 @@ def campaign(model: Model, records: Any, values: Any, random: np.random.Generato
 def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tuple[FamilyVerdict, ...]:
     """What the command says of the campaign."""
     families = measured_families(measured)
-    chosen, _ = select_families(measured, families)
+    chosen, _ = select_families(model, measured, families)
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
     search = search.boxed()
     limits = find_family_limits.compute(search)

@@ -127,7 +127,7 @@ class Configuration:
 
     def forced(self, level: float, frequency: float) -> float:
         """Amplitude of the force at a level and frequency [N]."""
-        return self.force.get((level, frequency), level) * (1 + self.model.excess.get(self.configuration, 0.0))
+        return self.force.get((level, frequency), level) * (1 + self.model.force_error.get(self.configuration, 0.0))
 
     def _forced_all(self, level: float, frequencies: Sequence[float]) -> Float[NDArray[np.float64], "n 1 1"]:
         return np.array([self.forced(level, frequency) for frequency in frequencies])[:, None, None]

@@ -158,7 +158,7 @@ class Model:
         Named points with a direction, as rows of displacement: where an effect may act.
     dead_weights
         Dead weights that press lines, by name; static load and preloads of the system contain them already.
-    pressed_together
+    linked_preloads
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
     suspension
@@ -167,7 +167,7 @@ class Model:
     shift
         Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
         default [-].
-    excess
+    force_error
         Relative excess of the force of a test over its label, by configuration; none by default [-].
     base_acceleration
         Acceleration that a shaken base gives each degree of freedom at level 1 as if the structure were rigid, shape
@@ -190,10 +190,10 @@ class Model:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
-    pressed_together: tuple[tuple[str, ...], ...] = ()
+    linked_preloads: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
-    excess: Mapping[str, float] = field(default_factory=dict)
+    force_error: Mapping[str, float] = field(default_factory=dict)
     base_acceleration: Row | None = None
     n_harmonic: int = 8
     n_sample: int = 0
@@ -208,7 +208,7 @@ class Model:
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
         object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
-        object.__setattr__(self, "pressed_together", tuple(tuple(group) for group in self.pressed_together))
+        object.__setattr__(self, "linked_preloads", tuple(tuple(group) for group in self.linked_preloads))
         object.__setattr__(self, "sensors", tuple(self.sensors))
         self._check(r)
 
@@ -253,8 +253,8 @@ class Model:
                 raise ModelDefinitionError(
                     f'sensor "{each.name}" reads line "{each.line}", which the model does not have'
                 )
-        together = [name for group in self.pressed_together for name in group]
-        if not all(self.pressed_together):
+        together = [name for group in self.linked_preloads for name in group]
+        if not all(self.linked_preloads):
             raise ModelDefinitionError(
                 "a group of preloads that are pressed together is empty: name them, or leave it out"
             )
@@ -274,10 +274,10 @@ class Model:
         return (*self.dead_weights, *(line for line in self.lines if line not in pressed))
 
     @property
-    def presses(self) -> tuple[tuple[str, ...], ...]:
-        """All `preloads` in groups that differ by one factor: `pressed_together`, and each other by itself."""
-        together = {name for group in self.pressed_together for name in group}
-        return (*self.pressed_together, *((name,) for name in self.preloads if name not in together))
+    def preload_groups(self) -> tuple[tuple[str, ...], ...]:
+        """All `preloads` in groups that differ by one factor: `linked_preloads`, and each other by itself."""
+        together = {name for group in self.linked_preloads for name in group}
+        return (*self.linked_preloads, *((name,) for name in self.preloads if name not in together))
 
     def preload_slope(self, name: str) -> tuple[Row, dict[str, float]]:
         """Change by 100 % more of one of `preloads`: static load, shape (r,) [N], and preloads by contact [N].
@@ -320,7 +320,7 @@ class Model:
         stiffness = self.system.stiffness if self.suspension is None else self.system.stiffness + self.suspension
         system = replace(self.system, joints=joints, stiffness=stiffness, static_load=np.zeros(self.system.n_dof))
         return replace(
-            self, system=system, sensors=sensors, lines={}, dead_weights={}, pressed_together=(), suspension=None
+            self, system=system, sensors=sensors, lines={}, dead_weights={}, linked_preloads=(), suspension=None
         )
 
     def with_system(self, **changes: Any) -> "Model":
@@ -345,9 +345,10 @@ class Model:
         """The frequencies of one configuration raised by a share more."""
         return replace(self, shift={**self.shift, configuration: self.shift.get(configuration, 0.0) + shift})
 
-    def overdriven(self, configuration: str, excess: float) -> "Model":
+    def with_force_error(self, configuration: str, error: float) -> "Model":
         """The force of one configuration larger by a share more."""
-        return replace(self, excess={**self.excess, configuration: self.excess.get(configuration, 0.0) + excess})
+        known = self.force_error
+        return replace(self, force_error={**known, configuration: known.get(configuration, 0.0) + error})
 
     def with_sensor(self, name: str, **changes: Any) -> "Model":
         """One sensor changed."""

@@ -24,7 +24,7 @@ from benchmarks.strangers.hidden import Hidden
 from benchmarks.strangers.layout import Layout
 from benchmarks.strangers.response import Rows, points_of, predict
 from correlation.model import LineSensor, Model
-from correlation.noise.nuisance import left_by
+from correlation.noise.nuisance import sliders_after_history
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from hbsolve.errors import ModelError
 
@@ -126,5 +126,5 @@ class Signature:
             if any(model.contact(name).preload for name in model.lines[line]):
                 yield self._change(model.pressed(line, 1 + share))
         for _ in range(N_HISTORY if model.lines else 0):
-            slider = left_by(model, random.uniform(size=len(model.system.joints)))
+            slider = sliders_after_history(model, random.uniform(size=len(model.system.joints)))
             yield self._whitened(predict(model, self.points, slider=slider).value) / np.sqrt(self.layout.n_repeat)

@@ -67,7 +67,7 @@ def _phases(campaign: Campaign) -> Iterator[Suspicion]:
             imag = np.log(np.median(np.abs(lines[high][1].imag)) / np.median(np.abs(value.imag))) / growth
             if real > SCALES and abs(imag) < STAYS:
                 evidence = (
-                    f"from {low:.4g} to {high:.4g} N real grows {np.exp(real * growth):.3g} times, "
+                    f"from {low:.4g} to {high:.4g} {campaign.drive.unit} real grows {np.exp(real * growth):.3g} times, "
                     f"imag {np.exp(imag * growth):.3g} times"
                 )
         elif np.abs(value.imag).max() > IMAGINARY_RATIO * value.real.max():
@@ -120,8 +120,8 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
                 listed = ", ".join(f"{level:.4g}" for level in missing)
                 yield Suspicion(
                     where=f'test "{test.name}"',
-                    sentence=f"repeat {repeat}, sweep {SWEEPS[int(sweep)]} lacks the level {listed} N, which others "
-                    "have: was a file cut short?",
+                    sentence=f"repeat {repeat}, sweep {SWEEPS[int(sweep)]} lacks the level {listed} "
+                    f"{campaign.drive.unit}, which others have: was a file cut short?",
                 )
 
 

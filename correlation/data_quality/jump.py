@@ -9,14 +9,15 @@ from correlation.feature.branch import Branches, find_branches
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """One for each state that is left out, or of which some repeats are."""
     return tuple(
-        Suspicion(where=_where(of, float(of.curves.frequency[state])), sentence=_sentence(of, int(state)))
+        Suspicion(where=_where(campaign, of, float(of.curves.frequency[state])), sentence=_sentence(of, int(state)))
         for of in find_branches(campaign)
         for state in np.flatnonzero(of.out.any(axis=0))
     )
 
 
-def _where(of: Branches, frequency: float) -> str:
-    return f"{'free' if of.curves.free else 'jointed'} test, {of.curves.level:g} N, {frequency:g} Hz"
+def _where(campaign: Campaign, of: Branches, frequency: float) -> str:
+    level = f"{of.curves.level:g} {campaign.drive.unit}"
+    return f"{'free' if of.curves.free else 'jointed'} test, {level}, {frequency:g} Hz"
 
 
 def _sentence(of: Branches, state: int) -> str:

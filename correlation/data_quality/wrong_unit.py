@@ -31,6 +31,8 @@ UNITS = {
     "acceleration": {-1: "g_n", 2: "cm/s^2", 3: "mm/s^2", 6: "um/s^2"},
     CONTACT_FORCE: {-3: "kN", 2: "gf", 3: "mN", 6: "uN"},
 }
+#: What a level may be in, if all responses are so many times what they should be at it.
+LEVEL_UNITS = {"N": {3: "kN", -3: "mN", -6: "uN", -2: "gf"}, "m/s^2": {1: "g_n", -2: "cm/s^2", -3: "mm/s^2"}}
 ROTATIONS = {3: "mrad", 6: "urad"}
 
 
@@ -135,8 +137,9 @@ def _same(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
 
 
 def _of_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
-    unit = {3: "kN", -3: "mN", -6: "uN", -2: "gf"}.get(power)
-    asked = f"is its level in {unit} instead of N?" if unit else "is its level in another unit than it says?"
+    stated = campaign.drive.unit
+    unit = LEVEL_UNITS.get(stated, {}).get(power)
+    asked = f"is its level in {unit} instead of {stated}?" if unit else "is its level in another unit than it says?"
     return Suspicion(
         where=f'test "{campaign.tests[test].name}"',
         sentence=f"all its sensors read about {_times(ratio)} what the model says: {asked} "
@@ -165,17 +168,17 @@ def _of_channel(
     asked = (
         f"are its values in {unit} instead of {of.unit}?" if unit else "are its values in another unit than it says?"
     )
-    part = "".join(_part(runs, chosen, test, sensor))
+    part = "".join(_part(runs, chosen, test, sensor, campaign.drive.unit))
     return Suspicion(
         where=f'test "{campaign.tests[test].name}", sensor "{of.name}"',
         sentence=f"{part}{', '.join(evidence)}: {asked} If so, correct the column unit",
     )
 
 
-def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor: int) -> Iterator[str]:
+def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor: int, level_unit: str) -> Iterator[str]:
     """Which runs of the channel, if not all."""
     channel = (runs.test == test) & (runs.sensor == sensor)
-    for name, column, unit in (("level", runs.level, " N"), ("repeat", runs.repeat, "")):
+    for name, column, unit in (("level", runs.level, f" {level_unit}"), ("repeat", runs.repeat, "")):
         values = np.unique(column[chosen])
         if len(values) < len(np.unique(column[channel])):
             yield f"at the {name} " if len(values) == 1 else f"at the {name}s "

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY
 from correlation.campaign.measured_files import take_rows
-from correlation.campaign.measurement import CONFIGURATIONS, SI_UNIT, MeasuredSensor, Measurement
+from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Measurement
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
@@ -61,11 +61,13 @@ class MeasuredResponse:
     frequency
         Rising, shape (f,) [Hz].
     value
-        Response per unit of force, e^{+i Omega t}, shape (c, f) [unit of each sensor per newton].
+        Response per unit of the drive, e^{+i Omega t}, shape (c, f) [unit of each sensor per unit of the drive].
+    units
+        Unit of each row of `value`, in words.
     coherence
         Shape (c, f); 1 where it is not known [-].
     level
-        Amplitude of the force that the response stands for [N]; None if it is not stated.
+        Amplitude of the drive that the response stands for [its unit]; None if it is not stated.
     repeat
         Number of the repeat.
     held_out
@@ -85,6 +87,7 @@ class MeasuredResponse:
     sensors: tuple[str, ...]
     frequency: Frequencies
     value: Complex[NDArray[np.complex128], "c f"]
+    units: tuple[str, ...]
     coherence: Float[NDArray[np.float64], "c f"]
     level: float | None
     repeat: int
@@ -163,6 +166,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         sensors=tuple(sensor.name for sensor in sensors),
         frequency=frequency[there],
         value=value[:, there],
+        units=tuple(f"{sensor.unit} per {context.units.level_si or context.units.level_unit}" for sensor in sensors),
         coherence=coherence[:, there],
         level=None if level is None else float(level) * context.units.level_factor,
         repeat=table.take("repeat", int, 1),
@@ -300,12 +304,11 @@ def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[
 def response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
     """Modulus of the response of each sensor beside that of the model, linear with its closed contacts stuck."""
     predicted = predict_linear_response(model, response)
-    unit = {sensor.name: SI_UNIT[sensor.quantity] for sensor in motion_sensors(model, response.sensors)}
     return [
         Panel(
             title=f"{response.name}: {name}",
             x_label="frequency [Hz]",
-            y_label=f"|H| [{unit[name]} per N]",
+            y_label=f"|H| [{response.units[row]}]",
             measured=((response.frequency, np.abs(response.value[row])),),
             predicted=((response.frequency, np.abs(predicted[row])),),
             is_curve=True,
@@ -316,7 +319,7 @@ def response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
 
 
 def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex[NDArray[np.complex128], "c f"]:
-    """Response of the linear model to its load of 1 N, its closed contacts stuck, shape (c, f) [unit per newton].
+    """Response of the linear model at level 1, its closed contacts stuck, shape (c, f) [unit per unit of the level].
 
     Raises
     ------
@@ -333,12 +336,14 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     force = shapes.T @ system.dynamic[1]
     motion = force[:, None] / (modes.lambda_[:, None] - omega**2 + 1j * omega * rate[:, None])
     sensors = motion_sensors(configured, response.sensors)
-    return np.array(
-        [
-            sensor.gain * (sensor.row @ shapes @ motion) * (1j * omega) ** DERIVATIVE[sensor.quantity]
-            for sensor in sensors
-        ]
-    )
+    relative = shapes @ motion
+    rows = []
+    for sensor in sensors:
+        moved = sensor.row @ relative
+        if configured.base_acceleration is not None and not sensor.relative:
+            moved = moved + (sensor.row @ configured.base_acceleration) / (1j * omega) ** 2
+        rows.append(sensor.gain * moved * (1j * omega) ** DERIVATIVE[sensor.quantity])
+    return np.array(rows)
 
 
 def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> MeasuredResponse:

@@ -20,8 +20,8 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.configuration import Configuration
+from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion, Panel
-from correlation.data_type.sign import Sign
 from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model
 from correlation.signal.loop import Loops, Plateau, analyse_loop
@@ -192,12 +192,11 @@ def predict_loop(model: Model, loop: ForceLoop) -> Numbers:
 
 def list_loop_motions(model: Model, loop: ForceLoop) -> list[Motion]:
     """The row of the place that is moved, with half the range of its displacement."""
-    if loop.place not in model.places:
-        return []
-    return [(model.places[loop.place], float(np.ptp(loop.displacement)) / 2)]
+    row = None if loop.place is None else model.places.get(loop.place)
+    return [] if row is None else [(row, float(np.ptp(loop.displacement)) / 2)]
 
 
-def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Sign]:
+def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Indication]:
     """Play, work per cycle and secant stiffness of all loops together.
 
     Parameters
@@ -210,7 +209,7 @@ def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequenc
         What it predicts for the features of each.
     """
     measured = [loop_features(loop) for loop in loops]
-    signs = []
+    indications = []
     for kind, words in (("work", "work per cycle"), ("stiffness", "secant stiffness")):
         ratios, values, answers = [], [], []
         for features, numbers in zip(measured, predicted, strict=True):
@@ -225,8 +224,8 @@ def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequenc
             difference = float(np.mean(np.array(ratios)[there]))
             measured_range, predicted_range = (_range_in_words(np.array(each)[there]) for each in (values, answers))
             unit = "J" if kind == "work" else "N/m"
-            signs.append(
-                Sign(
+            indications.append(
+                Indication(
                     quantity=words, kind=kind, difference=difference, measured=f"is {measured_range} {unit}",
                     predicted=f"{predicted_range} {unit}",
                 )
@@ -238,15 +237,15 @@ def list_loop_signs(model: Model, loops: Sequence[ForceLoop], predicted: Sequenc
         least = stroke / SAMPLED / np.sqrt(len(loops))
         scatter = float(np.std(dwell, ddof=1) / np.sqrt(len(dwell))) if len(dwell) > 1 else 0.0
         unit, factor = length_unit(stroke)
-        signs.append(
-            Sign(
+        indications.append(
+            Indication(
                 quantity="force after a reversal", kind="play",
                 difference=(float(np.median(dwell)) - of_model) / max(least, scatter),
                 measured=f"stays near zero over {factor * float(np.median(dwell)):.2g} {unit}",
                 predicted=f"does so over {factor * of_model:.2g} {unit}",
             )
         )  # fmt: skip
-    return signs
+    return indications
 
 
 def _range_in_words(numbers: Numbers) -> str:
@@ -378,7 +377,7 @@ DATA_TYPES.register(
         predict=predict_loop,
         states=None,
         panels=loop_panels,
-        signs=list_loop_signs,
+        indications=list_loop_indications,
         motions=list_loop_motions,
     )
 )

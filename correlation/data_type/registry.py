@@ -16,7 +16,7 @@ from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import MeasuredSensor, Measurement, Test
 from correlation.campaign.run_table import RunUnits
 from correlation.campaign.toml_table import TomlTable
-from correlation.data_type.sign import ListSigns
+from correlation.data_type.indication import ListIndications
 from correlation.model import Model
 from geometry.registry import Registry
 
@@ -131,7 +131,7 @@ class DataType:
         type that gives none.
     panels
         What is drawn of a datum beside a model; None for a type whose features tell all.
-    signs
+    indications
         What all data of the type show by themselves, beside the model; None for a type that shows nothing so.
     motions
         Rows of a model whose motion a datum shows, with the largest displacement of each [m]; None for a type whose
@@ -146,7 +146,7 @@ class DataType:
     predict: Callable[[Model, Any], Float[NDArray[np.float64], " m"]]
     states: Callable[[Any, Sequence[str]], Measurement | None] | None
     panels: Callable[[Model, Any], Sequence[Panel]] | None
-    signs: ListSigns | None = None
+    indications: ListIndications | None = None
     motions: Callable[[Model, Any], Sequence[Motion]] | None = None
 
 

@@ -18,8 +18,8 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.backbone import predict_backbone
+from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion
-from correlation.data_type.sign import Sign
 from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.signal.ring_down import RingDown, analyse_ring_down
 from geometry.read_only_array import freeze_fields
@@ -192,8 +192,12 @@ def list_ring_down_motions(model: Model, decay: FreeDecay) -> list[Motion]:
     return motions
 
 
-def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]) -> list[Sign]:
-    """How frequency and damping of each mode change with the amplitude, in all decays together.
+def list_ring_down_indications(
+    model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]
+) -> list[Indication]:
+    """How frequency and damping of each mode change with the amplitude, in all decays of one sensor together.
+
+    Decays with contacts and without are two structures, and amplitudes of two sensors have no common scale.
 
     Parameters
     ----------
@@ -205,8 +209,8 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
         What it predicts for the features of each.
     """
     del model
-    trends: dict[str, list[list[_Trend]]] = {}
-    lowest: list[float] = []
+    trends: dict[tuple[str, str, float], list[list[_Trend]]] = {}
+    units = {decay.sensor: decay.unit for decay in decays}
     for decay, numbers in zip(decays, predicted, strict=True):
         first = 0
         for mode in decay.modes:
@@ -214,9 +218,8 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
             of_mode = numbers[first : first + 2 * len(rows)].reshape(-1, 2)
             first += 2 * len(rows)
             at = float(mode.frequency[np.argmin(mode.amplitude)])
-            known = next((each for each in lowest if abs(at / each - 1) < SAME_MODE), None)
-            if known is None:
-                lowest.append(known := at)
+            place = decay.configuration, decay.sensor
+            known = next((key for key in trends if key[:2] == place and abs(at / key[2] - 1) < SAME_MODE), (*place, at))
             both = [
                 _Trend.of(mode.amplitude[rows], value[rows], np.hypot(deviation[rows], least * value[rows]), of_model)
                 for value, deviation, least, of_model in (
@@ -224,15 +227,14 @@ def list_ring_down_signs(model: Model, decays: Sequence[FreeDecay], predicted: S
                     (mode.damping_ratio, mode.damping_deviation, LEAST_DAMPING, of_mode[:, 1]),
                 )
             ]
-            trends.setdefault(f"mode at {known:.3g} Hz", []).append(both)
-    signs = []
-    for name, of_decays in trends.items():
-        unit = decays[0].unit
+            trends.setdefault(known, []).append(both)
+    indications = []
+    for (configuration, sensor, frequency), of_decays in trends.items():
         for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
-            signs.append(
-                _sign(kind, f"{words} of the {name}", [each[number] for each in of_decays], unit, factor, unit_of)
-            )
-    return signs
+            quantity = f"{words} of the {configuration} mode at {frequency:.3g} Hz at {sensor}"
+            own = [each[number] for each in of_decays]
+            indications.append(_indication(kind, quantity, own, units[sensor], factor, unit_of))
+    return indications
 
 
 class _Trend(NamedTuple):
@@ -262,7 +264,9 @@ class _Trend(NamedTuple):
         )  # fmt: skip
 
 
-def _sign(kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str) -> Sign:
+def _indication(
+    kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor: float, unit_of: str
+) -> Indication:
     """One trend of several decays, whose scatter counts where it exceeds their deviations."""
     measured, predicted = (np.array([getattr(each, name) for each in trends]) for name in ("measured", "predicted"))
     change = measured[:, 1] - measured[:, 0]
@@ -281,7 +285,7 @@ def _sign(kind: str, quantity: str, trends: Sequence[_Trend], unit: str, factor:
         return f"stays at {first:.4g} {unit_of}" if way == "stays" else f"{way} {first:.4g} to {last:.4g} {unit_of}"
 
     difference = float(np.mean(np.where(np.isfinite(apart), apart, change))) / np.sqrt(variance)
-    return Sign(
+    return Indication(
         quantity=quantity, kind=kind, difference=difference, predicted=words(predicted),
         measured=f"{words(measured)} from {low:.2g} to {high:.2g} {unit}",
     )  # fmt: skip
@@ -305,7 +309,7 @@ DATA_TYPES.register(
         predict=predict_ring_down,
         states=None,
         panels=None,
-        signs=list_ring_down_signs,
+        indications=list_ring_down_indications,
         motions=list_ring_down_motions,
     )
 )

@@ -95,15 +95,15 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     """
     balance = curve.problem.balance
     seen = Configuration.from_model(model, False, None)
-    witnesses = _witnesses(model)
+    checked = _with_check_sensors(model)
     finely = []
     for times in HARMONICS:
         n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
-        configuration, witness = (
+        configuration, check = (
             Configuration.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
-            for item in (model, witnesses)
+            for item in (model, checked)
         )
-        finely.append((configuration, witness))
+        finely.append((configuration, check))
     errors = make_contact_errors(model, budget)
     result = []
     for states in wanted:
@@ -140,11 +140,11 @@ def _refined_readings(
 ) -> tuple[list[float], float]:  # fmt: skip
     """Readings as the search has them, with more samples, with more and more harmonics, and the error allowed.
 
-    The second configuration of each pair has the witnesses.
+    The second configuration of each pair has the sensors of `_with_check_sensors`.
     """
     readings: list[float] = []
     error, before = 0.0, None
-    for configuration, witness in configurations:
+    for configuration, check in configurations:
         refined = state if not readings else _state(configuration.balance, curve, at, state.motion, slider)
         if refined is None:
             break
@@ -155,14 +155,14 @@ def _refined_readings(
         vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(z) + abs(vibration))
         if len(readings) > 1:
-            now = _seen(witness, state)
+            now = _seen(check, state)
             if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
                 break
             before = now
     return readings, error
 
 
-def _witnesses(model: Model) -> Model:
+def _with_check_sensors(model: Model) -> Model:
     """The model with its motion sensors, and both forces of all its lines, by names of their own."""
     motions = [item for item in model.sensors if isinstance(item, Sensor)]
     forces = [(line, component) for line in model.lines for component in COMPONENTS]
@@ -175,17 +175,17 @@ def _witnesses(model: Model) -> Model:
     )
 
 
-def _seen(witness: Configuration, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
-    """Mean and fundamental of the witnesses; motions have no mean that counts."""
-    sensors = witness.model.sensors
+def _seen(check: Configuration, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
+    """Mean and fundamental of the check sensors; motions have no mean that counts."""
+    sensors = check.model.sensors
     names = np.array([item.name for item in sensors])
-    mean = witness.read(state, names, np.zeros(len(names), dtype=np.int64))
+    mean = check.read(state, names, np.zeros(len(names), dtype=np.int64))
     forces = np.array([isinstance(item, LineSensor) for item in sensors])
-    return np.array([np.where(forces, mean, 0.0), witness.read(state, names, np.ones(len(names), dtype=np.int64))])
+    return np.array([np.where(forces, mean, 0.0), check.read(state, names, np.ones(len(names), dtype=np.int64))])
 
 
 def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[NDArray[np.complex128], "2 k"]) -> bool:
-    """Whether no witness has changed by more than a search leaves to be gained."""
+    """Whether no check sensor has changed by more than a search leaves to be gained."""
     size = np.abs(now)
     size[0] += size[1]
     return bool((np.abs(np.abs(now) - np.abs(before)) <= SEARCH_ERROR * size).all())

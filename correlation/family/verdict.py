@@ -94,7 +94,7 @@ class FamilyVerdict:
     tightness
         Median over the points of width of the band over spread of the curves [-]; NaN with one curve alone.
     score
-        Mean interval score over the mean size of the readings [-]; alpha is one over the number of readings.
+        Mean interval score over the mean size of the readings [-]; alpha is 1 / (n + 1) for n readings.
     departures
         Readings outside, the surest first.
     clear

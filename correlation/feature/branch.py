@@ -85,7 +85,7 @@ def separate(curves: CurveSet) -> Branches:
     split = _find_split(curves, np.where(out, np.nan, curves.value), noise)
     for state in np.flatnonzero(find_scattered(curves, split) & ~out.any(axis=0)).tolist():
         for rows in ways if split[state] else [np.arange(len(out))]:
-            out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state], wild=True)
+            out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state], scattered=True)
     return Branches(curves=curves, noise=noise, split=split, out=out)
 
 
@@ -122,7 +122,7 @@ def find_states(
 
 
 def find_minority(
-    value: Complex[NDArray[np.complex128], " r"], noise: Float[NDArray[np.float64], " r"], *, wild: bool = False
+    value: Complex[NDArray[np.complex128], " r"], noise: Float[NDArray[np.float64], " r"], *, scattered: bool = False
 ) -> Bool[NDArray[np.bool_], " r"]:
     """Readings of one state that are on another branch than most, shape (r,); all of them without a majority.
 
@@ -130,7 +130,7 @@ def find_minority(
     ----------
     value, noise
         Readings and their standard deviations, shape (r,).
-    wild
+    scattered
         Whether the readings are known to scatter, so that they cannot be used if they do not form two groups.
     """
     there = np.flatnonzero(np.isfinite(value))
@@ -145,7 +145,7 @@ def find_minority(
     spread = max(float(np.ptp(size[:cut])), float(np.ptp(size[cut:])), by_noise)
     apart = gap[cut - 1] > max(GAP * spread, MATTERS * size[-1])
     if not apart:
-        found[there] = wild
+        found[there] = scattered
     elif 2 * cut == len(order):
         found[there] = True
     else:

@@ -41,7 +41,7 @@ def find_curve_jumps(
     if noise is not None:
         scatter = np.nan_to_num(noise[there])
         found &= step > NOISE * np.hypot(scatter[1:], scatter[:-1])
-    # A single wild point makes two steps, there and back.
+    # A single outlying point makes two steps, there and back.
     back = np.abs(x[2:] - x[:-2]) < 0.5 * np.minimum(step[1:], step[:-1])
     found[1:] &= ~back
     found[:-1] &= ~back

@@ -17,7 +17,7 @@ from correlation.prediction import Points
 from correlation.row_table import RowTable
 
 #: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
-HEARD = 2.0
+MIN_SIGNAL_TO_NOISE = 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,7 +73,7 @@ class Observation(RowTable):
         return np.asarray(self.taken.sum(axis=1))
 
     @property
-    def heard(self) -> Bool[NDArray[np.bool_], " k"]:
+    def above_noise(self) -> Bool[NDArray[np.bool_], " k"]:
         """Mask of rows whose sensor reads more than noise in its harmonic at its level, shape (k,).
 
         A sensor on a body without a connection to the excited one reads noise, whose inverse is arbitrary.
@@ -89,10 +89,10 @@ class Observation(RowTable):
         # nothing of noise, unless that is known.
         known, parts = (n == 1) & np.isfinite(self.noise), np.where(self.phased & (points.harmonic > 0), 2, 1)
         apart = np.where(known, parts * np.nan_to_num(self.noise) ** 2, apart)
-        loud = size * np.maximum(n - 1, 1) >= HEARD**2 * apart
-        told = known | (n > 1)
-        repeated, heard = np.bincount(group, told), np.bincount(group, loud & told)
-        return np.asarray((2 * heard >= repeated)[group])
+        clear = size * np.maximum(n - 1, 1) >= MIN_SIGNAL_TO_NOISE**2 * apart
+        known_noise = known | (n > 1)
+        known_rows, above = np.bincount(group, known_noise), np.bincount(group, clear & known_noise)
+        return np.asarray((2 * above >= known_rows)[group])
 
 
 @lru_cache(maxsize=2)  # several parts of one comparison ask
@@ -241,10 +241,10 @@ def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
 def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
     everything = arrange_campaign(campaign)
     steady = everything.where(np.asarray(np.isfinite(everything.repeat).any(axis=1)))
-    kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
+    held_out_repeats = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
     at_level = np.isin(steady.points.level, campaign.held_out.levels)
-    tests = kept[None, :] if kept.any() else at_level[:, None]
-    return _taken(steady, ~(at_level[:, None] | kept[None, :])), _taken(steady, tests)
+    tests = held_out_repeats[None, :] if held_out_repeats.any() else at_level[:, None]
+    return _taken(steady, ~(at_level[:, None] | held_out_repeats[None, :])), _taken(steady, tests)
 
 
 def _taken(seen: Observation, chosen: Bool[NDArray[np.bool_], "#k #R"]) -> Observation:

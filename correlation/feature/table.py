@@ -189,6 +189,13 @@ class FeatureTable(RowTable):
         return np.array([of_state[0][s] for s in common], int), np.array([of_state[1][s] for s in common], int)
 
 
+def average_campaign(campaign: Campaign) -> FeatureTable:
+    """Means of all points of a campaign; their deviations are NaN where nothing tells the noise."""
+    measurement = sort_by_point(campaign.measurement)
+    average = average_points(measurement, np.ones(len(measurement), dtype=bool))
+    return _table(average, *_noise(campaign, average))
+
+
 def extract_features(
     campaign: Campaign, *, levels: Collection[float] | None = None, repeats: Collection[int] | None = None
 ) -> FeatureTable:
@@ -206,7 +213,7 @@ def extract_features(
     if levels is not None:
         rows &= np.any([same_level(measurement.level, level) for level in levels] or [~rows], axis=0)
     chosen = average_points(measurement, rows)
-    return _table(chosen, *_noise(campaign, chosen))
+    return _table(chosen, *_known_noise(campaign, chosen))
 
 
 def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
@@ -226,8 +233,8 @@ def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     measurement = sort_by_point(campaign.measurement)
     held = campaign.held_out.rows(measurement)
     training, tested, everything = (average_points(measurement, rows) for rows in (~held, held, np.ones_like(held)))
-    variance, together = (each[tested.point] for each in _noise(campaign, everything))
-    return _table(training, *_noise(campaign, training)), _table(tested, variance, together)
+    variance, together = (each[tested.point] for each in _known_noise(campaign, everything))
+    return _table(training, *_known_noise(campaign, training)), _table(tested, variance, together)
 
 
 def _table(average: Averages, variance: FloatColumn, together: FloatColumn) -> FeatureTable:
@@ -240,8 +247,22 @@ def _table(average: Averages, variance: FloatColumn, together: FloatColumn) -> F
     )
 
 
+def _known_noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
+    """As `_noise`, where something tells it."""
+    variance, together = _noise(campaign, average)
+    unknown = np.flatnonzero(~np.isfinite(variance))
+    if len(unknown):
+        row, first = unknown[0], average.first
+        test, sensor = campaign.tests[first.test[row]].name, campaign.sensors[first.sensor[row]].name
+        raise CampaignError(
+            f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
+            "not known; measure repeats, or hold out fewer"
+        )
+    return variance, together
+
+
 def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
-    """Variance of one value, and how many values count as one, at every point, shape (k,) each."""
+    """Variance of one value, NaN where unknown, and how many values count as one, at every point, shape (k,) each."""
     first, dof, squares = average.first, average.dof, average.squares
     variance, together = np.full(len(first), np.nan), np.ones(len(first))
     blocks = starts_of(first, ("test", "sensor", "harmonic"))
@@ -250,14 +271,8 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
         if not dof[block].any():
             sensor_of = campaign.sensors[first.sensor[start]]
             single = _single_noise(sensor_of, first.where(np.arange(start, stop)), average.mean[block])
-            if np.isfinite(single).all():
-                variance[block] = single**2
-                continue
-            test, sensor = campaign.tests[first.test[start]].name, campaign.sensors[first.sensor[start]].name
-            raise CampaignError(
-                f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
-                "not known; measure repeats, or hold out fewer"
-            )
+            variance[block] = single**2
+            continue
         together[block] = estimate_design_effect(average.effect[block], squares[block], dof[block])
         # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
         certain = dof[block] / (1 + (together[block] - 1) ** 2)

@@ -137,15 +137,15 @@ def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[N
     return [int(step) for step in np.flatnonzero(jumps & (change >= near))]
 
 
-def find_astray(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:
+def find_rows_between_jumps(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:
     """Rows between a measured jump and its predicted one, shape (k,): the model is on another branch there."""
-    points, astray = observed.points, np.zeros(len(observed.points), dtype=bool)
+    points, between_jumps = observed.points, np.zeros(len(observed.points), dtype=bool)
     for each in errors:
         if np.isfinite(each.frequency_error):
             low, high = sorted((each.frequency, each.predicted_frequency))
             between = (points.frequency > low) & (points.frequency < high) & np.isin(points.sweep, (0, each.sweep))
-            astray |= between & (points.free == each.free) & (points.level == each.level)
-    return astray
+            between_jumps |= between & (points.free == each.free) & (points.level == each.level)
+    return between_jumps
 
 
 def list_swept_rows(observed: Observation, jump: Jump) -> tuple[Int[NDArray[np.int64], " n"], int]:
@@ -171,7 +171,7 @@ def find_other_branch(
         As for `compute_jump_errors`.
     """
     points, measured, predicted = observed.points, np.abs(observed.value), np.abs(prediction.value)
-    astray = np.zeros(len(points), dtype=bool)
+    other = np.zeros(len(points), dtype=bool)
     for jump, _ in find_measured_jumps(observed, sweeps):
         own, above = list_swept_rows(observed, jump)
         way = abs(np.log(measured[own[above]] / measured[own[above - 1]]))
@@ -179,5 +179,5 @@ def find_other_branch(
             off = np.abs(np.log(predicted[own] / measured[own])) > way / 2
         for row in own[off]:
             same = (points.frequency == points.frequency[row]) & (points.sweep == points.sweep[row])
-            astray |= same & (points.free == jump.free) & (points.level == jump.level)
-    return astray
+            other |= same & (points.free == jump.free) & (points.level == jump.level)
+    return other

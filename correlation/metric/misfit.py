@@ -43,8 +43,8 @@ class Misfit(RowTable, Tabular):
     measured, predicted
         Shape (k,) [SI unit of the sensor]; predicted is NaN where the model has no steady state.
     deviation
-        Standard deviation of the mean of the repeats, of real and imaginary part each, shape (k,) [the same]; NaN
-        where there is one repeat.
+        Standard deviation of the mean of the repeats, of real and imaginary part each, shape (k,) [the same]: by their
+        scatter, or by the noise of a reading where there is one repeat.
     standardised
         Difference of the row's features, real and imaginary part, over its standard deviation with all that points
         have in common, shape (k, 2) [standard deviations]; the latter is NaN for harmonic 0. It is large where the
@@ -78,9 +78,8 @@ class Misfit(RowTable, Tabular):
     @property
     def clear(self) -> Mask:
         """Rows whose amplitude and phase stand out of the noise, and are predicted, shape (k,)."""
-        deviation = np.nan_to_num(self.deviation)
         there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
-        return np.asarray(there & (np.abs(self.measured) > CLEAR * deviation))
+        return np.asarray(there & (np.abs(self.measured) > CLEAR * self.deviation))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """One row per point: where it is, what was measured and predicted, and by how much they differ."""
@@ -90,7 +89,7 @@ class Misfit(RowTable, Tabular):
         return pandas.DataFrame(
             {
                 "without contacts": points.free,
-                "level [N]": points.level,
+                "level [unit of the drive]": points.level,
                 "frequency [Hz]": points.frequency,
                 "sensor": points.sensor,
                 "harmonic": points.harmonic,
@@ -137,6 +136,7 @@ def compute_misfit(
     predicted: Coefficients,
     standardised: Float[NDArray[np.float64], " m"],
     whitened: Float[NDArray[np.float64], " m"],
+    noise: Float[NDArray[np.float64], " m"],
 ) -> Misfit:
     """Arrange differences by the points that they come from.
 
@@ -152,6 +152,8 @@ def compute_misfit(
         (measured - predicted) of the features over its standard deviations, shape (m,).
     whitened
         S^(-1/2) (measured - predicted), shape (m,).
+    noise
+        Standard deviation of each feature in a single repeat by noise alone, shape (m,).
     """
     k = len(observed.points)
 
@@ -165,8 +167,9 @@ def compute_misfit(
     mean = np.nansum(observed.repeat, axis=1) / np.maximum(n, 1)
     squares = np.nansum(np.abs(observed.repeat - mean[:, None]) ** 2, axis=1)
     parts = np.where(features.real_only, 1.0, 2.0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        variance = np.where(n > 1, squares / parts / (n - 1), np.nan) / observed.count
+    # One repeat has no scatter of its own.
+    single = (noise / features.per_reading(observed.mean))[:k] ** 2
+    variance = np.where(n > 1, squares / parts / np.maximum(n - 1, 1), single) / np.maximum(observed.count, 1)
     return Misfit(
         points=observed.points,
         motion=observed.motion,

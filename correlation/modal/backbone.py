@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.metric.response import find_peak, fit_resonance, measure_bend
-from correlation.modal.fit_modes import POWER
+from correlation.model import DERIVATIVE
 
 #: Step of a numerical derivative by the logarithm of an amplitude [-].
 STEP = 1e-5
@@ -54,7 +54,7 @@ def fit_peak(
     order = np.flatnonzero(usable)[np.argsort(frequency[usable])]
     if len(order) < PARABOLA:
         raise CampaignError(f"{len(order)} points are no resonance: measure three or more around the peak")
-    lines, values = frequency[order], np.abs(response[order]) / (2 * np.pi * frequency[order]) ** POWER[quantity]
+    lines, values = frequency[order], np.abs(response[order]) / (2 * np.pi * frequency[order]) ** DERIVATIVE[quantity]
     chosen = find_peak(lines, values.astype(complex))
     best = np.array(fit_resonance(lines, values.astype(complex), chosen))
     relative = np.full(len(order), np.nan) if deviation is None else deviation[order] / np.abs(response[order])
@@ -75,7 +75,7 @@ def fit_peak(
         slopes[:, column] = (np.array(ends[0]) - ends[1]) / (2 * STEP)
     spread = np.sqrt((slopes**2) @ variance)
     height = _height(lines, values, chosen, (float(best[0]), float(best[1])))
-    scale = (2 * np.pi * best[0]) ** POWER[quantity]
+    scale = (2 * np.pi * best[0]) ** DERIVATIVE[quantity]
     numbers = (height * scale, spread[2] * scale, best[0], spread[0], best[1], spread[1])
     return tuple(float(number) for number in numbers)
 

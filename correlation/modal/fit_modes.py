@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from correlation.modal.modal_model import ModalFit, fit_poles
 from correlation.modal.stabilisation import MOST_DAMPING, Stabilisation, find_poles, select_modes
+from correlation.model import DERIVATIVE
 from geometry.read_only_array import freeze_fields
 
 Numbers = Float[NDArray[np.float64], " m"]
 
-#: Powers of i omega by which a response exceeds a receptance.
-POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 #: Highest order of the diagram, and lines per order at least [-].
 HIGHEST_ORDER, LINES_PER_ORDER = 30, 3
 #: A mode stays if it improves the information criterion by more than chance does.
@@ -108,7 +107,7 @@ def fit_modes(
         Shapes that do not fit, too few lines, an unknown quantity, or no mode in the band.
     """
     lines, values, spread = _checked(frequency, responses, quantity, deviation, band)
-    power = POWER[quantity]
+    power = DERIVATIVE[quantity]
     receptance = values / (2j * np.pi * lines) ** power
     scale = np.sqrt((np.abs(receptance) ** 2).mean(axis=1, keepdims=True))
     order = int(np.clip(len(lines) // LINES_PER_ORDER, 2, HIGHEST_ORDER))
@@ -130,8 +129,8 @@ def _checked(
     None
 ]:  # fmt: skip
     """Lines of the band, responses and deviations there."""
-    if quantity not in POWER:
-        raise CampaignError(f'"{quantity}" is no quantity of a frequency response: give {", ".join(POWER)}')
+    if quantity not in DERIVATIVE:
+        raise CampaignError(f'"{quantity}" is no quantity of a frequency response: give {", ".join(DERIVATIVE)}')
     lines, values = np.asarray(frequency, dtype=np.float64), np.atleast_2d(np.asarray(responses, dtype=np.complex128))
     if lines.ndim != 1 or values.ndim != 2 or values.shape[1] != len(lines):
         raise CampaignError(

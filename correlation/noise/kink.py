@@ -24,7 +24,7 @@ Vector = Float[NDArray[np.float64], " m"]
 
 #: Standard deviations at which a jitter is tried, and the weight of either end, by Gauss and Hermite's rule.
 REACH, WEIGHT = sqrt(3.0), 1 / 6
-#: Standard deviations, of all numbers of a state together, below which a departure does not matter.
+#: Standard deviations, of all numbers of a state together, below which a remainder does not matter.
 SEEN = 1.0
 
 
@@ -35,14 +35,14 @@ class Shift(NamedTuple):
     change: Vector
 
 
-def find_departures(nominal: ModelFeatures, shift: Shift) -> Float[NDArray[np.float64], "m 2"]:
+def compute_remainders(nominal: ModelFeatures, shift: Shift) -> Float[NDArray[np.float64], "m 2"]:
     """What the features change beyond the first order at either end of a shift, d_+ and d_-, shape (m, 2)."""
     ends = [nominal.changes(model) for model in shift.models]
     return np.nan_to_num(np.column_stack([end - sign * shift.change for end, sign in zip(ends, (1, -1), strict=True)]))
 
 
 def make_curvature_modes(
-    departure: Float[NDArray[np.float64], "m 2"], free: Bool[NDArray[np.bool_], " m"]
+    remainder: Float[NDArray[np.float64], "m 2"], free: Bool[NDArray[np.bool_], " m"]
 ) -> Float[NDArray[np.float64], "m 2"]:
     """Change of a mean over repeats beyond the first order, of the jointed and of the free structure, shape (m, 2).
 
@@ -50,18 +50,18 @@ def make_curvature_modes(
 
     Parameters
     ----------
-    departure
-        Of frequencies, see `find_departures`.
+    remainder
+        Of frequencies, see `compute_remainders`.
     free
         Whether the contacts are absent, shape (m,).
     """
-    bent = WEIGHT * departure.sum(axis=1)
+    bent = WEIGHT * remainder.sum(axis=1)
     return np.column_stack([np.where(free, 0.0, bent), np.where(free, bent, 0.0)])
 
 
 def make_kink_modes(
     state: Int[NDArray[np.int64], " m"],
-    departures: Sequence[Float[NDArray[np.float64], "m 2"]],
+    remainders: Sequence[Float[NDArray[np.float64], "m 2"]],
     deviation: Vector,
     n_repeat: float,
 ) -> Float[NDArray[np.float64], "m q"]:
@@ -71,16 +71,16 @@ def make_kink_modes(
     ----------
     state
         Steady state of each number, shape (m,).
-    departures
-        Of each independent cause, see `find_departures`.
+    remainders
+        Of each independent cause, see `compute_remainders`.
     deviation
         Standard deviation of each number by noise, shape (m,).
     n_repeat
         Repeats in a mean [-].
     """
     modes = []
-    for departure in (column for cause in departures for column in cause.T):
-        mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * departure
+    for remainder in (column for cause in remainders for column in cause.T):
+        mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * remainder
         size = np.bincount(state, (mode / deviation) ** 2)
         modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
     return np.array(modes).reshape(-1, len(state)).T

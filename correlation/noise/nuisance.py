@@ -22,7 +22,7 @@ Modes = Float[NDArray[np.float64], "m q"]
 
 NOTHING = ModelParameter()
 #: Instants per harmonic, and at least, and the relative residual that tell what a small change of a model changes [-].
-ROUGH_PER_HARMONIC, ROUGH_LEAST, ROUGH_TOLERANCE = 16, 64, 1e-6
+COARSE_PER_HARMONIC, COARSE_LEAST, COARSE_TOLERANCE = 16, 64, 1e-6
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9
 #: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
@@ -70,20 +70,20 @@ class ModelFeatures(NamedTuple):
     model: Model
     prediction: Prediction
 
-    def roughened(self) -> "ModelFeatures":
+    def coarse(self) -> "ModelFeatures":
         """The same on few instants, for changes: their error is in both models and goes with the difference.
 
         Changes by friction histories are 1 to 2 % off, root mean square, on random systems; 16 draws tell a standard
         deviation to 18 %.
         """
         model = self.model
-        instants = max(ROUGH_PER_HARMONIC * (model.n_harmonic - 1), ROUGH_LEAST)
+        instants = max(COARSE_PER_HARMONIC * (model.n_harmonic - 1), COARSE_LEAST)
         if instants >= (model.n_sample or default_samples(model.n_harmonic)):
             return self
-        rough = replace(model, n_sample=instants)
-        predictor = replace(self.predictor, tolerance=ROUGH_TOLERANCE)
-        value = predictor.vary(rough, self.prediction)
-        return self._replace(predictor=predictor, model=rough, prediction=replace(self.prediction, value=value))
+        coarse = replace(model, n_sample=instants)
+        predictor = replace(self.predictor, tolerance=COARSE_TOLERANCE)
+        value = predictor.vary(coarse, self.prediction)
+        return self._replace(predictor=predictor, model=coarse, prediction=replace(self.prediction, value=value))
 
     def changes(self, model: Model) -> Float[NDArray[np.float64], " m"]:
         """Features of another model less those of this one, shape (m,); not a number where a state is missing."""
@@ -108,24 +108,24 @@ class NuisanceModes(NamedTuple):
     """Modes to first order."""
 
     jitter: list[Modes]
-    """Differences between repeats, for 100 %: frequency, then force of each configuration, and all `Model.presses`."""
+    """Differences between repeats, for 100 %: frequency, then force of each configuration, then the preload groups."""
     budget: Modes
     """Errors of discretisation, at one standard deviation, shape (m, b)."""
 
 
 def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
-    presses = nominal.model.presses
+    groups = nominal.model.preload_groups
     errors = make_error_tangents(nominal.model, budget, highest_frequency(nominal.features.points))
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
-    jitter = [*common, *(_press(nominal.model, group) for group in presses)]
+    jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
     # Each state is linearised once for all of them.
     modes, slopes = np.split(nominal.slopes([*jitter, *errors.tangents]), [len(jitter)], axis=1)
     changes = errors.size * slopes
     later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
     by_level = [split_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
     return NuisanceModes(
-        jitter=[*(modes[:, [number]] for number in range(N_COMMON)), *([modes[:, N_COMMON:]] if presses else [])],
+        jitter=[*(modes[:, [number]] for number in range(N_COMMON)), *([modes[:, N_COMMON:]] if groups else [])],
         budget=np.column_stack([changes[:, : errors.whole], *by_level]),
     )
 
@@ -194,7 +194,7 @@ def make_history_modes(
     n_draw: int,
     seed: int,
     pressed: Float[NDArray[np.float64], "q q"] | None = None,
-    by_press: Modes | None = None,
+    by_preload: Modes | None = None,
 ) -> Modes:
     """Modes of friction histories, at one standard deviation, shape (m, h).
 
@@ -204,8 +204,8 @@ def make_history_modes(
     mode. The draws fill the space evenly: a few random ones would leave directions without any change.
 
     If preloads differ as well, a contact that slips under one history sticks under another: with the covariance
-    `pressed` of `Model.presses`, shape (q, q), each draw has preloads of its own, and their first-order change is
-    subtracted again, since jitter contains it: `by_press`, shape (m, q), which is derived if it is not given.
+    `pressed` of the preload groups, shape (q, q), each draw has preloads of its own, and their first-order change is
+    subtracted again, since jitter contains it: `by_preload`, shape (m, q), which is derived if it is not given.
     """
     predictor, features, model, prediction = reference
     points = features.points
@@ -215,21 +215,21 @@ def make_history_modes(
         return np.zeros((len(features.row), 0))
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
-    amounts = np.zeros((n_draw, len(model.presses)))
+    amounts = np.zeros((n_draw, len(model.preload_groups)))
     if pressed is not None:
         amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
-    if pressed is not None and by_press is None:
-        by_press = reference.slopes([_press(model, group) for group in model.presses])
+    if pressed is not None and by_preload is None:
+        by_preload = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
     shares = latin_hypercube(n_draw, len(model.system.joints), seed)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model
-        for group, by in zip(model.presses, amount, strict=True):
+        for group, by in zip(model.preload_groups, amount, strict=True):
             for name in group if by else ():
                 moved = moved.pressed(name, 1 + by)
         value = np.array(prediction.value)
-        value[jointed] = replace(followed, slider=left_by(moved, share)).vary(moved, prediction)
-        changes.append(features.of_values(value) - nominal - (0.0 if by_press is None else by_press @ amount))
+        value[jointed] = replace(followed, slider=sliders_after_history(moved, share)).vary(moved, prediction)
+        changes.append(features.of_values(value) - nominal - (0.0 if by_preload is None else by_preload @ amount))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
     modes = []
@@ -240,7 +240,7 @@ def make_history_modes(
     return np.array(modes).T
 
 
-def left_by(
+def sliders_after_history(
     model: Model, share: Float[NDArray[np.float64], " joints"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
     """Slider positions after a history: shares 0 and 1 are `HISTORY` of the limit at rest, to either side, by joint."""
@@ -297,7 +297,7 @@ def make_mode_errors(model: Model, highest: float) -> list[Tangent]:
     return [Tangent(jointed=rate, free=rate, gain={}) for rate in rates]
 
 
-def _press(model: Model, group: tuple[str, ...]) -> Tangent:
+def _preload_tangent(model: Model, group: tuple[str, ...]) -> Tangent:
     """Some of the preloads, by one factor."""
     static = np.zeros(model.system.n_dof)
     rates: dict[tuple[str, str], float] = {}
@@ -319,7 +319,7 @@ def _share_patterns(model: Model) -> list[Tangent]:
         for names in model.lines.values():
             contacts = [model.contact(name) for name in names]
             values = np.array([getattr(contact, field) for contact in contacts])
-            for contact, rate in zip(contacts, values * bulge(values), strict=True):
+            for contact, rate in zip(contacts, values * parabolic_share(values), strict=True):
                 rates[contact.name, field] = float(rate)
                 if field == "preload":
                     static += rate * contact.normal
@@ -328,14 +328,14 @@ def _share_patterns(model: Model) -> list[Tangent]:
     return found
 
 
-def bulge(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts."""
     if len(weights) < 3 or not weights.all():
         return np.zeros(len(weights))
     along = np.linspace(-1, 1, len(weights))
     root = np.sqrt(weights)
-    bulge = np.linalg.qr(root[:, None] * along[:, None] ** np.arange(3))[0][:, -1] / root
-    return np.asarray(bulge / np.abs(bulge[[0, -1]]).max())
+    parabola = np.linalg.qr(root[:, None] * along[:, None] ** np.arange(3))[0][:, -1] / root
+    return np.asarray(parabola / np.abs(parabola[[0, -1]]).max())
 
 
 def _stiffness(model: Model, line: str, component: str) -> Tangent:

@@ -32,11 +32,11 @@ Variance = Float[NDArray[np.float64], " m"]
 POOLED = 6.0
 #: Share of the change by friction histories that is noise of each number: a few linear modes do not span it where slip
 #: begins. For specimens without any effect, errors of effects of contacts then agree with their intervals.
-ROUGH = 0.2
+HISTORY_NOISE_SHARE = 0.2
 #: Weight of the common scatter beside that of a state, as a multiple of `POOLED`.
 STATE = 4.0
 #: Largest ratio of the variance of a number to the pooled one in the scatter of its state: beyond, its pooling failed.
-WILD = 10.0
+MOST_EXCESS_SCATTER = 10.0
 #: Largest ratio of the variance of a number to the fitted one in the fit of a and b: at an antiresonance, or at the
 #: onset of slip, readings scatter by a hundred times as much. (A chi-square of four degrees of freedom exceeds it in
 #: 0.3 %.)
@@ -45,7 +45,7 @@ TAIL = 4.0
 MEDIAN = 0.84
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.
-USUAL = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
+USUAL_JITTER = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
 #: A force that was measured is what it is, unless repeats differ along it by more than noise does in this share of
 #: campaigns [-].
 CHANCE = 0.01
@@ -122,9 +122,9 @@ def estimate_scatter(
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = pool(own)
     noise = np.sqrt(pooled)
-    pooled = pooled * _unrest(own / pooled, freedom, features.state)
+    pooled = pooled * _excess_scatter(own / pooled, freedom, features.state)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
-    variance += ROUGH**2 * (history**2).sum(axis=1)
+    variance += HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1)
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
@@ -159,10 +159,10 @@ def _without_repeats(
             f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}: there is one repeat '
             "of too few frequencies to see its noise: repeat the test, or state the noise of the sensor"
         )
-    deviation = np.sqrt(noise**2 + ROUGH**2 * (history**2).sum(axis=1))
-    usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL, jitter, strict=False)]
+    deviation = np.sqrt(noise**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1))
+    usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL_JITTER, jitter, strict=False)]
     bias = _bias(features, features.of_values(observed.mean), noise)
-    shared = [size * block for size, block in zip(USUAL, jitter, strict=False)]
+    shared = [size * block for size, block in zip(USUAL_JITTER, jitter, strict=False)]
     return Scatter(
         Whitening(deviation=deviation, modes=np.column_stack([*shared, history, budget, bias])), usual, noise
     )
@@ -210,12 +210,14 @@ def _groups(features: FeatureVector) -> NDArray[np.int64]:
     return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()
 
 
-def _unrest(
+def _excess_scatter(
     ratio: Float[NDArray[np.float64], " m"], freedom: Float[NDArray[np.float64], " m"], state: NDArray[np.int64]
 ) -> Float[NDArray[np.float64], " m"]:
     """How much more than others the numbers of a state scatter: where slip sets in, all of them do."""
     seen = freedom > 0
-    total = np.bincount(state[seen], (freedom * np.minimum(ratio, WILD))[seen], minlength=state.max() + 1)
+    total = np.bincount(
+        state[seen], (freedom * np.minimum(ratio, MOST_EXCESS_SCATTER))[seen], minlength=state.max() + 1
+    )
     count = np.bincount(state[seen], freedom[seen], minlength=state.max() + 1)
     alike = STATE * POOLED
     return np.asarray(((alike + total) / (alike + count))[state])

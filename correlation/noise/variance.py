@@ -2,7 +2,7 @@ r"""Noise from few repeats: a variance that follows the amplitude, pooled over p
 
 The scatter of a point with d degrees of freedom is :math:`s^2 \sim v\,\chi^2_d / d`. Over the points of one sensor
 :math:`v = a^2 |X|^2 + b^2` is fitted by maximum likelihood, with the ratios :math:`s^2 / v` cut at a high quantile so
-that a few points of wild friction history do not decide. What is left over of the spread of :math:`\log s^2` is the
+that a few points of unusual friction history do not decide. What is left over of the spread of :math:`\log s^2` is the
 points' own: their variances scatter about the fit like a scaled inverse :math:`\chi^2` with :math:`d_0` degrees of
 freedom, and the variance expected at a point is
 
@@ -122,7 +122,7 @@ def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> floa
 
     Returns
     -------
-    Mean of their ratio over the points, which no single wild point can move far; at least 1.
+    Mean of their ratio over the points, which no single outlying point can move far; at least 1.
     """
     seen = (dof > 0) & (squares > 0)
     if not seen.any():

@@ -29,6 +29,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
+from correlation.model import DERIVATIVE
 from correlation.signal.decay_flow import Flow, FlowFit, fit_flows
 from correlation.signal.record import check_channels, check_time, uniform_step
 from correlation.signal.release import Decay, find_decay, first_guess, new_tone, strong_harmonic
@@ -36,8 +37,6 @@ from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
 
-#: Powers of omega by which a signal exceeds a displacement.
-POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 #: Spline intervals of the first fit that is not linear, and splits at most. The search ends when so many splits in a
 #: row have not improved the information criterion by so much; no interval is shorter in ln A.
 FIRST_INTERVALS, MOST_INTERVALS, PATIENCE, SIGNIFICANT, SHORTEST_INTERVAL = 3, 24, 3, 4.0, 0.1
@@ -135,8 +134,8 @@ def analyse_ring_down(
     CampaignError
         A clock that is not uniform, an unknown quantity, or no decay in the record.
     """
-    if quantity not in POWER:
-        raise CampaignError(f'"{quantity}" is no quantity of a ring-down: give {", ".join(POWER)}')
+    if quantity not in DERIVATIVE:
+        raise CampaignError(f'"{quantity}" is no quantity of a ring-down: give {", ".join(DERIVATIVE)}')
     channel = check_channels(values)
     if len(channel) != 1:
         raise CampaignError(f"values have shape {np.shape(values)}: give the samples of one channel, shape (n,)")
@@ -144,7 +143,7 @@ def analyse_ring_down(
     step = uniform_step(instants)
     decay = find_decay(instants, channel[0], step, start, end, frequencies)
     fit, decay = _fit_modes(decay, frequencies is None)
-    modes = [_describe(decay, fit, number, POWER[quantity]) for number in range(len(decay.frequencies))]
+    modes = [_describe(decay, fit, number, DERIVATIVE[quantity]) for number in range(len(decay.frequencies))]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
 
 

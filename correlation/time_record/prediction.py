@@ -92,26 +92,26 @@ def prepare_drive(
     return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
 
 
-def predict_record(test_model: Model, driven: Drive, start: State | None = None) -> Samples | None:
+def predict_record(model: Model, driven: Drive, start: State | None = None) -> Samples | None:
     """What the sensors would read, shape (s, n); none where the model runs away.
 
     Parameters
     ----------
-    test_model
+    model
         Model with springs, stops and dampers as joints.
     driven
         The record.
     start
         Displacements and velocities at its first sample, shape (2 r,); rest by default.
     """
-    matrices = _propagator(test_model, driven)
+    matrices = _propagator(model, driven)
     begin = np.zeros(len(matrices.phi)) if start is None else start
     value = _march(driven, [matrices], begin[None])
     return None if value is None else value[0]
 
 
 def predict_rates(
-    test_model: Model,
+    model: Model,
     driven: Drive,
     pairs: Sequence[tuple[Model, Model, float]],
     start: State | None = None,
@@ -121,7 +121,7 @@ def predict_rates(
 
     Parameters
     ----------
-    test_model, driven, start
+    model, driven, start
         As in `predict_record`.
     pairs
         A parameter each: the model a little below, a little above, and by how much it differs.
@@ -133,7 +133,7 @@ def predict_rates(
     ArithmeticError
         The model runs away.
     """
-    matrices = _propagator(test_model, driven)
+    matrices = _propagator(model, driven)
     rates = [_propagator(low, driven).rate(_propagator(high, driven), step) for low, high, step in pairs]
     n = len(matrices.phi)
     begin = np.zeros((1 + len(pairs), n))
@@ -149,21 +149,21 @@ def predict_rates(
     return value[1:]
 
 
-def estimate_numerical_error(test_model: Model, driven: Drive) -> float:
+def estimate_numerical_error(model: Model, driven: Drive) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
     The march is of second order in the forces of joints, of fourth in the record's: the error is at most 4/3 of this.
     """
-    coarse = predict_record(test_model, driven)
+    coarse = predict_record(model, driven)
     finer = prepare_drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)
-    fine = predict_record(test_model, replace(finer, first=driven.first))
+    fine = predict_record(model, replace(finer, first=driven.first))
     if coarse is None or fine is None:
         return np.inf
     return float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
 
-def _propagator(test_model: Model, driven: Drive) -> Propagator:
-    return make_propagator(test_model, driven.sensors, driven.record.step / driven.steps)
+def _propagator(model: Model, driven: Drive) -> Propagator:
+    return make_propagator(model, driven.sensors, driven.record.step / driven.steps)
 
 
 def _march(

@@ -65,12 +65,12 @@ class Propagator(NamedTuple):
         return self._replace(**{name: (getattr(other, name) - getattr(self, name)) / step for name in names})
 
 
-def make_propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
+def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
     """Matrices of a model for one step.
 
     Parameters
     ----------
-    test_model
+    model
         Model with springs, stops and dampers as joints.
     sensors
         Names of those that are read.
@@ -83,12 +83,12 @@ def make_propagator(test_model: Model, sensors: tuple[str, ...], step: float) ->
         A joint that remembers, a force that no record can drive, a sensor that is not there or reads a contact line,
         or a mass matrix that is not positive definite.
     """
-    system, r = test_model.system, test_model.system.n_dof
+    system, r = model.system, model.system.n_dof
     _check_memory(system.joints)
     table = instant_table(system.joints)
     directions = np.array([joint.directions[0] for joint in system.joints]).reshape(-1, r)
     # Columns: the force, the static load, the joints.
-    loads = np.column_stack([_driven(test_model), system.static, -directions.T])
+    loads = np.column_stack([_driven(model), system.static, -directions.T])
     try:
         solved = cho_solve(cho_factor(system.mass), np.column_stack([system.stiffness, system.damping, loads]))
     except LinAlgError as error:
@@ -104,7 +104,7 @@ def make_propagator(test_model: Model, sensors: tuple[str, ...], step: float) ->
     augmented[n : n + m, n + m :] = np.eye(m)
     exponential = expm(augmented)
     gamma1 = exponential[:n, n + m :]
-    rows = [_sensor(test_model, name) for name in sensors]
+    rows = [_sensor(model, name) for name in sensors]
     output, feed = np.zeros((len(rows), n)), np.zeros((len(rows), m))
     for number, (row, derivative) in enumerate(rows):
         if derivative == DERIVATIVE["acceleration"]:
@@ -133,16 +133,16 @@ def _check_memory(joints: Sequence[Joint]) -> None:
             )
 
 
-def _driven(test_model: Model) -> Array:
+def _driven(model: Model) -> Array:
     """Where the force of a record acts, shape (r,) [N/N]."""
-    dynamic = test_model.system.dynamic
+    dynamic = model.system.dynamic
     higher = [k for k in range(2, len(dynamic)) if dynamic[k].any()]
     if higher:
         raise ModelDefinitionError(
             f"the model has a force of harmonic {higher[0]}: a record drives it by one force alone"
         )
     if len(dynamic) < 2:
-        return np.zeros(test_model.system.n_dof)
+        return np.zeros(model.system.n_dof)
     if dynamic[1].imag.any():
         raise ModelDefinitionError(
             "the force of 1 N has an imaginary part: a record drives all points in phase, make it real"
@@ -150,14 +150,14 @@ def _driven(test_model: Model) -> Array:
     return np.array(dynamic[1].real)
 
 
-def _sensor(test_model: Model, name: str) -> tuple[Array, int]:
+def _sensor(model: Model, name: str) -> tuple[Array, int]:
     """Row with the gain, and how many time derivatives it takes."""
-    for each in test_model.sensors:
+    for each in model.sensors:
         if each.name == name:
             if isinstance(each, LineSensor):
                 raise ModelDefinitionError(
                     f'sensor "{name}" reads the contact line "{each.line}": records are of motion'
                 )
             return each.gain * each.row, DERIVATIVE[each.quantity]
-    known = ", ".join(each.name for each in test_model.sensors) or "none"
+    known = ", ".join(each.name for each in model.sensors) or "none"
     raise ModelDefinitionError(f'the model has no sensor "{name}", which the record has: it has {known}')

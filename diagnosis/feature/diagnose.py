@@ -6,8 +6,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from correlation.data_type.indication import CLEAR, Indication, name_causes
 from correlation.data_type.registry import DATA_TYPES, Datum
-from correlation.data_type.sign import CLEAR, Sign, name_causes
 from correlation.model import Model
 from correlation.noise.model_error import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
@@ -36,12 +36,12 @@ class FeatureResult:
     ----------
     diagnosis
         Its fits and verdict.
-    signs
+    indications
         Properties of the data beside the calibrated model.
     """
 
     diagnosis: FeatureDiagnosis
-    signs: tuple[Sign, ...]
+    indications: tuple[Indication, ...]
 
 
 def diagnose_features(
@@ -92,14 +92,14 @@ def diagnose_features(
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
     scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
     refits.sort(key=lambda refit: refit.held_error)
-    signs = run_step("signs", lambda: list_signs(arrangement.fit.model, data))
-    verdict = _judge(arrangement, before, refits, data, signs, catalogue)
+    indications = run_step("indications", lambda: list_indications(arrangement.fit.model, data))
+    verdict = _judge(arrangement, before, refits, data, indications, catalogue)
     report("done", 1.0)
     diagnosis = Diagnosis(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
         verdict=verdict,
     )  # fmt: skip
-    return FeatureResult(diagnosis=diagnosis, signs=signs)
+    return FeatureResult(diagnosis=diagnosis, indications=indications)
 
 
 def find_level(base: Model, data: Sequence[Datum]) -> float:
@@ -114,15 +114,15 @@ def find_level(base: Model, data: Sequence[Datum]) -> float:
     return max(levels, default=1.0)
 
 
-def list_signs(model: Model, data: Sequence[Datum]) -> tuple[Sign, ...]:
+def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, ...]:
     """What data show by themselves beside a model, the clearest first."""
-    found: list[Sign] = []
+    found: list[Indication] = []
     for name in dict.fromkeys(datum.type for datum in data):
         kind = DATA_TYPES[name]
         own = [datum for datum in data if datum.type == name]
-        if kind.signs is not None:
-            found += kind.signs(model, own, [kind.predict(model, datum) for datum in own])
-    return tuple(sorted(found, key=lambda sign: -abs(sign.difference)))
+        if kind.indications is not None:
+            found += kind.indications(model, own, [kind.predict(model, datum) for datum in own])
+    return tuple(sorted(found, key=lambda indication: -abs(indication.difference)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,12 +133,12 @@ class FeatureGate(HeldOutGate):
     ----------
     data
         All data.
-    signs
+    indications
         What they show beside the model without a further effect.
     """
 
     data: Sequence[Datum]
-    signs: Sequence[Sign]
+    indications: Sequence[Indication]
 
     def passes(self, refit: Refit) -> bool:
         """Whether the excess of the error falls significantly, by a strength that is known."""
@@ -152,12 +152,12 @@ class FeatureGate(HeldOutGate):
         return fall > SURE**2 * max(1.0, after.held_chi2)
 
     def explains(self, refit: Refit) -> bool:
-        """Whether little of the error is left, and of every clear sign."""
+        """Whether little of the error is left, and of every clear indication."""
         return super().explains(refit) and self._shows(refit)
 
     def _shows(self, refit: Refit) -> bool:
-        after = {(each.kind, each.quantity): each for each in list_signs(refit.fit.model, self.data)}
-        pairs = [(each, after[each.kind, each.quantity]) for each in self.signs if each.is_clear]
+        after = {(each.kind, each.quantity): each for each in list_indications(refit.fit.model, self.data)}
+        pairs = [(each, after[each.kind, each.quantity]) for each in self.indications if each.is_clear]
         return all(abs(now.difference) <= max(CLEAR, PART * abs(was.difference)) for was, now in pairs)
 
 
@@ -166,13 +166,13 @@ def _judge(
     before: Refit,
     refits: Sequence[Refit],
     data: Sequence[Datum],
-    signs: Sequence[Sign],
+    indications: Sequence[Indication],
     catalogue: Catalogue,
 ) -> Verdict:
-    """Verdict of the gate; clear signs that no effect explains make it "unknown"."""
+    """Verdict of the gate; clear indications that no effect explains make it "unknown"."""
     # Errors are in standard deviations, so that of noise is one.
-    finding, effects = find(FeatureGate(before=before, floor=np.ones(1), data=data, signs=signs), refits)
-    clear = [each for each in signs if each.is_clear]
+    finding, effects = find(FeatureGate(before=before, floor=np.ones(1), data=data, indications=indications), refits)
+    clear = [each for each in indications if each.is_clear]
     off = arrangement.find_worst_frequency((*effects, before)[0].fit)
     if off is not None and abs(off[1]) > FAR[0]:
         finding, effects = Finding.NOT_CLOSE, []
@@ -183,7 +183,7 @@ def _judge(
     return Verdict(finding=finding, effects=effects, before=before, detectable={}, units=units, reason=reason)
 
 
-def _reason(finding: Finding, before: Refit, clear: Sequence[Sign], off: tuple[float, float] | None) -> str:
+def _reason(finding: Finding, before: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
     """Finding in words, where no effect is named."""
     size = f"the held-out features differ from the model by {before.held_error:.2g} standard deviations"
     if finding is Finding.NOTHING:

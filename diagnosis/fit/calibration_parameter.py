@@ -115,10 +115,10 @@ def list_calibration_parameters(
     )
 
 
-def _factor(test_models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
+def _factor(models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
     lower, upper = BOUNDS[name]
     lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
-    for each in test_models if name == "bearing" else ():
+    for each in models if name == "bearing" else ():
         lower, upper = contact_position_bounds(each, lower, upper)
     typical = min(1 + deviation, upper)
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)

@@ -60,7 +60,7 @@ class FamilyFit:
     values
         Factors, shape (p,) [-].
     before, after
-        Sum of scores and prior at the start and at the end [-].
+        Objective at the start and at the end [-].
     n_evaluation
         Models whose bands were sampled [-].
     """

@@ -63,7 +63,7 @@ class ForceExcess:
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model under a larger force."""
         (excess,) = values
-        return model.overdriven(self.configuration, excess)
+        return model.with_force_error(self.configuration, excess)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,7 +108,7 @@ def list_preload_jitter(
     Parameters
     ----------
     model
-        Model with its `presses`.
+        Model with its `preload_groups`.
     covariance
         Covariance of their relative differences, shape (q, q) [-].
     """
@@ -117,7 +117,9 @@ def list_preload_jitter(
         (
             PreloadJitter(
                 shares=tuple(
-                    (name, float(share)) for group, share in zip(model.presses, vector, strict=True) for name in group
+                    (name, float(share))
+                    for group, share in zip(model.preload_groups, vector, strict=True)
+                    for name in group
                 ),
                 name=f"preloads, pattern {number + 1}",
             ),

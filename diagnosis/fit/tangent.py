@@ -62,11 +62,11 @@ def differentiate(
             found.append(None)
             continue
         shift = {name: _growth(before.shift, after.shift, name) for name in ("jointed", "free")}
-        excess = {name: _growth(before.excess, after.excess, name) for name in ("jointed", "free")}
+        force_error = {name: _growth(before.force_error, after.force_error, name) for name in ("jointed", "free")}
         found.append(
             Tangent(
-                jointed=_rates(before.system, after.system, high - low, shift["jointed"], excess["jointed"]),
-                free=_rates(before.free().system, after.free().system, high - low, shift["free"], excess["free"]),
+                jointed=_rates(before.system, after.system, high - low, shift["jointed"], force_error["jointed"]),
+                free=_rates(before.free().system, after.free().system, high - low, shift["free"], force_error["free"]),
                 gain={
                     a.name: (b.gain - a.gain) / (high - low)
                     for a, b in zip(before.sensors, after.sensors, strict=True)
@@ -89,7 +89,9 @@ def _growth(before: Mapping[str, float], after: Mapping[str, float], configurati
     return 2 * (high - low) / (high + low)
 
 
-def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: float, excess: float) -> ModelParameter:
+def _rates(
+    before: JointedSystem, after: JointedSystem, step: float, shift: float, force_error: float
+) -> ModelParameter:
     """Rates of one configuration; Omega (1 + e) acts as (1 + 2 e) M and (1 + e) C do."""
     shifted = {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
 
@@ -100,7 +102,7 @@ def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: floa
     k = max(len(before.dynamic), len(after.dynamic))
     force = np.zeros((k, before.n_dof), dtype=np.complex128)
     force[: len(after.dynamic)] += after.dynamic
-    force[: len(before.dynamic)] -= (1 - excess) * before.dynamic
+    force[: len(before.dynamic)] -= (1 - force_error) * before.dynamic
     return ModelParameter(
         matrices=MatrixParameter(mass=rate("mass"), damping=rate("damping"), stiffness=rate("stiffness")),
         static_load=rate("static"),

@@ -167,7 +167,7 @@ class _Search:
             gains[name] = float(np.exp(mean))
             ratio = np.where(points.sensor == name, ratio - mean, ratio)
         fundamental = there & (points.harmonic == 1)
-        # A point at which the model has no state counts as far off; a few wild ones do not decide.
+        # A point at which the model has no state counts as far off; a few outlying ones do not decide.
         squares = np.where(there, np.minimum(ratio**2, 4.0), 4.0)[fundamental | (~there & (points.harmonic == 1))]
         return float(squares.mean()) if fundamental.any() else np.inf, gains
 

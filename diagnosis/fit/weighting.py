@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.jump_error import compute_jump_errors, find_astray, find_other_branch
+from correlation.metric.jump_error import compute_jump_errors, find_other_branch, find_rows_between_jumps
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
-from correlation.noise.kink import REACH, Shift, find_departures, make_curvature_modes, make_kink_modes
+from correlation.noise.kink import REACH, Shift, compute_remainders, make_curvature_modes, make_kink_modes
 from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError, compute_moduli
 from correlation.noise.nuisance import (
     N_COMMON,
@@ -46,7 +46,7 @@ class Measured:
     def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
         """Prepare measurements that were swept in these directions, +1 up and -1 down."""
         features = FeatureVector.choose(
-            observed.points, observed.value, observed.motion & observed.heard, observed.phased
+            observed.points, observed.value, observed.motion & observed.above_noise, observed.phased
         )
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
@@ -123,23 +123,23 @@ def weigh_together(
             for side, at in zip(sides, rows, strict=True)
         ]
 
-    rough = nominal.roughened()
-    seen = scatters(make_history_modes(rough, min(n_draw, FEW), SEED))
+    coarse = nominal.coarse()
+    seen = scatters(make_history_modes(coarse, min(n_draw, FEW), SEED))
     if n_draw > FEW:
-        pressed, by_press = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
-        seen = scatters(make_history_modes(rough, n_draw, SEED, pressed, by_press))
+        pressed, by_preload = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
+        seen = scatters(make_history_modes(coarse, n_draw, SEED, pressed, by_preload))
     free = together.features.points.free[together.features.row]
-    departures = [find_departures(rough, shift) for shift in _shifts(rough.model, repeats, seen[0])]
-    bent = make_curvature_modes(departures[0], free)
+    remainders = [compute_remainders(coarse, shift) for shift in _shifts(coarse.model, repeats, seen[0])]
+    bent = make_curvature_modes(remainders[0], free)
     # The free structure is linear.
-    departures[0] = np.where(free[:, None], 0.0, departures[0])
+    remainders[0] = np.where(free[:, None], 0.0, remainders[0])
     return [
         _finished(
             side,
             at,
             scatter,
             bent,
-            departures,
+            remainders,
             take_prediction(prediction, sides, number),
             fitted,
             None if likes is None else likes[number],
@@ -200,10 +200,10 @@ def leave_out_model_error(comparison: Comparison) -> Comparison:
     return comparison if error is None else replace(comparison, whitening=error.without, model_error=None)
 
 
-def fade_astray(comparison: Comparison, prediction: Prediction) -> Comparison:
+def fade_between_jumps(comparison: Comparison, prediction: Prediction) -> Comparison:
     """The same with next to no weight between a measured jump and the predicted one; their distance is the error."""
     errors = compute_jump_errors(comparison.observed, prediction, comparison.predictor.sweeps)
-    return _fade_rows(comparison, find_astray(comparison.observed, errors))
+    return _fade_rows(comparison, find_rows_between_jumps(comparison.observed, errors))
 
 
 def fade_other_branch(comparison: Comparison, prediction: Prediction) -> Comparison:
@@ -260,7 +260,7 @@ def _finished(
     rows: NDArray[np.int64],
     scatter: Scatter,
     bent: Modes,
-    departures: Sequence[Modes],
+    remainders: Sequence[Modes],
     prediction: Prediction,
     fitted: bool,
     like: Comparison | None,
@@ -268,7 +268,7 @@ def _finished(
     """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
     n_repeat = float(np.median(side.observed.count))
     kinks = make_kink_modes(
-        side.features.state, [item[rows] for item in departures], scatter.whitening.deviation, n_repeat
+        side.features.state, [item[rows] for item in remainders], scatter.whitening.deviation, n_repeat
     )
     comparison = Comparison(
         observed=side.observed,
@@ -278,7 +278,7 @@ def _finished(
         predictor=side.predictor,
         noise=scatter.noise,
     )
-    comparison = fade_astray(comparison, prediction)
+    comparison = fade_between_jumps(comparison, prediction)
     if like is not None:
         comparison = comparison.fade(like.faded)
     elif fitted:
@@ -295,7 +295,7 @@ def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift
     if len(seen.jitter) > N_COMMON and (patterns := list_preload_jitter(model, seen.jitter[-1])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
-        along = np.array([dict(effect.shares)[group[0]] for group in model.presses])
+        along = np.array([dict(effect.shares)[group[0]] for group in model.preload_groups])
         found.append(
             Shift(models=(effect.apply(model, [size]), effect.apply(model, [-size])), change=repeats[-1] @ along * size)
         )

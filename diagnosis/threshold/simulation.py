@@ -18,7 +18,7 @@ from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.model_error import NO_ERROR, ErrorPatterns
-from correlation.noise.nuisance import highest_frequency, left_by, make_error_tangents
+from correlation.noise.nuisance import highest_frequency, make_error_tangents, sliders_after_history
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import join_tables
 from diagnosis.candidate.catalogue import Extra
@@ -136,7 +136,7 @@ class Simulation:
     def _followed(
         self, model: Model, there: NDArray[np.bool_], share: Float[NDArray[np.float64], " joints"] | None
     ) -> Complex[NDArray[np.complex128], "S n"]:
-        slider = None if share is None else left_by(model, share)
+        slider = None if share is None else sliders_after_history(model, share)
         predictor = replace(self._predictor, points=self._predictor.points.where(there), slider=slider)
         return predictor.predict(model, self._prediction).by_sweep
 

@@ -84,7 +84,7 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
         dofs=tuple(dofs),
         lines=lines,
         places=places,
-        pressed_together=(tuple(lines),),
+        linked_preloads=(tuple(lines),),
         n_harmonic=n_harmonic,
     )
 

@@ -84,7 +84,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             lines=lines,
             places=finder.places,
             dead_weights=weights,
-            pressed_together=together,
+            linked_preloads=together,
             suspension=structure.suspension,
             base_acceleration=base,
             n_harmonic=case.harmonics.highest + 1,

@@ -12,6 +12,7 @@ from correlation.metric.misfit import CLEAR, Misfit
 from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_table import join_tables
+from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.result import Compared
 
 Frequencies = Float[NDArray[np.float64], " f"]
@@ -24,15 +25,6 @@ Key = tuple[str, int]
 LINE_POINTS, FINER = 80, 4
 #: Residual of a line relative to the linear motion: far less than its width in a figure [-].
 LINE_TOLERANCE = 1e-6
-#: Units that a displacement, velocity, acceleration or force may be drawn in, with their factors.
-SHOWN = {
-    "displacement": (("mm", 1e3), ("um", 1e6), ("nm", 1e9)),
-    "velocity": (("m/s", 1.0), ("mm/s", 1e3), ("um/s", 1e6)),
-    "acceleration": (("m/s^2", 1.0), ("mm/s^2", 1e3)),
-    "contact force": (("N", 1.0), ("mN", 1e3)),
-}
-#: The largest value drawn is at least this many units.
-LARGEST = 0.3
 #: Responses of which fewer stand out of the noise, measured or predicted, are not drawn.
 WORTH_DRAWING = 0.05
 
@@ -77,7 +69,7 @@ class Panel:
     sensor
         The model's.
     unit, scale
-        Unit in which it is drawn, and the factor on SI that leads to it; per newton of the force if `per_level`.
+        Unit in which it is drawn, and the factor on SI that leads to it; per unit of the force if `per_level`.
     per_level
         Whether values are over the level: levels that agree lie on each other.
     curves
@@ -128,11 +120,11 @@ class Drawing:
         everything, new = joined(compared.train, compared.held_out)
         free = everything.points.free
         misfit = {bool(item): everything.where(np.asarray(free == item)) for item in np.unique(free)}
-        sweeps, unit = find_sweep_directions(compared.campaign), compared.campaign.drive.unit
+        campaign, model = compared.campaign, compared.model
+        sweeps, unit = find_sweep_directions(campaign), campaign.drive.unit
+        units = {sensor.name: sensor.unit for sensor in campaign.sensors}
         panels = {
-            item: make_panels(
-                compared.model, rows, predict_lines(compared.model, rows, compared.prediction, sweeps), unit
-            )
+            item: make_panels(model, rows, predict_lines(model, rows, compared.prediction, sweeps), units, unit)
             for item, rows in misfit.items()
         }
         return cls(misfit=misfit, panels=panels, held_out=frozenset(new), unit=unit)
@@ -152,8 +144,10 @@ def predict_lines(
     return fine, Predictor(points=fine, sweeps=swept, tolerance=LINE_TOLERANCE).vary(model, prediction)
 
 
-def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients], level_unit: str = "N") -> list[Panel]:
-    """Curves of every sensor and harmonic of one configuration."""
+def make_panels(
+    model: Model, misfit: Misfit, lines: tuple[Points, Coefficients], units: Mapping[str, str], level_unit: str = "N"
+) -> list[Panel]:
+    """Curves of every sensor and harmonic of one configuration; `units` are those of the measured values by sensor."""
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels, points, lines_of = [], list(_curves(misfit.points)), dict(_curves(fine))
@@ -162,9 +156,9 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
         per_level = key[1] == 1 and isinstance(sensor, Sensor)
         own = (misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])
         size = np.abs(misfit.measured[own]) / (misfit.points.force[own] if per_level else 1.0)
-        unit, scale = choose_unit(sensor, float(size.max()))
+        unit, scale = choose_unit(units[key[0]], float(size.max()))
         if per_level:
-            unit = f"{unit}/{level_unit}" if "/" not in level_unit else f"{unit}/({level_unit})"
+            unit = per_level_unit(unit, level_unit)
         panel = Panel(key=key, sensor=sensor, unit=unit, scale=scale, per_level=per_level)
         curves = []
         for (other, level, sweep), rows in points:
@@ -178,7 +172,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
                     rows=rows,
                     frequency=misfit.points.frequency[rows],
                     measured=factor * misfit.measured[rows],
-                    deviation=factor * np.nan_to_num(misfit.deviation[rows]),
+                    deviation=factor * misfit.deviation[rows],
                     predicted=factor * misfit.predicted[rows],
                     line_frequency=fine.frequency[drawn],
                     line=panel.factor(fine.force[drawn]) * line[drawn],
@@ -191,7 +185,7 @@ def make_panels(model: Model, misfit: Misfit, lines: tuple[Points, Coefficients]
 def stands_out(misfit: Misfit, key: Key) -> bool:
     """Whether a sensor's harmonic is more than noise."""
     rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
-    noise = CLEAR * np.nan_to_num(rows.deviation)
+    noise = CLEAR * rows.deviation
     return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
 
 
@@ -209,12 +203,6 @@ def keys(misfit: Misfit) -> list[Key]:
     order = {name: number for number, name in enumerate(dict.fromkeys(map(str, misfit.points.sensor)))}
     # Static parts come last: few sensors have one.
     return sorted(dict.fromkeys(pairs), key=lambda key: (order[key[0]], key[1] == 0, key[1]))
-
-
-def choose_unit(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
-    """Unit that a sensor's largest value is drawn in, and its factor."""
-    units = SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
-    return next((item for item in units if largest * item[1] >= LARGEST), units[-1])
 
 
 def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> Rows:

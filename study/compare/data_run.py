@@ -109,8 +109,8 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
     assert run.output is not None
     if not campaign.data:
         raise CampaignError(
-            f"{campaign.folder}: holds time records alone, which stickslip diagnose compares with a model; add steady "
-            "states, loops, ring-downs, frequency responses or modes for stickslip compare"
+            f"{campaign.folder}: holds time records alone, which no command compares: diagnose them in Python, as "
+            "docs/time_records.md shows, or add steady states, loops, ring-downs, frequency responses or modes"
         )
     model = with_sensors(setup.complete, campaign)
     calibrated: tuple[Calibrated, ...] = ()
@@ -189,13 +189,13 @@ def summarise_data(data: Sequence[DataComparison]) -> Summary:
         "missing": "The model differs from the measurements",
     }[tone]
     sentences = [
-        f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations in the mean; "
-        f"{int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."
+        f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations (root mean "
+        f"square); {int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."
     ]
     sentences += list(_by_quantity(data))
     if lacking:
         sentences.append(f"For {lacking} numbers the model has no answer.")
-    cards = (("measured numbers", str(len(errors))), ("mean difference [standard deviations]", f"{size:.3g}"))
+    cards = (("measured numbers", str(len(errors))), ("difference, r.m.s. [standard deviations]", f"{size:.3g}"))
     return Summary(tone=tone, tag=tag, sentences=tuple(sentences), next=NEXT, cards=cards)
 
 

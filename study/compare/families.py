@@ -17,7 +17,7 @@ from correlation.family.frequencies import choose_frequencies
 from correlation.family.level_order import find_earlier_levels
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
-from correlation.model import Model
+from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.limits.search import LimitSettings
@@ -129,7 +129,7 @@ def compare_families(
         No rest under the static load, or a process that was killed.
     """
     families = measured_families(campaign)
-    chosen, sentences = select_families(campaign, families)
+    chosen, sentences = select_families(model, campaign, families)
     nothing = FamilyComparison(
         verdicts=(), not_compared=sentences, errors=None, limits=None, sensors=campaign.sensors,
         level_unit=campaign.drive.unit,
@@ -151,7 +151,9 @@ def compare_families(
     return replace(nothing, verdicts=verdicts, errors=errors, limits=limits, files=tuple(files))
 
 
-def select_families(campaign: Campaign, families: Sequence[Family]) -> tuple[tuple[Family, ...], tuple[str, ...]]:
+def select_families(
+    model: Model, campaign: Campaign, families: Sequence[Family]
+) -> tuple[tuple[Family, ...], tuple[str, ...]]:
     """Families that have limits, and sentences on all that is measured and has none."""
     sensors = {item.name: item for item in campaign.sensors}
     sentences = []
@@ -169,11 +171,17 @@ def select_families(campaign: Campaign, families: Sequence[Family]) -> tuple[tup
     uncalibrated = [item.name for item in campaign.sensors if not item.calibrated]
     if uncalibrated:
         sentences.append(f"sensors without calibration have no unit of the model's: {', '.join(uncalibrated)}")
+    shaken = _read_the_base(model)
+    if listed := ", ".join(item.name for item in campaign.sensors if item.name in shaken):
+        sentences.append(
+            f"sensors that read the motion of the shaken base, too: {listed}; limits are those of the motion relative "
+            "to it, which a sensor with relative = true reads"
+        )
     chosen = []
     others: dict[int, list[str]] = {}
     for family in families:
         sensor = sensors[family.sensor]
-        if not sensor.calibrated:
+        if not sensor.calibrated or sensor.name in shaken:
             continue
         if family.harmonic == 1 or (family.harmonic == 0 and sensor.line is not None):
             chosen.append(family)
@@ -184,6 +192,14 @@ def select_families(campaign: Campaign, families: Sequence[Family]) -> tuple[tup
         listed = ", ".join(dict.fromkeys(names))
         sentences.append(f"{what} of {listed}: limits are those of harmonic 1, and of static contact forces")
     return tuple(chosen), tuple(sentences)
+
+
+def _read_the_base(model: Model) -> set[str]:
+    """Names of the sensors that read the motion of a shaken base beside that of the structure relative to it."""
+    base = model.base_acceleration
+    if base is None:
+        return set()
+    return {item.name for item in model.sensors if isinstance(item, Sensor) and not item.relative and item.row @ base}
 
 
 def family_search(

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
+from correlation.errors import CampaignError
 from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
 from correlation.family.noise import estimate_repeat_errors
@@ -74,6 +75,8 @@ def compare_with_families(
 
     Raises
     ------
+    CampaignError
+        The case accepts no parameter.
     ComputationFailed
         As `compare_families`.
     """
@@ -85,6 +88,8 @@ def compare_with_families(
 
     if factors is None:
         return compared(model, asked.title, stem)
+    if not setup.accepted:
+        raise CampaignError("the case accepts no parameter, so that none can be fitted to families: add [accepted]")
     before = compared(model, asked.title, f"{stem}_mean")
     if not before.verdicts:
         return before
@@ -99,7 +104,7 @@ def compare_with_families(
 
 def _fit(setup: Setup, asked: FamilyRequest, start: Float[NDArray[np.float64], " p"], run: RunContext) -> FamilyFit:
     families = measured_families(asked.campaign)
-    chosen, _ = select_families(asked.campaign, families)
+    chosen, _ = select_families(setup.model, asked.campaign, families)
     held = asked.campaign.held_out
     trained = [
         replace(item, curves=curves)

@@ -4,20 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from correlation.campaign.measurement import CONTACT_FORCE, SI_UNIT, MeasuredSensor
+from correlation.campaign.measurement import MeasuredSensor
 from correlation.family.verdict import FamilyVerdict
 from figure.family_over_limits import FamiliesOverLimits, FamilyPanel, FamilyRow, MeasuredCurve
 from figure.style import evenly
+from study.compare.drawn_unit import choose_unit
 
-#: Units that a quantity may be drawn in, with their factors, from the largest unit.
-SHOWN = {
-    "displacement": (("m", 1.0), ("mm", 1e3), ("um", 1e6), ("nm", 1e9)),
-    "velocity": (("m/s", 1.0), ("mm/s", 1e3), ("um/s", 1e6)),
-    "acceleration": (("m/s^2", 1.0), ("mm/s^2", 1e3)),
-    CONTACT_FORCE: (("N", 1.0), ("mN", 1e3)),
-}
-#: The largest value drawn is at least this many units.
-LARGEST = 0.5
 #: Panels in a row of a motion, and levels of a line's forces.
 COLUMNS, MOST_LEVELS = 2, 4
 #: Symbols of the forces of a line.
@@ -86,8 +78,7 @@ def _force_rows(verdicts: Sequence[FamilyVerdict], sensors: Mapping[str, Measure
 def _panels(verdicts: Sequence[FamilyVerdict], sensor: MeasuredSensor, unit: str) -> tuple[list[FamilyPanel], str]:
     """Panels of the levels, and the unit that they are drawn in."""
     largest = max(float(np.abs(item.family.value).max()) for item in verdicts)
-    units = SHOWN[sensor.quantity] if sensor.unit in SI_UNIT.values() else ((sensor.unit, 1.0),)
-    shown, factor = next((item for item in units if item[1] * largest >= LARGEST), units[-1])
+    shown, factor = choose_unit(sensor.unit, largest)
     panels = []
     for verdict in verdicts:
         outside = np.split(verdict.outside, np.cumsum([len(c.frequency) for c in verdict.family.curves])[:-1])

@@ -12,7 +12,7 @@ from figure.registry import pictures as drawn_pictures
 from study.compare.curve import Drawing, Frequencies, Panel, keys, stands_out
 
 ABOUT = {
-    "frf": "response per newton of the exciting force, and its phase",
+    "frf": "response per unit of the level, and its phase",
     "harmonics": "amplitudes of the higher harmonics",
     "forces": "amplitudes of the contact forces, summed over each line",
 }

@@ -54,7 +54,7 @@ def in_words(compared: Compared) -> str:
 
 def document(compared: Compared) -> dict[str, Any]:
     """The same for ``--json``; errors are of the prediction, relative and in radians."""
-    summary, families = summarise(compared), None
+    summary, families, unit = summarise(compared), None, compared.campaign.drive.unit
     if compared.families is not None:
         from study.compare.family_report import family_document
 
@@ -65,11 +65,12 @@ def document(compared: Compared) -> dict[str, Any]:
         "summary": [summary.tag, *summary.sentences],
         "suspicions": [str(item) for item in compared.suspicions],
         "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in compared.calibrated},
-        "sets": {name: _document(misfit, compared.campaign.drive.unit) for name, misfit in _sides(compared).items()},
+        "sets": {name: _document(misfit, unit) for name, misfit in _sides(compared).items()},
         "resonances": [
             {
                 "configuration": configuration(peak.free),
                 "level_n": peak.level,
+                "level_unit": unit,
                 "sensor": peak.sensor,
                 "frequency_hz": peak.frequency,
                 "frequency_deviation_hz": peak.frequency_deviation,
@@ -86,6 +87,7 @@ def document(compared: Compared) -> dict[str, Any]:
             {
                 "configuration": configuration(jump.free),
                 "level_n": jump.level,
+                "level_unit": unit,
                 "sweep": SWEEP_WORDS[jump.sweep],
                 "direction": "down" if jump.falls else "up",
                 "frequency_hz": jump.frequency,
@@ -120,6 +122,7 @@ def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
             **_share_document(cell),
             "configuration": configuration(bool(points.free[0])),
             "level_n": float(points.level[0]),
+            "level_unit": unit,
             "frequencies_hz": [float(points.frequency.min()), float(points.frequency.max())],
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
@@ -158,7 +161,7 @@ def _calibrated(compared: Compared) -> list[str]:
 
 def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = whole(misfit)
-    mean = f"whitened {all_of.whitened:.3g} standard deviations in the mean (noise alone makes 1)"
+    mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes 1)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:

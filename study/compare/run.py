@@ -44,8 +44,9 @@ from study.compare.unknown_gain import SetGains, set_gains
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
+#: Levels are in the unit beside them, whatever the name of their column says: it is older than shaken bases.
 COLUMNS = (
-    "set", "configuration", "level_N", "frequency_Hz", "sweep", "sensor", "harmonic", "unit",
+    "set", "configuration", "level_N", "level_unit", "frequency_Hz", "sweep", "sensor", "harmonic", "unit",
     "measured_real", "measured_imag", "deviation", "predicted_real", "predicted_imag", "amplitude_error",
     "phase_error_deg", "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
 )  # fmt: skip
@@ -75,7 +76,8 @@ def run_compare(
     limits
         Whether measured families are laid over the limits of all friction histories.
     onto_families
-        Whether the calibration parameters are fitted to the families as well, from those of the mean.
+        Whether the calibration parameters are fitted to the families as well, from those of the mean: with a fit to
+        the training data first, and with limits.
 
     Raises
     ------
@@ -83,12 +85,14 @@ def run_compare(
         With what is wrong in the case or the campaign.
     """
     assert run.output is not None
+    calibrate, limits = calibrate or onto_families, limits or onto_families
     opened = open_case(case)  # what is wrong with the file itself is reported first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     if not len(campaign.measurement):
         if limits:
-            run.warn("--limits lays harmonics over limits, and this campaign has none: it has typed data alone")
+            option = "--calibrate-families" if onto_families else "--limits"
+            run.warn(f"{option} lays harmonics over limits, and this campaign has none: it has typed data alone")
         setup = read_case(opened, campaign, run).setup
         return run_data_comparison(case, setup, campaign, run, fitted=calibrate)
     require_noise(campaign, folder)
@@ -101,12 +105,13 @@ def run_compare(
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"
-    if limits or onto_families:
+    if limits:
         from study.compare.family_calibration import FamilyRequest, compare_with_families
         from study.compare.family_report import family_sections
 
         asked = FamilyRequest(campaign=campaign, table=opened.case.limits, structure=read.structure, title=title)
-        factors = [item.factor for item in compared.calibrated] if onto_families else None
+        # After the calibration parameters come gains that the campaign does not know.
+        factors = [item.factor for item in compared.calibrated[: len(setup.accepted)]] if onto_families else None
         families = compare_with_families(compared.model, setup, asked, run, stem, factors)
         sections = (*compared.sections, *family_sections(families))
         compared = replace(compared, families=families, sections=sections, files=families.files)
@@ -202,8 +207,9 @@ class Side:
         difference = (comparison.measured - predicted) / deviation
         standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
         return compute_misfit(
-            comparison.observed, comparison.features, value, standardised, comparison.residual(self.prediction)
-        )
+            comparison.observed, comparison.features, value, standardised, comparison.residual(self.prediction),
+            comparison.noise,
+        )  # fmt: skip
 
 
 def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
@@ -303,6 +309,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
                     name,
                     configuration(bool(points.free[row])),
                     f"{points.level[row]:.9g}",
+                    campaign.drive.unit,
                     f"{points.frequency[row]:.9g}",
                     SWEEP_WORDS[int(points.sweep[row])],
                     sensor,

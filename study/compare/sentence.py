@@ -19,7 +19,7 @@ CLEAR_PEAK = 4.0
 VAGUE = 25.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
-NEXT = "A mean hides the few states that fail; stickslip diagnose says whether an effect is missing, and which."
+NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,8 +79,8 @@ def summarise(compared: Compared) -> Summary:
 def _overall(misfit: Misfit) -> str:
     share = whole(misfit)
     noise = (
-        f"{share.whitened:.3g} standard deviations in the mean, where noise, friction histories and numerical error "
-        "make 1"
+        f"{share.whitened:.3g} standard deviations (root mean square), where noise, friction histories and numerical "
+        "error make 1"
     )
     if not np.isfinite(share.amplitude_error):
         return f"The differences are {noise}; no reading stands out of the noise."
@@ -166,7 +166,7 @@ def _compare_trends(measured: float, predicted: float) -> str:
 
 
 def format_square(size: float) -> str:
-    """The square of a mean difference, three digits or a whole number."""
+    """The square of a root mean square, three digits or a whole number."""
     return f"{size**2:,.0f}" if size**2 >= PLAIN else f"{size**2:.3g}"
 
 

@@ -16,7 +16,7 @@ from correlation.data_quality.swapped_force import find_swapped_forces
 from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
-from correlation.feature.table import extract_features
+from correlation.feature.table import average_campaign
 from correlation.model import Model
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
@@ -43,7 +43,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     """
     if not len(campaign.measurement):
         return campaign.suspicions
-    table = extract_features(campaign)
+    table = average_campaign(campaign)
     names = np.array([sensor.name for sensor in campaign.sensors])
     free = np.array([test.configuration == "free" for test in campaign.tests])
     points = Points(

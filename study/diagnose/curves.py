@@ -13,7 +13,8 @@ from correlation.prediction import Points, Predictor
 from diagnosis.fit.weighting import leave_out_model_error
 from figure.misfit_map import STEPS
 from figure.style import choose_family_colours
-from study.compare.curve import choose_unit, find_rows, joined, keys, refine_points
+from study.compare.curve import find_rows, joined, keys, refine_points
+from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.run import Side
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage, predict_held_out
@@ -33,6 +34,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     misfit, new = joined_misfit(result, shown[-1])
     levels = np.unique(misfit.points.level)
     sensors = {sensor.name: sensor for sensor in shown[-1].refit.fit.model.sensors}
+    units, drive = {sensor.name: sensor.unit for sensor in result.campaign.sensors}, result.campaign.drive.unit
     panels = []
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
@@ -42,7 +44,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
             size = np.abs(part.measured[all_rows]) / (part.points.level[all_rows] if per_level else 1.0)
-            unit, factor = choose_unit(sensors[sensor], float(size.max()))
+            unit, factor = choose_unit(units[sensor], float(size.max()))
             groups = []
             for number, level in enumerate(levels.tolist()):
                 rows = find_rows(part.points, sensor, harmonic, level)
@@ -58,13 +60,13 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
                     "sensor": sensor,
                     "harmonic": int(harmonic),
                     "label": f"{sensor}, {words}",
-                    "unit": (f"{unit}/N" if per_level else unit).replace("um", "µm"),
+                    "unit": (per_level_unit(unit, drive) if per_level else unit).replace("um", "µm"),
                     "static": not harmonic,
                     "groups": groups,
                 }
             )
     return {
-        "levels": [f"{level:g} N{' (held out)' if level in new else ''}" for level in levels.tolist()],
+        "levels": [f"{level:g} {drive}{' (held out)' if level in new else ''}" for level in levels.tolist()],
         "colours": choose_family_colours(len(levels)),
         "stages": [stage.name for stage in shown],
         "panels": panels,
@@ -92,7 +94,7 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
                     line = np.full(len(frequency), np.nan)
                     line[at] = part.size[rows]
                     image.append(line)
-                labels.append(f"{words}, {level:g} N")
+                labels.append(f"{words}, {level:g} {result.campaign.drive.unit}")
             for image in images:
                 image.append(np.full(len(frequency), np.nan))
             labels.append("")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from correlation.campaign.measurement import Campaign
-from correlation.data_type.sign import Sign
+from correlation.data_type.indication import Indication
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
@@ -56,7 +56,7 @@ class DataDiagnosed:
         Measurements.
     diagnosis
         The last round.
-    signs
+    indications
         What the data show by themselves beside the calibrated model.
     files
         Written files.
@@ -65,7 +65,7 @@ class DataDiagnosed:
     setup: Setup
     campaign: Campaign
     diagnosis: FeatureDiagnosis
-    signs: tuple[Sign, ...]
+    indications: tuple[Indication, ...]
     files: tuple[Path, ...] = ()
 
     @property
@@ -96,7 +96,7 @@ class DataDiagnosed:
         return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
     def text(self) -> str:
-        """For people: verdict, signs, calibration, candidates."""
+        """For people: verdict, indications, calibration, candidates."""
         return "\n".join([*self._lines(), "", *map(str, self.files)])
 
     def _lines(self) -> Iterator[str]:
@@ -105,9 +105,9 @@ class DataDiagnosed:
         yield self.headline
         yield f"  next: {self.advice}"
         yield ""
-        if self.signs:
+        if self.indications:
             yield "What the data show by themselves:"
-            yield from (f"  {'!' if sign.is_clear else ' '} {sign.sentence}" for sign in self.signs)
+            yield from (f"  {'!' if each.is_clear else ' '} {each.sentence}" for each in self.indications)
             yield ""
         fitted = [f"{each.name} x {each.factor:.4f} +- {INTERVAL * each.deviation:.2g}" for each in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
@@ -129,7 +129,7 @@ class DataDiagnosed:
             "finding": verdict.finding.value,
             "verdict": self.headline,
             "effects": [each.name for each in verdict.effects],
-            "signs": [{**vars(sign), "clear": sign.is_clear} for sign in self.signs],
+            "signs": [{**vars(indication), "clear": indication.is_clear} for indication in self.indications],
             "calibrated": {
                 each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
             },
@@ -195,7 +195,7 @@ def _diagnose_once(case: Path, campaign: Campaign, run: RunContext, without: Seq
             setup.model, campaign.data, setup.accepted, added=setup.added, without=left_out, extra=setup.effects,
             run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
-    return DataDiagnosed(setup=setup, campaign=campaign, diagnosis=found.diagnosis, signs=found.signs)
+    return DataDiagnosed(setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications)
 
 
 def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
@@ -252,11 +252,11 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
 
 
 def _sections(found: DataDiagnosed) -> Iterator[Section]:
-    """Signs and candidates."""
-    if found.signs:
+    """Indications and candidates."""
+    if found.indications:
         rows = [
-            (sign.quantity, sign.measured, sign.predicted, f"{sign.difference:+.3g}" + (" !" if sign.is_clear else ""))
-            for sign in found.signs
+            (each.quantity, each.measured, each.predicted, f"{each.difference:+.3g}" + (" !" if each.is_clear else ""))
+            for each in found.indications
         ]
         yield Section(
             title="What the data show by themselves",

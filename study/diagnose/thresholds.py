@@ -58,7 +58,7 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
         "n_dof": model.system.n_dof,
         "lines": {name: len(members) for name, members in model.lines.items()},
         "accepted": [item.name for item in setup.accepted if item.is_of_case],
-        "pressed_together": sorted(sorted(group) for group in model.pressed_together),
+        "pressed_together": sorted(sorted(group) for group in model.linked_preloads),
         "numerical_error": [
             *(
                 float(f"{getattr(setup.budget, name):.4g}")

@@ -41,7 +41,7 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
                 interval=(top - 1.96 * deviation, np.inf),
                 unit="-",
                 model_value=float(np.mean([contact.friction_coefficient for contact in contacts])),
-                source=f"largest |T / N| of {line}, at {state[1]:.4g} N and {state[2]:.5g} Hz",
+                source=f"largest |T / N| of {line}, at {state[1]:.4g} {campaign.drive.unit} and {state[2]:.5g} Hz",
                 bias=BIAS,
             )
         static = [rows[0].real for rows in normal.values() if 0 in rows]

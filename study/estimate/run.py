@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from study.diagnose.history import read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose, contradictions
 from study.estimate.loops import estimate_from_loop
-from study.estimate.resonance import estimate_damping, estimate_stiffness, find_resonances
+from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_resonances
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
@@ -183,7 +184,9 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
     if stuck and model.lines:
         best = choose(without, "zeta")
         factor = best.factor if best else 1.0
-        yield from estimate_stiffness(model, stuck[0], free[0] if free else None, factor)
+        partners: list[Resonance | None] = [*free] or [None]
+        for item, partner in product(stuck, partners):
+            yield from estimate_stiffness(model, item, partner, factor)
 
 
 def _written(item: FirstEstimate) -> Written:

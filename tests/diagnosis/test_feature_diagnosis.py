@@ -1,14 +1,14 @@
-"""Diagnosis by features: what is missing is named, what is not there is not, and signs speak where nothing fits."""
+"""Diagnosis by features: what is missing is named, what is not there is not; indications count where nothing fits."""
 
 import numpy as np
 import pytest
 
+from correlation.data_type.indication import Indication
 from correlation.data_type.mode import MeasuredMode
-from correlation.data_type.sign import Sign
 from correlation.model import Dof, Model, Sensor
 from diagnosis.decision.verdict import Finding
 from diagnosis.feature.arrangement import arrange_features
-from diagnosis.feature.diagnose import FeatureGate, FeatureResult, diagnose_features, list_signs
+from diagnosis.feature.diagnose import FeatureGate, FeatureResult, diagnose_features, list_indications
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import JointedSystem, along
@@ -105,12 +105,12 @@ def test_an_effect_that_leaves_a_sign_explains_nothing(monkeypatch: pytest.Monke
     result = diagnose(chain(mass=0.05), 1)
     found = result.diagnosis
 
-    def sign(difference: float) -> Sign:
-        return Sign(quantity="mode", kind="frequency", measured="falls", predicted="stays", difference=difference)
+    def indication(difference: float) -> Indication:
+        return Indication(quantity="mode", kind="frequency", measured="falls", predicted="stays", difference=difference)
 
     def explains(before: float, after: float) -> bool:
-        monkeypatch.setattr("diagnosis.feature.diagnose.list_signs", lambda *_: (sign(after),))
-        gate = FeatureGate(before=found.before, floor=np.ones(1), data=(), signs=(sign(before),))
+        monkeypatch.setattr("diagnosis.feature.diagnose.list_indications", lambda *_: (indication(after),))
+        gate = FeatureGate(before=found.before, floor=np.ones(1), data=(), indications=(indication(before),))
         return gate.explains(found.refits[0])
 
     assert explains(-40.0, -15.0)
@@ -119,5 +119,5 @@ def test_an_effect_that_leaves_a_sign_explains_nothing(monkeypatch: pytest.Monke
     assert explains(-3.0, -9.0)
 
 
-def test_modes_have_no_signs() -> None:
-    assert list_signs(chain(), measure(chain(), 1)) == ()
+def test_modes_have_no_indications() -> None:
+    assert list_indications(chain(), measure(chain(), 1)) == ()

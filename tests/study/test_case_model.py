@@ -102,7 +102,7 @@ def folder(tmp_path: Path) -> Path:
         part_base_stiffness=K,
         part_tip_mass=0.75 * M,
     )
-    (tmp_path / "mine.py").write_text("def candidates(test_model):\n    return []\n", encoding="utf-8")
+    (tmp_path / "mine.py").write_text("def candidates(model):\n    return []\n", encoding="utf-8")
     return tmp_path
 
 
@@ -170,7 +170,7 @@ def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
         assert (ours.body, ours.node, ours.direction) == (theirs.body, theirs.node, theirs.direction)
         np.testing.assert_array_equal(ours.coordinates, theirs.coordinates)
     assert read.n_harmonic == model.n_harmonic
-    assert read.pressed_together == model.pressed_together == (("left", "right"),)
+    assert read.linked_preloads == model.linked_preloads == (("left", "right"),)
     write_beam_case(tmp_path)
     for file in ("beam.toml", "beam_finer.toml"):
         assert (tmp_path / file).read_bytes() == BEAM.with_name(file).read_bytes(), "run python -m study.beam.case"

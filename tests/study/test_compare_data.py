@@ -88,10 +88,17 @@ def test_calibration_parameters_are_fitted_to_the_training_data(
     assert upper["root_mean_square_error"] < 2
 
 
-def test_time_records_alone_are_sent_to_the_diagnosis(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+@pytest.mark.parametrize("option", ["--limits", "--calibrate-families"])
+def test_families_need_steady_states(folder: Path, capfdbinary: pytest.CaptureFixture[bytes], option: str) -> None:
+    words = ["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out"), option]
+    assert main(words) == 0
+    assert option.encode() in capfdbinary.readouterr().err
+
+
+def test_time_records_alone_are_sent_to_their_page(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     manifest = 'schema = 1\n[[sensor]]\nname = "a"\nquantity = "displacement"\ndirection = "x"\nplace = "p"\n'
     manifest += '[[record]]\nname = "r"\nfile = "r.csv"\nunits = { a = "m" }\n'
     (folder / "modal" / "campaign.toml").write_text(manifest, encoding="utf-8")
     (folder / "modal" / "r.csv").write_text("time,a\n0,1\n1,2\n", encoding="utf-8")
     assert main(["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out")]) == 2
-    assert b"stickslip diagnose" in capfdbinary.readouterr().err
+    assert b"docs/time_records.md" in capfdbinary.readouterr().err

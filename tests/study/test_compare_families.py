@@ -14,12 +14,15 @@ from correlation.campaign.measurement import Campaign, Drive
 from correlation.campaign.write_campaign import write_campaign
 from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
+from correlation.model import Model
 from pipeline.parallel import process_pool
 from study import cli
-from study.compare.families import select_families
+from study.case.setup import Setup
+from study.compare.families import FamilyComparison, select_families
+from study.compare.family_calibration import compare_with_families
 from study.shipped_cases import BEAM
 from tests.study.conftest import TwoMasses
-from tests.study.test_compare_run import measured_from_the_model
+from tests.study.test_compare_run import measured_from_the_model, setup
 
 #: A small search: this tests what is told, and not how hard is searched.
 LIMITS = "\n[limits]\npopulation = 4\nsamples = 4\n"
@@ -96,15 +99,48 @@ def test_a_model_without_friction_has_no_limits_and_says_so(
     assert any("no sliders" in item for item in families["not_compared"])
 
 
+def test_a_calibration_onto_families_begins_with_the_calibration_parameters_alone(
+    two_masses: TwoMasses, capfdbinary: pytest.CaptureFixture[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The gain of a sensor without calibration is fitted to the mean as well, but is no parameter of the case."""
+    case = two_masses({})
+    manifest = case.parent / "campaign" / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    manifest.write_text(text.replace('name = "base"', 'name = "base"\ncalibrated = false', 1), encoding="utf-8")
+    begun: list[int] = []
+
+    def fitted(model: Model, setup: Setup, *rest: Any) -> FamilyComparison:
+        begun.extend([len(setup.accepted), len(rest[-1])])
+        return compare_with_families(model, setup, *rest)
+
+    monkeypatch.setattr("study.compare.family_calibration.compare_with_families", fitted)
+    assert cli.main(["compare", str(case), "campaign", "--calibrate-families", "--json"]) == 0
+    document = json.loads(capfdbinary.readouterr().out)
+    assert any("base" in name for name in document["calibrated"])
+    assert begun[0] == begun[1] == len(document["calibrated"]) - 1
+
+
 def test_what_has_no_limits_is_named() -> None:
     campaign = measured_from_the_model()
     families = measured_families(campaign)
     volts = replace(campaign, drive=Drive(unit="V", calibrated=False))
-    chosen, sentences = select_families(volts, families)
+    chosen, sentences = select_families(setup().model, volts, families)
     assert chosen == ()
     assert any("V" in item for item in sentences)
     loose = replace(campaign, sensors=(replace(campaign.sensors[0], calibrated=False), *campaign.sensors[1:]))
-    chosen, sentences = select_families(loose, families)
+    chosen, sentences = select_families(setup().model, loose, families)
     assert {item.sensor for item in chosen} == {"mid", "left_T"}
     assert any("tip" in item for item in sentences)
     assert np.isin([item.harmonic for item in chosen], (0, 1)).all()
+
+
+def test_limits_of_the_relative_motion_are_not_laid_over_readings_of_the_absolute_one() -> None:
+    campaign, model = measured_from_the_model(), setup().model
+    families = measured_families(campaign)
+    shaken = replace(model, base_acceleration=np.ones(model.system.n_dof)).with_sensor("mid", relative=True)
+    chosen, sentences = select_families(shaken, campaign, families)
+    # The force of a contact is that of the relative motion.
+    assert {item.sensor for item in chosen} == {"mid", "left_T"}
+    (sentence,) = [item for item in sentences if "base" in item]
+    assert "tip" in sentence
+    assert "mid" not in sentence

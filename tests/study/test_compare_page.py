@@ -14,11 +14,13 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.metric.peak_error import PeakError
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
+from correlation.row_table import join_tables
 from study.case.setup import read_case
 from study.compare.curve import Drawing
 from study.compare.page import page
 from study.compare.result import Compared
 from study.compare.run import compare
+from study.compare.section.linearity import linearity_sections
 from study.compare.section.section import Section, Table
 from study.compare.sentence import describe_resonances, summarise
 from study.shipped_cases import BEAM
@@ -121,6 +123,29 @@ def test_residuals_are_those_of_the_misfit_and_lines_meet_the_predicted_points()
             predicted = np.array(group["amplitude"]) * (1 + np.array(group["residual"]["amplitude"]) / 100)
             # Lines begin at rest at each point, the prediction at what the sweep left; and four digits.
             np.testing.assert_allclose(np.array(group["line"]["amplitude"])[at], predicted, rtol=2e-2)
+
+
+def test_noise_of_one_repeat_is_no_nonlinearity() -> None:
+    """Both levels have the response of the lower one, each with noise of its own."""
+    campaign = compared().campaign
+    table = campaign.measurement
+    one, other = (table.where((table.repeat == repeat) & (table.level == LEVELS[0])) for repeat in (1, 2))
+    ratio = LEVELS[1] / LEVELS[0]
+    twice = replace(other, level=ratio * other.level, force=ratio * other.force, value=ratio * other.value)
+    single = join_tables([one, replace(twice, repeat=one.repeat)])
+    sensors = tuple(replace(sensor, noise=(NOISE, 0.0)) for sensor in campaign.sensors)
+    found = compare(read_case(BEAM).setup, replace(campaign, measurement=single, sensors=sensors))
+    np.testing.assert_allclose(found.train.deviation, NOISE * np.abs(found.train.measured), rtol=1e-9)
+    assert "not linear" not in next(linearity_sections(found, Drawing.of(found))).text
+
+
+def test_readings_without_calibration_are_drawn_in_their_own_unit() -> None:
+    campaign = compared().campaign
+    volts = replace(campaign.sensors[0], calibrated=False, reading_unit="V")
+    angle = replace(campaign.sensors[1], direction="rz")
+    of = Drawing.of(replace(compared(), campaign=replace(campaign, sensors=(volts, angle, *campaign.sensors[2:]))))
+    panels = {panel.key: panel for panel in of.panels[False]}
+    assert [(panels[name, 1].unit, panels[name, 1].scale) for name in ("tip", "mid")] == [("V/N", 1.0), ("rad/N", 1.0)]
 
 
 def test_the_page_begins_with_the_worst_sensor_and_names_it() -> None:

@@ -127,7 +127,7 @@ def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pyt
         assert len(numbers) == part["n_number"]
         # Seven digits are written.
         assert np.sqrt(np.mean(np.square(numbers))) == pytest.approx(part["whitened"], rel=1e-5)
-    assert {row["level_N"] for row in rows if row["set"] == "training"} == {"3"}
+    assert {(row["level_N"], row["level_unit"]) for row in rows if row["set"] == "training"} == {("3", "N")}
     # Two grams at the tip: the real beam is slower than its model, at every level of the free structure.
     free = [each for each in document["resonances"] if each["configuration"] == "free"]
     assert [each["level_n"] for each in free] == [3.0, 5.0]

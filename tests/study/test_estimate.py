@@ -73,6 +73,23 @@ frequency_deviation = "0.01 Hz"
 damping = "{damping} %"
 damping_deviation = "0.001 %"
 """
+SINE = """[convention]
+time = "exp(+i omega t)"
+amplitude = "peak"
+[units]
+level = "N"
+frequency = "Hz"
+[[test]]
+name = "sine"
+configuration = "jointed"
+[[run]]
+test = "sine"
+file = "sine.csv"
+level = 1
+[run.columns]
+frequency = "f"
+end = { amplitude = "x", phase = "angle", unit = "m", phase_unit = "rad" }
+"""
 
 
 def chain(kt: complex) -> tuple[np.ndarray, np.ndarray]:
@@ -189,6 +206,31 @@ def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(f
     assert low <= MORE_KT * KT <= high
 
 
+def test_a_resonance_that_the_model_lacks_hides_no_other(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """The bench has modes of its own, far below those of the chain."""
+    manifest = folder / "tests" / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    bench = "".join(
+        MODE.format(name=name, frequency=3.0, damping=1.0).replace(f'name = "{name}"', f'name = "bench {name}"', 1)
+        for name in ("jointed", "free")
+    )
+    manifest.write_text(text.replace("[[mode]]", f"{bench}[[mode]]", 1), encoding="utf-8")
+    estimates: list[dict[str, object]] = run(folder, capfdbinary)["estimates"]  # type: ignore[assignment]
+    found = [item for item in estimates if item["parameter"] == "kt" and "beside" in str(item["source"])]
+    assert [item["factor"] for item in found] == pytest.approx([MORE_KT], rel=0.01)
+
+
+def test_an_estimate_needs_no_repeats(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    rows = [f"{f:g},{1e-6 * f:.6g},0.1" for f in (90.0, 100.0, 110.0)]
+    (folder / "tests" / "sine.csv").write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
+    with (folder / "tests" / "campaign.toml").open("a", encoding="utf-8") as manifest:
+        manifest.write(SINE)
+    estimates: list[dict[str, object]] = run(folder, capfdbinary)["estimates"]  # type: ignore[assignment]
+    assert {"kt", "mu", "zeta"} <= {str(item["parameter"]) for item in estimates}
+
+
 def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
     folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
@@ -197,11 +239,6 @@ def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
     rows = [f"{f:.6g},{abs(x):.6g},{np.degrees(np.angle(x)):.6g}" for f, x in zip(frequency, response, strict=True)]
     (folder / "tests" / "sine.csv").write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
     with (folder / "tests" / "campaign.toml").open("a", encoding="utf-8") as manifest:
-        manifest.write(
-            '[convention]\ntime = "exp(+i omega t)"\namplitude = "peak"\n[units]\nlevel = "N"\nfrequency = "Hz"\n'
-            '[[test]]\nname = "sine"\nconfiguration = "jointed"\n'
-            '[[run]]\ntest = "sine"\nfile = "sine.csv"\nlevel = 1\n[run.columns]\nfrequency = "f"\n'
-            'end = { amplitude = "x", phase = "angle", unit = "m", phase_unit = "rad" }\n'
-        )
+        manifest.write(SINE)
     suspicions: list[str] = run(folder, capfdbinary)["suspicions"]  # type: ignore[assignment]
     assert any("174 rad" in sentence and "sine.csv" in sentence for sentence in suspicions)

@@ -1,4 +1,4 @@
-"""Whether the measured structure is linear over its levels: responses per newton beside those of the lowest level."""
+"""Whether the measured structure is linear over its levels: responses per level beside those of the lowest one."""
 
 from collections.abc import Iterator
 
@@ -43,9 +43,10 @@ def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section
 
 
 def _responses(misfit: Misfit) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Levels, responses per newton and their deviations, a row per level and a column per reading they all may have."""
+    """Levels, responses per level and their deviations: a row per level, a column per reading that they may have."""
     points = misfit.points
-    rows = np.flatnonzero(misfit.motion & (points.harmonic == 1) & np.isfinite(misfit.measured))
+    known = np.isfinite(misfit.measured) & np.isfinite(misfit.deviation)
+    rows = np.flatnonzero(misfit.motion & (points.harmonic == 1) & known)
     levels, level = np.unique(points.level[rows], return_inverse=True)
     keys = [(str(points.sensor[row]), int(points.sweep[row]), round(float(points.frequency[row]), 6)) for row in rows]
     places = {key: number for number, key in enumerate(dict.fromkeys(keys))}
@@ -53,7 +54,7 @@ def _responses(misfit: Misfit) -> tuple[np.ndarray, np.ndarray, np.ndarray] | No
     value = np.full((len(levels), len(places)), np.nan, dtype=np.complex128)
     deviation = np.zeros(value.shape)
     value[level, column] = misfit.measured[rows] / points.force[rows]
-    deviation[level, column] = np.nan_to_num(misfit.deviation[rows]) / points.force[rows]
+    deviation[level, column] = misfit.deviation[rows] / points.force[rows]
     common = np.isfinite(value) & np.isfinite(value[:1])
     if len(levels) < 2 or not common.any(axis=1).all():
         return None

@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, Drive
 from correlation.data_quality.jump import find_jump_suspicions
 from correlation.feature.branch import FEWEST
 from correlation.feature.observation import arrange_campaign, split_held_out
@@ -36,6 +36,8 @@ def test_a_jump_is_found_at_its_state_alone(small: Model, paper: ModuleType, jit
     campaign = jumped(paper.make_campaign(small, jitter=jitter, seed=3))
     (suspicion,) = find_jump_suspicions(campaign)
     assert suspicion.where == "jointed test, 3 N, 26.5 Hz"
+    (of_base,) = find_jump_suspicions(replace(campaign, drive=Drive(quantity="base acceleration", unit="m/s^2")))
+    assert of_base.where == "jointed test, 3 m/s^2, 26.5 Hz"
 
 
 def test_neither_fits_nor_tests_see_a_state_that_jumps(small: Model, paper: ModuleType) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
+from correlation.campaign.measurement import Campaign, Drive, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
 from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.prediction import Points
 
@@ -110,6 +110,12 @@ def test_one_file_of_a_test_is_named_by_its_level_or_repeat(where: dict[str, flo
     (found,) = suspected(spoilt(campaign(), 1.01e3, test=0, sensor=1, **where))
     assert found.where == 'test "stepped", sensor "slot"'
     assert found.sentence.startswith(words)
+
+
+@pytest.mark.parametrize(("unit", "words"), [("m/s^2", "in mm/s^2 instead of m/s^2?"), ("V", "in another unit")])
+def test_a_level_that_is_wrong_is_named_in_the_unit_of_the_drive(unit: str, words: str) -> None:
+    (found,) = suspected(replace(spoilt(campaign(), 1e-3, test=1), drive=Drive(unit=unit)))
+    assert words in found.sentence
 
 
 def test_all_sensors_of_a_test_that_are_wrong_together_speak_of_its_level() -> None:

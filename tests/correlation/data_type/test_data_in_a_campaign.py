@@ -1,13 +1,14 @@
 """Ring-downs, loops, frequency responses and load cells, read by a manifest from their files."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
-from correlation.data_type.frequency_response import predict_linear_response
+from correlation.data_type.frequency_response import predict_linear_response, response_panels
 from correlation.data_type.registry import DATA_TYPES
 from correlation.data_type.ring_down import predict_ring_down, ring_down_features
 from correlation.errors import CampaignError
@@ -112,6 +113,34 @@ def test_frequency_responses_count_as_steady_states_of_their_level(
     assert table.value == pytest.approx(0.5 * response[at], rel=1e-6)
     # States are where the response changes: most of them in the ten hertz around the resonance.
     assert (np.abs(table.frequency - np.sqrt(STIFFNESS / MASS) / (2 * np.pi)) < 5).mean() > 0.6
+
+
+def test_the_linear_response_on_a_shaken_base_is_absolute(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
+    """An accelerometer reads the base as well, a relative sensor does not: transmissibility of one mass."""
+    frequency = np.linspace(80, 120, 41)
+    omega, damping = 2 * np.pi * frequency, 2 * RATIO * np.sqrt(STIFFNESS * MASS)
+    push = STIFFNESS + 1j * omega * damping
+    transmissibility = push / (push - MASS * omega**2)
+    manifest = FRF.format(sign="+").replace('level = "N"', 'level = "m/s^2"').replace("g_n/N", "m/s^2/(m/s^2)")
+    manifest = manifest.replace("[units]", '[drive]\nquantity = "base acceleration"\n[units]')
+    table = columns("f,re,im", frequency, transmissibility.real, transmissibility.imag)
+    (frf,) = read_campaign(write(tmp_path, manifest, frf=table)).data
+    still = oscillator()
+    shaken = replace(still.with_system(harmonic_force=np.array([[0.0], [-MASS]])), base_acceleration=np.ones(1))
+    assert predict_linear_response(shaken, frf)[0] == pytest.approx(transmissibility, rel=1e-9)
+    relative = predict_linear_response(shaken.with_sensor("accelerometer", relative=True), frf)[0]
+    assert relative == pytest.approx(transmissibility - 1, rel=1e-9)
+    (panel,) = response_panels(shaken, frf)
+    assert panel.y_label == "|H| [m/s^2 per m/s^2]"
+
+
+def test_the_response_of_a_rotation_is_in_radians(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
+    frequency = np.linspace(80, 120, 41)
+    manifest = FRF.format(sign="+").replace('direction = "z"', 'direction = "rz"').replace("g_n/N", "rad/s^2/N")
+    table = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
+    (frf,) = read_campaign(write(tmp_path, manifest, frf=table)).data
+    (panel,) = response_panels(oscillator(), frf)
+    assert panel.y_label == "|H| [rad/s^2 per N]"
 
 
 def test_spectra_of_response_and_force_make_a_frequency_response(tmp_path: Path) -> None:

@@ -134,12 +134,12 @@ def swept(value: dict[str, np.ndarray], noise: float, n_repeat: int) -> Observat
 
 
 @pytest.mark.parametrize("n_repeat", [2, 3, 5])
-def test_a_sensor_on_what_does_not_move_is_not_heard(n_repeat: int) -> None:
+def test_a_sensor_on_what_does_not_move_reads_noise(n_repeat: int) -> None:
     moving = np.array([3.0, 10.0, 4.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
     seen = swept({"tip": moving, "hung": 0 * moving}, 0.1, n_repeat)
-    # Its antiresonance, where noise drowns the tip as well, is a point of a sensor that is heard.
-    np.testing.assert_array_equal(seen.heard, seen.points.sensor == "tip")
+    # Its antiresonance, where noise drowns the tip as well, is a point of a sensor that reads more than noise.
+    np.testing.assert_array_equal(seen.above_noise, seen.points.sensor == "tip")
 
 
-def test_readings_of_a_single_repeat_are_heard_as_noise_is_not_known() -> None:
-    assert swept({"tip": np.zeros(4)}, 0.1, 1).heard.all()
+def test_readings_of_a_single_repeat_count_as_noise_is_not_known() -> None:
+    assert swept({"tip": np.zeros(4)}, 0.1, 1).above_noise.all()

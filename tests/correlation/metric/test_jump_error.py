@@ -6,7 +6,7 @@ import pytest
 from benchmarks.random_oscillators import Oscillator
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.jump_error import compute_jump_errors, find_astray
+from correlation.metric.jump_error import compute_jump_errors, find_rows_between_jumps
 from correlation.metric.peak_error import compute_peak_errors, find_unread_peaks
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Jump, Points, Prediction
@@ -49,7 +49,7 @@ def test_measured_jumps_lie_where_the_sweeps_leave_their_branches(sweeps: tuple[
         assert np.isnan(each.predicted_frequency)
 
 
-def test_points_between_a_measured_and_a_predicted_jump_are_astray() -> None:
+def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
     of = observed((1, -1))
     (up, down) = compute_jump_errors(of, prediction(of), (1, -1))
     model = (
@@ -62,11 +62,11 @@ def test_points_between_a_measured_and_a_predicted_jump_are_astray() -> None:
     assert [round(each.frequency_error, 9) for each in matched] == [-0.4, -0.2]
     # What the model alone has is an error as well.
     assert [each.predicted_frequency for each in errors if np.isnan(each.frequency)] == [49.0]
-    astray, points = find_astray(of, errors), of.points
+    between, points = find_rows_between_jumps(of, errors), of.points
     above = (points.frequency > up.frequency - 0.4) & (points.frequency < up.frequency)
     below = (points.frequency > down.frequency - 0.2) & (points.frequency < down.frequency)
     expected = (above & (points.sweep != -1)) | (below & (points.sweep != 1))
-    np.testing.assert_array_equal(astray, expected)
+    np.testing.assert_array_equal(between, expected)
 
 
 @pytest.mark.parametrize("sweeps", [(1, -1), (1,), (-1,)])

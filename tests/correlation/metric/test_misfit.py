@@ -1,5 +1,7 @@
 """Where a model fails: errors that are put in at one place are found there, with their size and sign."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -42,12 +44,12 @@ def observed(noise: float = 0.0) -> Observation:
 
 
 def compared(seen: Observation, predicted: NDArray[np.complex128], deviation: float = 0.01) -> Misfit:
-    """Each number has a standard deviation of a share of its modulus, and nothing is common."""
+    """Each number has a standard deviation of a share of its modulus, and nothing is common; so has a reading."""
     features = FeatureVector.choose(seen.points, seen.value, seen.motion)
     measured, model = features.of_values(seen.value), features.of_values(predicted)
     modulus = np.tile(np.abs(seen.points.level / seen.value), 2)
     standardised = np.nan_to_num((measured - model) / (deviation * modulus), nan=10.0)
-    return compute_misfit(seen, features, predicted, standardised, standardised)
+    return compute_misfit(seen, features, predicted, standardised, standardised, deviation * modulus)
 
 
 def test_an_error_is_found_where_it_is() -> None:
@@ -89,6 +91,16 @@ def test_the_deviation_is_that_of_the_mean() -> None:
     relative = found.deviation / np.abs(observed().value)
     assert np.sqrt(np.mean(relative**2)) == pytest.approx(noise / 2, rel=0.12)
     assert found.clear.all()
+
+
+def test_one_repeat_has_the_noise_of_a_reading() -> None:
+    seen = observed()
+    single = replace(seen, repeat=seen.repeat[:, :1], taken=seen.taken[:, :1])
+    found = compared(single, single.value, deviation=0.02)
+    # Features are F / X, whose relative deviation is that of X.
+    np.testing.assert_allclose(found.deviation, 0.02 * np.abs(single.value), rtol=1e-12)
+    assert found.clear.all()
+    assert not compared(single, single.value, deviation=0.3).clear.any()
 
 
 def test_no_amplitude_is_told_where_nothing_was_predicted() -> None:

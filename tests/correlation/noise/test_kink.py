@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, find_departures, make_kink_modes
+from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, compute_remainders, make_kink_modes
 from correlation.noise.nuisance import ModelFeatures
 from correlation.prediction import Points, Prediction
 
@@ -21,7 +21,7 @@ SLOPE = np.array([0.5, 2.0, -1.0, 0.3, 0.7, -0.2])
 BENT = np.array([1.0, -2.0, 3.0, 0.5, -1.5, 2.5])
 #: Standard deviation of the jitter of one repeat, and repeats in a mean.
 JITTER, N_REPEAT = 0.3, 4.0
-#: Deviation of the noise: next to nothing, so that every departure is seen.
+#: Deviation of the noise: next to nothing, so that every remainder is seen.
 QUIET = np.full(len(STATE), 1e-9)
 
 Response = Callable[[float], np.ndarray]
@@ -61,8 +61,8 @@ def shift(slope: np.ndarray) -> Shift:
 
 def modes_of(response: Response, *slopes: np.ndarray, deviation: np.ndarray = QUIET, n: float = N_REPEAT) -> np.ndarray:
     nominal = made(response)
-    departures = [find_departures(nominal, shift(each)) for each in slopes]
-    return np.asarray(make_kink_modes(nominal.features.state, departures, deviation, n))
+    remainders = [compute_remainders(nominal, shift(each)) for each in slopes]
+    return np.asarray(make_kink_modes(nominal.features.state, remainders, deviation, n))
 
 
 def test_a_linear_response_has_none() -> None:
@@ -79,10 +79,10 @@ def test_a_quadratic_response_has_those_of_the_closed_form(n: float) -> None:
     """Either end departs by c (sqrt(3) s)^2, and counts for a sixth in the variance / n and in the mean."""
     modes = modes_of(lambda x: NOMINAL + SLOPE * x + BENT * x**2, SLOPE, n=n)
     assert modes.shape == (len(STATE), 2 * N_STATE)
-    departure = 3 * BENT * JITTER**2
+    remainder = 3 * BENT * JITTER**2
     for end in (modes[:, :N_STATE], modes[:, N_STATE:]):
         for state, mode in enumerate(end.T):
-            expected = np.where(np.equal(STATE, state), sqrt(1 / (6 * n) + 1 / 36) * departure, 0.0)
+            expected = np.where(np.equal(STATE, state), sqrt(1 / (6 * n) + 1 / 36) * remainder, 0.0)
             # Round-off of sums of the size of the nominal response.
             np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-13)
     # Together: E d^2 = 3 c^2 s^4 of a normal x, which a rule of three points has exactly, over n; and twice half the

@@ -10,14 +10,14 @@ import scipy.linalg
 
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model, Sensor
-from correlation.noise.kink import REACH, Shift, find_departures, make_curvature_modes
+from correlation.noise.kink import REACH, Shift, compute_remainders, make_curvature_modes
 from correlation.noise.nuisance import (
     HISTORY,
     Budget,
     ModelFeatures,
-    bulge,
     make_history_modes,
     make_nuisance_modes,
+    parabolic_share,
 )
 from correlation.prediction import Points, Prediction, Predictor
 from reduction.jointed_system import FrictionContact, along
@@ -76,7 +76,7 @@ def test_the_first_causes_are_shifts_of_frequency(bench: Bench, number: int, con
 
 @pytest.mark.parametrize(("number", "configuration"), [(2, "jointed"), (3, "free")])
 def test_the_next_are_excesses_of_the_force(bench: Bench, number: int, configuration: str) -> None:
-    ends = [bench.model.overdriven(configuration, side * STEP) for side in (1, -1)]
+    ends = [bench.model.with_force_error(configuration, side * STEP) for side in (1, -1)]
     same(bench.jitter[number][:, 0], bench.change(*ends), bench)
 
 
@@ -91,7 +91,7 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
 
 
 def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleType) -> None:
-    bench = Bench(replace(small, pressed_together=(("right", "left"),)), paper)
+    bench = Bench(replace(small, linked_preloads=(("right", "left"),)), paper)
     (mode,) = bench.jitter[-1].T
     ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
     same(mode, bench.change(*ends), bench)
@@ -210,7 +210,7 @@ def long(small: Model, paper: ModuleType) -> Bench:
 @pytest.mark.parametrize("weights", [(1.0, 4.0, 1.0), (0.2, 0.5, 0.3), (1.0, 4.0, 2.0, 4.0, 1.0), (3.0, 1.0, 3.0)])
 def test_a_bulge_moves_shares_to_the_ends_and_keeps_their_sum_and_balance(weights: tuple[float, ...]) -> None:
     share, place = np.array(weights), np.linspace(-1, 1, len(weights))
-    pattern = bulge(share)
+    pattern = parabolic_share(share)
     # Round-off.
     assert share @ pattern == pytest.approx(0.0, abs=1e-14 * share.sum())
     assert share @ (pattern * place) == pytest.approx(0.0, abs=1e-14 * share.sum())
@@ -222,7 +222,7 @@ def test_a_bulge_moves_shares_to_the_ends_and_keeps_their_sum_and_balance(weight
 
 @pytest.mark.parametrize("weights", [(1.0,), (1.0, 1.0), (1.0, 0.0, 1.0)])
 def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, ...]) -> None:
-    np.testing.assert_array_equal(bulge(np.array(weights)), 0.0)
+    np.testing.assert_array_equal(parabolic_share(np.array(weights)), 0.0)
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
@@ -230,7 +230,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
     field, n_level = SHARED[number], len(paper.LEVELS)
     modes = make_nuisance_modes(long.nominal, Budget(shares=1.0), ()).budget
     assert modes.shape[1] == N_FREQUENCY + 4 + len(SHARED) * n_level
-    pattern, ends = bulge(WEIGHT), []
+    pattern, ends = parabolic_share(WEIGHT), []
     for side in (1, -1):
         values, static = {}, np.array(long.model.system.static)
         for names in long.model.lines.values():
@@ -361,8 +361,8 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     )
     change = REACH * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
     free = bench.features.points.free[bench.features.row]
-    departure = find_departures(bench.nominal, Shift(models=(plus, minus), change=np.asarray(change)))
-    modes = make_curvature_modes(departure, free)
+    remainder = compute_remainders(bench.nominal, Shift(models=(plus, minus), change=np.asarray(change)))
+    modes = make_curvature_modes(remainder, free)
     nominal = bench.features.of_values(bench.prediction.value)
     for mode, (name, size), here in zip(modes.T, deviation.items(), (~free, free), strict=True):
         assert not mode[~here].any()

@@ -11,7 +11,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.nuisance import Budget, ModelFeatures, make_nuisance_modes
-from correlation.noise.scatter import POOLED, STATE, Scatter, _bias, _unrest, estimate_scatter
+from correlation.noise.scatter import POOLED, STATE, Scatter, _bias, _excess_scatter, estimate_scatter
 from correlation.prediction import Points, Prediction, Predictor
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
@@ -177,10 +177,10 @@ def test_numbers_of_a_state_that_scatters_more_are_all_less_certain(bench: Bench
     rows = ~points.free & (points.level == 3.0) & (points.frequency == 25.0)
     mean = calm.repeat.mean(axis=1)[:, None]
     repeat = np.where(rows[:, None], mean + times * (calm.repeat - mean), calm.repeat)
-    restless = Observation(points=points, repeat=repeat, motion=calm.motion, taken=calm.taken)
-    before, after = (bench.scatter(each).whitening.deviation for each in (calm, restless))
+    scattered = Observation(points=points, repeat=repeat, motion=calm.motion, taken=calm.taken)
+    before, after = (bench.scatter(each).whitening.deviation for each in (calm, scattered))
     ratio, here = after / before, rows[bench.features.row]
-    # 11 numbers of 7 degrees of freedom say that the variance is 9 times as large (which is below `WILD`), against
+    # 11 numbers of 7 degrees of freedom say that the variance is 9 times as large (see `MOST_EXCESS_SCATTER`), against
     # STATE * POOLED = 24 that it is not: (24 + 77 * 9) / (24 + 77) = 7, of which half are three standard deviations.
     assert ratio[here].min() > np.sqrt(7 / 2)
     # At most all of it, and the chances of either factor: two standard deviations of 16 % of both variances; and the
@@ -195,7 +195,7 @@ def test_numbers_of_one_law_are_as_certain_as_each_other() -> None:
     n_state, n_number, freedom = 200, 11, 3.0
     state = np.tile(np.arange(n_state), n_number)
     ratio = np.random.default_rng(8).chisquare(freedom, len(state)) / freedom
-    factor = _unrest(ratio, np.full(len(state), freedom), state)
+    factor = _excess_scatter(ratio, np.full(len(state), freedom), state)
     # Chi-square of 33 degrees of freedom beside 24 that are 1: a standard deviation of sqrt(66) / 57 = 0.14. None of
     # 200 strays beyond four of them; alone it would be 0.25.
     assert np.abs(factor - 1).max() < 4 * 0.14
@@ -206,7 +206,7 @@ def test_numbers_of_one_law_are_as_certain_as_each_other() -> None:
 def test_numbers_without_repeats_say_nothing_of_their_state() -> None:
     state = np.array([0, 0, 1, 1, 2])
     freedom = np.array([3.0, 0.0, 3.0, 3.0, 0.0])
-    factor = _unrest(np.array([9.0, np.nan, 1.0, 1.0, np.nan]), freedom, state)
+    factor = _excess_scatter(np.array([9.0, np.nan, 1.0, 1.0, np.nan]), freedom, state)
     alike = STATE * POOLED
     # They are as uncertain as the rest of it all the same; round-off.
     np.testing.assert_allclose(factor[:2], (alike + 27) / (alike + 3), rtol=1e-14)

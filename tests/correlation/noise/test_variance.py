@@ -28,13 +28,13 @@ def campaign(
     *,
     repeats: int = 5,
     together: float = 0.0,
-    wild: bool = False,
+    heavy_tailed: bool = False,
     proportional: float = 0.01,
     constant: float = 2e-7,
     sweep_offset: float = 0.0,
     n_sensor: int = 4,
 ) -> Campaign:
-    """Noise a |X| and b in each part; a share of its variance common to both sweeps of a repeat; wild: Student's t."""
+    """Noise a |X| and b in each part; a share of its variance common to both sweeps of a repeat; heavy tails: t."""
     rng = np.random.default_rng(seed)
     rows = []
     for sensor in range(n_sensor):
@@ -44,7 +44,7 @@ def campaign(
                     x = exact(sensor, harmonic, level, frequency)
                     deviation = np.hypot(proportional * abs(x), constant)
                     # A variance of the point's own, whose mean is 1: what an inverse chi-squared of 6 degrees does.
-                    deviation *= np.sqrt(4 / rng.chisquare(6)) if wild else 1.0
+                    deviation *= np.sqrt(4 / rng.chisquare(6)) if heavy_tailed else 1.0
                     for repeat in range(1, repeats + 1):
                         common = rng.normal(size=2)
                         for sweep in (1, -1):
@@ -84,11 +84,11 @@ def whitened(table: FeatureTable) -> np.ndarray:
         {},
         {"together": 0.5},
         {"together": 1.0},
-        {"wild": True},
+        {"heavy_tailed": True},
         {"proportional": 0.0},
         {"constant": 0.0},
     ],
-    ids=["plain", "sweeps half alike", "sweeps alike", "wild", "constant only", "proportional only"],
+    ids=["plain", "sweeps half alike", "sweeps alike", "heavy-tailed", "constant only", "proportional only"],
 )
 def test_nineteen_in_twenty_means_are_within_two_deviations(noise: dict[str, float], seed: int) -> None:
     made = campaign(seed, **noise)  # type: ignore[arg-type]
@@ -109,22 +109,22 @@ def test_the_law_of_the_variance_is_found() -> None:
     assert b2 == pytest.approx(0.02**2, rel=0.05)
 
 
-def test_a_few_wild_points_do_not_move_the_law() -> None:
+def test_a_few_outlying_points_do_not_move_the_law() -> None:
     rng = np.random.default_rng(5)
     amplitude, dof = rng.uniform(0.1, 2.0, 1000), np.full(1000, 8.0)
     scatter = (0.03**2 * amplitude**2 + 0.02**2) * rng.chisquare(8, 1000) / 8
     scatter[::33] *= 100.0
     a2, b2 = fit_variance_law(amplitude**2, scatter, dof)
-    # Three per cent of points, a hundred times too wild, quadruple a mean; cut at the 95 % quantile they add 6 %.
+    # Three per cent of points, a hundred times too scattered, quadruple a mean; cut at the 95 % quantile they add 6 %.
     assert a2 + b2 == pytest.approx(0.03**2 + 0.02**2, rel=0.15)
 
 
-def test_a_wild_point_keeps_its_own_deviation() -> None:
+def test_an_outlying_point_keeps_its_own_deviation() -> None:
     made = campaign(6, n_sensor=1)
     table = made.measurement
-    wild = (table.level == 10.0) & (table.frequency == FREQUENCY[12]) & (table.harmonic == 1)
+    outlying = (table.level == 10.0) & (table.frequency == FREQUENCY[12]) & (table.harmonic == 1)
     value = table.value.copy()
-    value[wild] += 5e-5 * np.random.default_rng(7).normal(size=wild.sum())
+    value[outlying] += 5e-5 * np.random.default_rng(7).normal(size=outlying.sum())
     columns = {name: getattr(table, name) for name in ("test", "order", "repeat", "sweep", "level", "frequency")}
     noisy = Measurement(**columns, sensor=table.sensor, harmonic=table.harmonic, value=value)
     before, after = (

@@ -206,5 +206,5 @@ def test_bounds_are_no_tighter_than_they_must_be() -> None:
     assert lower == pytest.approx((2 / 2.9) ** 0.5)
     assert upper == 1.5
     # A line of two contacts is left alone.
-    two = replace(equal, sensors=(), lines={"left": model.lines["left"][:2]}, pressed_together=())
+    two = replace(equal, sensors=(), lines={"left": model.lines["left"][:2]}, linked_preloads=())
     assert contact_position_bounds(two, 0.5, 1.5) == (0.5, 1.5)

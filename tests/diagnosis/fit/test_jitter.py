@@ -77,8 +77,8 @@ def test_preload_patterns_are_independent(small: Model) -> None:
 
 
 def test_lines_that_one_screw_presses_differ_by_one_factor(small: Model) -> None:
-    model = replace(small, lines={**small.lines, "middle": ("left 1",)}, pressed_together=(("right", "left"),))
-    assert model.presses == (("right", "left"), ("middle",))
+    model = replace(small, lines={**small.lines, "middle": ("left 1",)}, linked_preloads=(("right", "left"),))
+    assert model.preload_groups == (("right", "left"), ("middle",))
     # The two as one, by 3 %, the third by 2 %.
     patterns = {
         round(deviation, 12): {line: abs(share) for line, share in effect.shares}
@@ -100,7 +100,7 @@ def test_what_is_pressed_together_is_a_preload_once(
     small: Model, groups: tuple[tuple[str, ...], ...], message: str
 ) -> None:
     with pytest.raises(ModelDefinitionError, match=message):
-        replace(small, pressed_together=groups)
+        replace(small, linked_preloads=groups)
 
 
 def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: Model) -> None:

@@ -99,9 +99,9 @@ def test_at_its_upper_bound_it_is_differentiated_from_below(
     prediction, exact = train.predict(model), central(arranged, values, arranged.fit.prediction)
     seen: list[float] = []
 
-    def watched(test_model: Model, factor: float) -> Model:
+    def watched(model: Model, factor: float) -> Model:
         seen.append(factor)
-        return with_contact_position(test_model, factor)
+        return with_contact_position(model, factor)
 
     monkeypatch.setattr(accepted_parameters, "with_contact_position", watched)
     slopes = train.slopes(tight, values, model, prediction)

@@ -1,4 +1,4 @@
-"""Signs: what data show of a structure by themselves, beside what a model shows, in words."""
+"""Indications: what data show of a structure by themselves, beside what a model shows, in words."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ CLEAR = 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sign:
+class Indication:
     """One property that was measured and predicted.
 
     Parameters
@@ -48,13 +48,15 @@ class Sign:
         return f"the {self.quantity} {self.measured}; the model's {self.predicted}"
 
 
-#: Signs of all data of one type, from a model, the data, and what the model predicts for the features of each.
-ListSigns: TypeAlias = Callable[[Model, Sequence[Any], Sequence[Float[NDArray[np.float64], " m"]]], Sequence[Sign]]
+#: Indications of all data of one type, from a model, the data, and what the model predicts for the features of each.
+ListIndications: TypeAlias = Callable[
+    [Model, Sequence[Any], Sequence[Float[NDArray[np.float64], " m"]]], Sequence[Indication]
+]
 
 
-def name_causes(signs: Sequence[Sign]) -> str:
-    """What causes such signs elsewhere, in words; empty where nothing is known."""
-    clear = {(each.kind, each.difference > 0) for each in signs if each.is_clear}
+def name_causes(indications: Sequence[Indication]) -> str:
+    """What causes such indications elsewhere, in words; empty where nothing is known."""
+    clear = {(each.kind, each.difference > 0) for each in indications if each.is_clear}
     causes = []
     if ("frequency", False) in clear and ("damping", True) in clear:
         causes.append("a frequency that falls and a damping that rises with the amplitude are signs of slip in joints")

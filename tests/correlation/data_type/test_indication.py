@@ -1,14 +1,15 @@
 """What ring-downs and loops show by themselves: trends of frequency and damping, play, work."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from correlation.data_type.loop import ForceLoop, list_loop_signs, predict_loop
-from correlation.data_type.ring_down import FreeDecay, list_ring_down_signs, predict_ring_down
-from correlation.data_type.sign import Sign, name_causes
+from correlation.data_type.indication import Indication, name_causes
+from correlation.data_type.loop import ForceLoop, list_loop_indications, predict_loop
+from correlation.data_type.ring_down import FreeDecay, list_ring_down_indications, predict_ring_down
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop
 from correlation.signal.ring_down import analyse_ring_down
@@ -36,10 +37,10 @@ def decay(softening: float, drag: float, seed: int, noise: float = 1e-3) -> Free
     )  # fmt: skip
 
 
-def trends(model: Model, softening: float, drag: float) -> dict[str, Sign]:
+def trends(model: Model, softening: float, drag: float) -> dict[str, Indication]:
     decays = [decay(softening, drag, seed) for seed in (1, 2, 3)]
-    signs = list_ring_down_signs(model, decays, [predict_ring_down(model, each) for each in decays])
-    return {sign.kind: sign for sign in signs}
+    indications = list_ring_down_indications(model, decays, [predict_ring_down(model, each) for each in decays])
+    return {indication.kind: indication for indication in indications}
 
 
 def test_a_falling_frequency_and_a_rising_damping_are_signs_of_slip(oscillator: Callable[..., Model]) -> None:
@@ -53,9 +54,23 @@ def test_a_falling_frequency_and_a_rising_damping_are_signs_of_slip(oscillator: 
     assert "slip in joints" in name_causes(list(found.values()))
 
 
+def test_decays_of_two_structures_and_sensors_are_not_averaged(oscillator: Callable[..., Model]) -> None:
+    """Free of contacts, and read as an acceleration, a mode of the same frequency has trends of its own."""
+    falling, linear = decay(0.01, 0.5, 1), decay(0.0, 0.0, 2)
+    others = [replace(linear, configuration="free"), replace(linear, sensor="accelerometer", unit="m/s^2")]
+    decays, model = [falling, *others], oscillator()
+    indications = list_ring_down_indications(model, decays, [predict_ring_down(model, each) for each in decays])
+    alone = list_ring_down_indications(model, [falling], [predict_ring_down(model, falling)])
+    assert len(indications) == 6
+    assert len({indication.quantity for indication in indications}) == 6
+    by_quantity = {indication.quantity: indication for indication in indications}
+    assert all(by_quantity[indication.quantity] == indication for indication in alone)
+    assert {indication.measured.split()[-1] for indication in indications} == {"m", "m/s^2"}
+
+
 def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
     found = trends(oscillator(), softening=0.0, drag=0.0)
-    assert not any(sign.is_clear for sign in found.values())
+    assert not any(indication.is_clear for indication in found.values())
     assert name_causes(list(found.values())) == ""
 
 
@@ -106,11 +121,11 @@ def test_loops_show_work_and_play_that_the_model_lacks(
     x = 1e-3 * STROKE
     own, model = STIFFNESS * x, oscillator(jenkins)
     same = loop(own + slide(x, jenkins.tangential_stiffness, jenkins.limit_force))
-    signs = {sign.kind: sign for sign in list_loop_signs(model, [same], [predict_loop(model, same)])}
-    assert not any(sign.is_clear for sign in signs.values())
+    indications = {each.kind: each for each in list_loop_indications(model, [same], [predict_loop(model, same)])}
+    assert not any(indication.is_clear for indication in indications.values())
     loose = loop(slide(x, 1e6, 200.0, play=3e-4))
-    signs = {sign.kind: sign for sign in list_loop_signs(model, [loose], [predict_loop(model, loose)])}
-    assert signs["play"].is_clear
-    assert signs["play"].measured == "stays near zero over 0.3 mm"
-    assert signs["work"].is_clear
-    assert "backlash" in name_causes(list(signs.values()))
+    indications = {each.kind: each for each in list_loop_indications(model, [loose], [predict_loop(model, loose)])}
+    assert indications["play"].is_clear
+    assert indications["play"].measured == "stays near zero over 0.3 mm"
+    assert indications["work"].is_clear
+    assert "backlash" in name_causes(list(indications.values()))
