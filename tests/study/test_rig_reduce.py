@@ -414,9 +414,7 @@ def read_all(file: Path) -> None:
     dead_weights(case)
 
 
-def test_bodies_that_overlap_are_refused_by_the_command(
-    tmp_path: Path, short_rig: str, stickslip: RigCommand
-) -> None:
+def test_bodies_that_overlap_are_refused_by_the_command(tmp_path: Path, short_rig: str, stickslip: RigCommand) -> None:
     # A root block so thick that it reaches the lower arms, and contact so low that they reach it.
     blade = '[structure.blade]\ncontact_height = "50 mm"\nroot_thickness = "200 mm"\n'
     (tmp_path / "my.toml").write_text(short_rig + blade, encoding="utf-8")
