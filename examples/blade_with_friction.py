@@ -25,7 +25,7 @@ TANGENTIAL, NORMAL, FRICTION, LOAD = 4.65e6, 6.75e6, 0.6, 3.0
 LEVELS = (1.0, 3.0, 5.0, 10.0)  # N
 
 blade = Blade()
-mesh = mesh_blade(blade, MeshRule(element=HEX20, through_thickness=1, length_ratio=2.3, length_cap=0.008))
+mesh = mesh_blade(blade, MeshRule(element=HEX20, through_thickness=1, length_ratio=4.0, length_cap=0.012))
 free = supported_system(mesh, *assemble_compact(mesh, STEEL), [Support(nodes=mesh.nodes("clamp"))])
 names = ("excitation", "response", "contact_positive", "contact_negative")
 rom = craig_bampton(free, {name: free.rows(mesh.node_sets[name]) for name in names}, n_mode=40)

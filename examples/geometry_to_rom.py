@@ -7,14 +7,14 @@ import stickslip as ss
 blade = ss.Blade()  # lengths in metres; see docs/blade.md for every dimension
 ss.write_step(ss.blade_part(blade), Path("blade.step"))
 
-rule = ss.MeshRule(element=ss.HEX20, through_thickness=1, length_ratio=2.3, length_cap=0.008)
+rule = ss.MeshRule(element=ss.HEX20, through_thickness=1, length_ratio=4.0, length_cap=0.012)
 mesh = ss.mesh_blade(blade, rule)
 mass, stiffness = ss.assemble(mesh, ss.STEEL)
 system = ss.supported_system(mesh, mass, stiffness, [ss.Support(nodes=mesh.nodes("clamp"))])
 
 names = ("excitation", "response", "contact_positive", "contact_negative")
 boundary = {name: system.rows(mesh.node_sets[name]) for name in names}
-ss.save_rom(ss.craig_bampton(system, boundary, n_mode=150), "blade_rom.h5")
+ss.save_rom(ss.craig_bampton(system, boundary, n_mode=100), "blade_rom.h5")
 rom = ss.load_rom("blade_rom.h5")
 
 full, reduced = ss.modes(system, 5).frequency, rom.modes(5).frequency

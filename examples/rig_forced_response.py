@@ -24,7 +24,7 @@ from study.solve.model import make_solve_model
 
 def main() -> None:
     text = RIG.read_text(encoding="utf-8")
-    for old, new in (("2.5 mm", "5 mm"), ("modes = 150", "modes = 60"), ("[1, 3, 5, 10]", "[1, 5]")):
+    for old, new in (("2.5 mm", "8 mm"), ("modes = 150", "modes = 40"), ("[1, 3, 5, 10]", "[1, 5]")):
         text = text.replace(old, new)
     Path("coarse_rig.toml").write_text(text.replace("histories = 3", "histories = 2"), encoding="utf-8")
     opened = open_case("coarse_rig.toml")

@@ -26,7 +26,7 @@ SHOWN = {
 SLOW = {"find_the_missing_effect.py"}
 SLOW_TIMEOUT = 1500  # s
 #: Arguments of those that do less if asked: what they check is the same.
-EFFORT = {"response_limits.py": ("7",), "virtual_tests.py": ("3",)}
+EFFORT = {"response_limits.py": ("4",), "virtual_tests.py": ("2",)}
 
 
 def test_the_examples_are_found() -> None:

@@ -22,10 +22,14 @@ def campaign(model: Model, change: str) -> Campaign:
     return measure(model, np.random.default_rng([20261124, SEED]), change, 0.0)
 
 
-def test_what_time_integration_measures_lies_within_the_limits_of_harmonic_balance(model: Model) -> None:
+def test_what_time_integration_measures_lies_within_the_limits_of_harmonic_balance(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Contacts stick at the lowest level, and slip at the highest.
+    monkeypatch.setattr("benchmarks.family_coverage.LEVELS", (LEVELS[0], LEVELS[-1]))
     verdicts = verdicts_of(model, campaign(model, "none"))
     # Fundamentals of the motion and of both forces, and their static parts, at each level.
-    assert len(verdicts) == 5 * len(LEVELS)
+    assert len(verdicts) == 5 * 2
     assert not any(item.leaves for item in verdicts)
     # One reading of noise in 370 lies outside.
     assert all(item.coverage > 0.95 for item in verdicts)

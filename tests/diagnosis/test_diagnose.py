@@ -26,6 +26,8 @@ EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
 RATIO, LINE = 1.02, "preload of left"
 CUBIC, RATE = "cubic at tip z", 1e6  # N/m^3
+#: Kinds that are left out where others compete.
+FRICTION = ("dashpot", "air damping", "friction coefficient", "tangential stiffness")
 #: What every round does, whatever comes out; refits are of what was shortlisted.
 STEPS = ("arrangement", "scores", "held-out error", "places")
 
@@ -105,11 +107,10 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
 
 
-@pytest.mark.parametrize(("n_repeat", "seed"), [(5, 6), (8, 5)])
-def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench, n_repeat: int, seed: int) -> None:
+def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
     """A weaker mass beside seven repeats: chi^2 of the eighth falls by a seventh of what that of the others does."""
-    campaign = bench.campaign((WHERE, 6e-4), seed=seed, n_repeat=n_repeat, held=(n_repeat,))
-    found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload"])
+    campaign = bench.campaign((WHERE, 6e-4), n_repeat=8, held=(8,))
+    found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload", *FRICTION])
     assert WHERE in names(found)
     assert found.refits[0].held_gain < 0.25 * found.refits[0].gain
 
@@ -250,6 +251,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     found = bench.diagnose(
         bench.campaign((WHERE, MASS), (LINE, RATIO)),
         added=[Added(effect=bench.effect(WHERE), values=np.array([start]))],
+        without=["cubic", "gap", "dashpot", "air damping"],
     )
     assert found.verdict.finding is Finding.MISSING
     assert names(found) == [LINE]

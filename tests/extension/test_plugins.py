@@ -86,6 +86,7 @@ def test_a_case_names_members_of_every_kind(case: Path, capfd: pytest.CaptureFix
 def test_a_reduction_in_another_process_finds_the_element_of_a_case(case: Path, tmp_path: Path) -> None:
     text = BLADE.read_text(encoding="utf-8").replace('"hex20"', '"wedge15"').replace("modes = 150", "modes = 5")
     text = re.sub("elements_through_thickness = .*", "elements_through_thickness = 1", text)
+    text = re.sub("length_ratio = .*", "length_ratio = 5", text).replace('"8 mm"', '"20 mm"')
     own = tmp_path / "blade.toml"
     own.write_text(text.replace("[structure]", '[plugins]\nfiles = ["wedge15.py"]\n[structure]', 1), encoding="utf-8")
     assert read_case(own).structure.matrices.rom is not None

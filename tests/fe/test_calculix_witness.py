@@ -42,7 +42,7 @@ def distorted_block(element: Element, box: BoxMesher) -> Mesh:
 
 
 def plain_blade(element: Element, box: BoxMesher) -> Mesh:
-    rule = MeshRule(element=element, through_thickness=1, length_ratio=2.36, length_cap=0.005)
+    rule = MeshRule(element=element, through_thickness=1, length_ratio=2.36, length_cap=0.01)
     return mesh_plain_blade(PlainBlade(), rule)
 
 

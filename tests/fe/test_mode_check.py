@@ -26,16 +26,16 @@ def chains(n_chain: int, n: int) -> sp.csr_array:
     return sp.csr_array(sp.kron(sp.eye_array(n_chain), chain))
 
 
-@pytest.mark.parametrize("lost", [0, 30, 70])
-def test_one_of_24_alike_that_is_missing_is_counted(lost: int, backend: Backend) -> None:
+def test_one_of_24_alike_that_is_missing_is_counted(backend: Backend) -> None:
     stiffness, mass = chains(24, 40), sp.eye_array(960, format="csr")
     lambda_, shapes = lowest_eigenpairs(stiffness, mass, 80)
     whole = check_modes(stiffness, mass, lambda_, shapes, backend=backend)
     assert (whole.n_missed, whole.n_found, whole.n_below) == (0, 72, 72)
-    kept = np.delete(np.arange(80), lost)
-    assert check_modes(stiffness, mass, lambda_[kept], shapes[:, kept], backend=backend).n_missed == 1
-    twice = np.insert(np.arange(80), lost, lost)
-    assert check_modes(stiffness, mass, lambda_[twice], shapes[:, twice], backend=backend).n_missed == -1
+    for lost in (0, 30, 70):
+        kept = np.delete(np.arange(80), lost)
+        assert check_modes(stiffness, mass, lambda_[kept], shapes[:, kept], backend=backend).n_missed == 1
+        twice = np.insert(np.arange(80), lost, lost)
+        assert check_modes(stiffness, mass, lambda_[twice], shapes[:, twice], backend=backend).n_missed == -1
 
 
 def test_modes_that_are_all_alike_have_none_below_them() -> None:

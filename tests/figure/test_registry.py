@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FuncFormatter, NullFormatter
 from PIL import Image
@@ -38,11 +37,15 @@ def kind(request: pytest.FixtureRequest) -> FigureKind:
 
 
 @pytest.fixture(scope="module")
-def figure(kind: FigureKind) -> Figure:
-    """The figure of an example, laid out."""
+def picture(kind: FigureKind) -> tuple[Figure, bytes]:
+    """The figure of an example, laid out, and its file."""
     drawn: Figure = kind.draw(EXAMPLES[kind.draws]())
-    FigureCanvasAgg(drawn).draw()
-    return drawn
+    return drawn, png(drawn)
+
+
+@pytest.fixture(scope="module")
+def figure(picture: tuple[Figure, bytes]) -> Figure:
+    return picture[0]
 
 
 def shown_axes(figure: Figure) -> list[Axes]:
@@ -55,9 +58,9 @@ def test_every_result_has_a_figure_of_its_own_and_an_example() -> None:
     assert set(own) == set(EXAMPLES)
 
 
-def test_it_is_a_picture_that_can_be_opened(kind: FigureKind) -> None:
-    with Image.open(BytesIO(png(kind.draw(EXAMPLES[kind.draws]())))) as picture:
-        shades = np.asarray(picture.convert("L"))
+def test_it_is_a_picture_that_can_be_opened(picture: tuple[Figure, bytes]) -> None:
+    with Image.open(BytesIO(picture[1])) as opened:
+        shades = np.asarray(opened.convert("L"))
     assert min(shades.shape) > 300
     assert shades.min() < 100 < 250 < shades.max()
 

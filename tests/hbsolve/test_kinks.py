@@ -45,10 +45,10 @@ def stopped(level: float) -> HarmonicBalance:
         joints=[ElasticStop(name="stop", direction=along(1, {0: 1.0}), stiffness=100.0, gap=1.0)],
         harmonic_force=[[0.0], [0.1]],
     )
-    return HarmonicBalance(system=system, n_harmonic=12, level=level)
+    return HarmonicBalance(system=system, n_harmonic=6, level=level)
 
 
-@pytest.mark.parametrize("level", [4.0, 6.0, 8.0, 10.0, 12.0, 14.0])
+@pytest.mark.parametrize("level", [6.0, 8.0, 14.0])
 def test_a_branch_passes_the_kinks_of_a_wedge_to_its_last_value(level: float) -> None:
     balance = wedge_chain(level)
     branch = frequency_response(balance, 2 * np.pi * 12, 2 * np.pi * 32)

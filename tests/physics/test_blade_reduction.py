@@ -15,7 +15,7 @@ from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.mesher.blade import mesh_blade
 from fe.mesher.mesh_rule import MeshRule
-from fe.modal import modes
+from fe.modal import ModeSet, modes
 from fe.sparse.solver import factorise
 from fe.stress import compute_nodal_stress
 from fe.system import LinearSystem
@@ -35,8 +35,8 @@ BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
 @cache
 def blade(element: str) -> tuple[Mesh, LinearSystem]:
     rule = {
-        "hex8": MeshRule(element=HEX8, through_thickness=2, length_ratio=2.4, length_cap=0.008),
-        "hex20": MeshRule(element=HEX20, through_thickness=1, length_ratio=2.4, length_cap=0.008),
+        "hex8": MeshRule(element=HEX8, through_thickness=2, length_ratio=4.0, length_cap=0.012),
+        "hex20": MeshRule(element=HEX20, through_thickness=1, length_ratio=4.0, length_cap=0.012),
     }[element]
     mesh = mesh_blade(Blade(), rule)
     mass, stiffness = assemble(mesh, STEEL)
@@ -67,10 +67,16 @@ def extended_frequency(system: LinearSystem, shapes: np.ndarray) -> np.ndarray:
 
 
 @cache
+def full_modes(element: str) -> ModeSet:
+    """Some more modes of the full model than are compared."""
+    return modes(blade(element)[1], N + 5)
+
+
+@cache
 def full_frequency(element: str) -> np.ndarray:
     """Of the full model, to 1e-12: shapes improved by one step of subspace iteration, quotients in long numbers."""
     _, system = blade(element)
-    shapes = factorise(system.stiffness).solve(system.mass @ modes(system, N + 5).mode_shapes)
+    shapes = factorise(system.stiffness).solve(system.mass @ full_modes(element).mode_shapes)
     stiffness, mass = (shapes.T @ (matrix @ shapes) for matrix in (system.stiffness, system.mass))
     _, rotation = scipy.linalg.eigh((mass + mass.T) / 2, (stiffness + stiffness.T) / 2)
     return extended_frequency(system, shapes @ rotation[:, ::-1][:, :N])
@@ -84,8 +90,7 @@ def true_error(element: str, rom: ReducedModel) -> np.ndarray:
 
 @pytest.mark.parametrize("element", ["hex8", "hex20"])
 def test_with_150_modes_five_frequencies_are_right_to_1e_6_and_ten_to_2e_5(element: str) -> None:
-    _, system = blade(element)
-    error = reduced(element).modes(N).frequency / modes(system, N).frequency - 1
+    error = reduced(element).modes(N).frequency / full_modes(element).frequency[:N] - 1
     assert np.all(np.abs(error[:5]) < 1e-6)
     assert np.all(np.abs(error) < 2e-5)
 

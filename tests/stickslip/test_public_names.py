@@ -51,18 +51,15 @@ def test_the_import_loads_nothing_heavy(use: str) -> None:
     assert done.stdout.split() == []
 
 
-# Seconds of CPU, so that other work on the machine does not count; measured 0.03 and 0.2.
-@pytest.mark.parametrize(("words", "most"), [(["-c", "import stickslip"], 0.3), (["-m", "stickslip", "--help"], 0.5)])
-def test_the_import_and_the_help_are_quick(words: list[str], most: float) -> None:
+def test_the_help_loads_nothing_heavy() -> None:
     script = (
-        "import resource, subprocess, sys; subprocess.run([sys.executable, *sys.argv[1:]], check=True, stdout=-3);"
-        "used = resource.getrusage(resource.RUSAGE_CHILDREN); print(used.ru_utime + used.ru_stime)"
+        "import runpy, sys\nsys.argv = ['stickslip', '--help']\n"
+        "try:\n    runpy.run_module('stickslip', run_name='__main__')\n"
+        f"except SystemExit as end:\n    print(end.code, *sorted(set(sys.modules) & {HEAVY!r}), file=sys.stderr)"
     )
-    spent = [
-        float(subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True, check=True).stdout)
-        for _ in range(3)
-    ]
-    assert min(spent) < most
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    assert "stickslip COMMAND --help" in done.stdout
+    assert done.stderr.split() == ["0"]
 
 
 @pytest.mark.parametrize("package", ["geometry", "study", "figure"])

@@ -4,7 +4,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import numpy as np
 import pytest
@@ -12,9 +15,14 @@ import pytest
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
+from pipeline.store import Store
+from study import cli
 from study.case.added import case_catalogue
 from study.case.setup import read_case
+from study.run_context import silent_run
 from study.shipped_cases import BLADE, TABLE1
+
+Command = Callable[..., "subprocess.CompletedProcess[str]"]
 
 #: A stubby bar: two rows, one prediction and three nested meshes of at most a thousand nodes.
 COARSE = """\
@@ -90,8 +98,6 @@ kn = "8.5 N/um"
 kt = "4.6 N/um"
 mu = 0.8
 """
-#: A command that takes longer hangs [s]: a slow machine is no error.
-TIMEOUT = 600
 
 
 @pytest.fixture(scope="session")
@@ -107,21 +113,59 @@ def short_rig() -> str:
     return SHORT_RIG
 
 
+def run_here(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    """Run ``stickslip`` in this process: another one takes seconds of imports, and `test_cli.py` starts such."""
+    with TemporaryFile("w+") as out, TemporaryFile("w+") as err, chdir(folder):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        kept = {number: os.dup(number) for number in (1, 2)}
+        os.dup2(out.fileno(), 1)
+        os.dup2(err.fileno(), 2)
+        try:
+            with redirect_stdout(out), redirect_stderr(err):
+                code = cli.main([*words, "--cache", str(folder / "cache")])
+        finally:
+            for number, copy in kept.items():
+                os.dup2(copy, number)
+                os.close(copy)
+        texts = []
+        for stream in (out, err):
+            stream.flush()
+            stream.seek(0)
+            texts.append(stream.read())
+    return subprocess.CompletedProcess(["stickslip", *words], code, *texts)
+
+
 @pytest.fixture(scope="session")
-def rig_command() -> Callable[..., "subprocess.CompletedProcess[str]"]:
+def stickslip() -> Command:
     """Runs ``stickslip`` with some words in a folder, with a cache there."""
+    return run_here
 
-    def run(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-        return subprocess.run(
-            [sys.executable, "-m", "stickslip", *words, "--cache", str(folder / "cache")],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT,
-            check=False,
-        )
 
-    return run
+@pytest.fixture(scope="session")
+def reduced_rig(tmp_path_factory: pytest.TempPathFactory, short_rig: str) -> Path:
+    """A cache folder in which the bodies of the short rig are stored, for tests to copy."""
+    folder = tmp_path_factory.mktemp("reduced_rig")
+    (folder / "rig.toml").write_text(short_rig, encoding="utf-8")
+    read_case(folder / "rig.toml", run=replace(silent_run(), store=Store(folder / "cache")))
+    return folder / "cache"
+
+
+@pytest.fixture(scope="session")
+def kept_rounds(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """Steps of diagnoses, for tests that need a diagnosis which another test of this process may have made already."""
+    return Store(tmp_path_factory.mktemp("rounds"))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_pictures() -> Iterator[None]:
+    """Pictures that this process draws are small: `tests/figure` looks at them, here they only have to be there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("figure.scene.view.OVERSAMPLING", 1)
+        patch.setattr("figure.scene.mode_picture.HEIGHT", 600)
+        patch.setattr("figure.scene.mode_picture.FILM_HEIGHT", 450)
+        patch.setattr("figure.scene.deflection_film.FILM_HEIGHT", 450)
+        yield
 
 
 @pytest.fixture

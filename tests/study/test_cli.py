@@ -47,7 +47,7 @@ def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> 
     if how in {"long", "table"}:
         from rich.table import Table
         table = Table("n")
-        for i in range(20_000): table.add_row(str(i))
+        for i in range(6_000): table.add_row(str(i))
         return Answer(document={}, text=table if how == "table" else "line\\n" * 100_000)
     print("chatter of a library")
     os.system("echo chatter of compiled code")

@@ -114,7 +114,7 @@ def test_a_sensor_that_reads_too_much_is_named() -> None:
 
 def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     points = CampaignPoints(
-        levels=(3.0, 5.0), frequencies=tuple(JOINTED[::2].tolist()), free_frequencies=tuple(FREE.tolist()), n_repeat=5
+        levels=(3.0, 5.0), frequencies=tuple(JOINTED[::2].tolist()), free_frequencies=tuple(FREE.tolist()), n_repeat=3
     )
     make_campaign(at_home / "bench", seed=2, kind="mass", strength=2e-3, points=points)
     assert cli.main(["compare", str(BEAM), "bench", "--out", "out", "--json"]) == 0

@@ -8,17 +8,20 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from pipeline.store import Store
 from study.compare.sentence import DIFFERS
 from study.diagnose.add import add
 from study.diagnose.page import contents
 from study.diagnose.run import Diagnosed, diagnose_file
 from study.diagnose.stages import waterfall
+from study.run_context import silent_run
 
 TwoMasses = Callable[..., Path]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -50,13 +53,15 @@ class References(HTMLParser):
             self.words.append(data)
 
 
-def diagnosed(two_masses: TwoMasses) -> Diagnosed:
+@pytest.fixture
+def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> Diagnosed:
+    """A hidden mass, found."""
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
-    return diagnose_file(case, read_campaign(folder), folder)
+    return diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
 
 
-def test_the_page_holds_everything_and_loads_nothing(two_masses: TwoMasses) -> None:
-    found = diagnosed(two_masses)
+def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> None:
+    found = diagnosed
     files = contents(found.last, found.history, Path("chain.toml"))
     assert sorted(files) == [
         "chain_diagnosis.html",
@@ -83,8 +88,8 @@ def test_the_page_holds_everything_and_loads_nothing(two_masses: TwoMasses) -> N
     assert "friction coefficient" in words  # which these tests say nothing about
 
 
-def test_the_curves_of_the_page_are_those_of_the_diagnosis(two_masses: TwoMasses) -> None:
-    found = diagnosed(two_masses)
+def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed) -> None:
+    found = diagnosed
     text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     data = json.loads(re.search(r"const DATA = (\{.*?\});</script>", text, re.DOTALL)[1])  # type: ignore[index]
     curves = data["curves"]
@@ -106,8 +111,8 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(two_masses: TwoMasses
     assert mapped["whole"][1] < 1.5 < DIFFERS < mapped["whole"][0]
 
 
-def test_the_waterfall_goes_on_from_the_history(two_masses: TwoMasses) -> None:
-    found = diagnosed(two_masses)
+def test_the_waterfall_goes_on_from_the_history(diagnosed: Diagnosed, kept_rounds: Store) -> None:
+    found = diagnosed
     steps = waterfall(found.last, found.history)
     assert [(step.name, step.proposed) for step in steps] == [
         ("as drawn", False),
@@ -116,7 +121,7 @@ def test_the_waterfall_goes_on_from_the_history(two_masses: TwoMasses) -> None:
     ]
     case, folder = Path("chain.toml"), Path("campaign")
     add(case, "mass at tip")
-    later = diagnose_file(case, read_campaign(folder), folder)
+    later = diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
     after = waterfall(later.last, later.history)
     assert [(step.name, step.proposed) for step in after] == [(step.name, False) for step in steps]
     for step, before in zip(after, steps, strict=True):
@@ -125,19 +130,19 @@ def test_the_waterfall_goes_on_from_the_history(two_masses: TwoMasses) -> None:
     assert after[1].held_out == steps[1].held_out
 
 
-def test_names_of_the_user_are_no_markup(two_masses: TwoMasses) -> None:
+def test_names_of_the_user_are_no_markup(two_masses: TwoMasses, kept_rounds: Store) -> None:
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     evil = "</script><script>alert(1)</script>"
     case.write_text(case.read_text().replace('title = "Two masses"', f'title = "{evil}"'), encoding="utf-8")
-    found = diagnose_file(case, read_campaign(folder), folder)
+    found = diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
     text = contents(found.last, found.history, case)["chain_diagnosis.html"].decode()
     assert evil not in text
     assert html.escape(evil) in text
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")
-def test_a_browser_draws_all_figures_and_reports_no_error(two_masses: TwoMasses, tmp_path: Path) -> None:
-    found = diagnosed(two_masses)
+def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, tmp_path: Path) -> None:
+    found = diagnosed
     page = tmp_path / "page.html"
     text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Whatever goes wrong in the page is shown in it.

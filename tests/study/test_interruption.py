@@ -4,9 +4,8 @@ import signal
 import subprocess
 import sys
 
-import pytest
-
 PROGRAM = """
+import sys
 from typing import NamedTuple
 import numba
 from study.interruption import Interruption
@@ -23,21 +22,25 @@ def work(n):
     return total, Pair(total, total)
 
 work(1)
-try:
-    with Interruption().watched():
-        print("ready", flush=True)
-        while True:
-            _, pair = work(10**8)
-except KeyboardInterrupt:
-    print("interrupted")
+for _ in range(int(sys.argv[1])):
+    try:
+        with Interruption().watched():
+            print("ready", flush=True)
+            while True:
+                _, pair = work(10**7)
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
 """
+#: Where in the code a signal arrives is chance.
+ATTEMPTS = 8
 
 
-@pytest.mark.parametrize("attempt", range(4))  # where in the code a signal arrives is chance
-def test_a_signal_within_compiled_code_that_returns_named_tuples_is_an_interrupt(attempt: int) -> None:
-    with subprocess.Popen([sys.executable, "-c", PROGRAM], stdout=subprocess.PIPE, text=True) as process:
+def test_a_signal_within_compiled_code_that_returns_named_tuples_is_an_interrupt() -> None:
+    command = [sys.executable, "-c", PROGRAM, str(ATTEMPTS)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
-        process.send_signal(signal.SIGINT)
-        assert process.stdout.read() == "interrupted\n"
+        for _ in range(ATTEMPTS):
+            assert process.stdout.readline() == "ready\n"
+            process.send_signal(signal.SIGINT)
+            assert process.stdout.readline() == "interrupted\n"
     assert process.returncode == 0

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -82,6 +83,12 @@ def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return at_home
 
 
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No pictures, which take longer than these searches."""
+    monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
+
+
 def limits(home: Path, capfd: pytest.CaptureFixture[str], case: str) -> dict[str, Any]:
     (home / "my.toml").write_text(case)
     assert cli.main(["limits", "my.toml", "--out", "out", "--json"]) == 0
@@ -97,10 +104,12 @@ def about_resonance(harmonic: int) -> str:
     """A band about the frequency at which this harmonic drives the stuck mass."""
     case = CASE.replace('amplitude = "1 N"', f'amplitude = "1 N"\nharmonic = {harmonic}')
     case = case.replace("highest = 1", f"highest = {harmonic}").replace('"8 Hz"', f'"{8 / harmonic} Hz"')
-    ends = f'from = "{170 / harmonic} Hz"\nto = "{194 / harmonic} Hz"'
+    case = case.replace("levels = [4, 1]", "levels = [1]")
+    ends = f'from = "{178 / harmonic} Hz"\nto = "{186 / harmonic} Hz"'
     return case.replace('from = "150 Hz"\nto = "130 Hz"', ends)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_limits_that_say_everything_need_no_sweep(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with_sweep = limits(home, capfd, CASE)
     head, _, rest = CASE.partition("[sweep]")
@@ -115,6 +124,7 @@ def test_limits_that_say_everything_need_no_sweep(home: Path, capfd: pytest.Capt
     assert re.search(r"my.toml:\d+: .*to is missing, .*no \[sweep\].*: give from and to", capfd.readouterr().err)
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("harmonic", [1, 2])
 def test_a_step_that_passes_by_a_resonance_is_told_with_one_that_does_not(
     home: Path, capfd: pytest.CaptureFixture[str], harmonic: int
@@ -151,18 +161,21 @@ gap = "5 mm"
 """
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_contacts_that_are_open_at_rest_hold_no_resonance(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "my.toml").write_text(about_resonance(1).replace("[[load]]\n", FAR, 1))
     assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
     assert "are 8 Hz apart at 181.4" in capfd.readouterr().err
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_remedy_for_a_list_of_frequencies_is_a_longer_one(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "my.toml").write_text(CASE + 'frequencies = ["170 Hz", "194 Hz"]\n')
     assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
     assert "may pass by its top; give more of them there, 0.8 Hz apart" in capfd.readouterr().err
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_of_a_resonance_without_width_nothing_is_said(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     np.savez(home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.zeros((2, 2)))
     (home / "my.toml").write_text(about_resonance(1))
@@ -284,11 +297,13 @@ samples = 2
 """
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_normal_force_of_a_rigs_line_at_rest_lies_between_the_limits_of_its_mean(
-    tmp_path: Path, short_rig: str, rig_command: Callable[..., "subprocess.CompletedProcess[str]"]
+    tmp_path: Path, short_rig: str, reduced_rig: Path, stickslip: Callable[..., "subprocess.CompletedProcess[str]"]
 ) -> None:
+    shutil.copytree(reduced_rig, tmp_path / "cache")
     (tmp_path / "rig.toml").write_text(short_rig + RIG_TABLES)
-    done = rig_command(tmp_path, "limits", "rig.toml", "--json")
+    done = stickslip(tmp_path, "limits", "rig.toml", "--json")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)["levels"][0]
     read = read_case(tmp_path / "rig.toml", run=replace(silent_run(), store=Store(tmp_path / "cache")))
@@ -344,7 +359,7 @@ if __name__ == "__main__":
     out, cache = Path(sys.argv[3]), Path(sys.argv[4])
     run.run_limits(Path("wedge.toml"), Options(quiet=True, cache=cache).open(out))
 """
-WEDGE_TABLE = '[limits]\nfrom = "279 Hz"\nto = "287 Hz"\nstep = "4 Hz"\nlevels = [0.1, 0.4]\nsamples = 4\nblock = 3\n'
+WEDGE_TABLE = '[limits]\nfrom = "279 Hz"\nto = "287 Hz"\nstep = "8 Hz"\nlevels = [0.4]\nsamples = 4\nblock = 3\n'
 
 
 def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(

@@ -3,7 +3,7 @@
 import json
 import re
 import subprocess
-import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,22 +25,9 @@ from reduction.errors import RomError
 from reduction.file.rom_hdf5 import load_rom
 from study import cli
 
-TIMEOUT = 120  # s; a hang is an error, a slow machine is none
+Command = Callable[..., "subprocess.CompletedProcess[str]"]
 ALUMINIUM = Material(young=70e9, poisson=0.33, density=2700.0)
 ALLOY = ["--young", "70 GPa", "--poisson", "0.33", "--density", "2.7 g/cm^3"]
-
-
-def stickslip(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-    done = subprocess.run(
-        [sys.executable, "-m", "stickslip", *words, "--cache", str(folder / "cache")],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done
 
 
 def tapered_bar() -> Mesh:
@@ -63,12 +50,13 @@ def held(mesh: Mesh) -> tuple[ModeSet, np.ndarray]:
 
 
 @pytest.mark.draws
-def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_path: Path) -> None:
+def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_path: Path, stickslip: Command) -> None:
     mesh = tapered_bar()
     in_millimetres = Mesh(points=1e3 * mesh.points, cells=mesh.cells, face_sets=mesh.face_sets)
     write_mesh(in_millimetres, tmp_path / "part.inp")
     words = ["modes", "part.inp", "--length-unit", "mm", "--fix", "CLAMP", "--n-modes", "4", *ALLOY, "--film", "2"]
     done = stickslip(tmp_path, *words, "--out", "out", "--json")
+    assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     found, shapes = held(mesh)
     # The deck has 13 digits of coordinates, in millimetres; a slender bar's first mode loses three more.
@@ -98,10 +86,14 @@ def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_p
 
 
 @pytest.mark.draws
-def test_a_free_mesh_has_six_zeros_and_its_first_elastic_mode_is_the_one_that_moves(tmp_path: Path) -> None:
+def test_a_free_mesh_has_six_zeros_and_its_first_elastic_mode_is_the_one_that_moves(
+    tmp_path: Path, stickslip: Command
+) -> None:
     write_mesh(tapered_bar(), tmp_path / "part.vtu")
     words = ["modes", "part.vtu", "--length-unit", "m", "--free", "--n-modes", "7", *ALLOY, "--out", "out", "--json"]
-    document = json.loads(stickslip(tmp_path, *words).stdout)
+    done = stickslip(tmp_path, *words)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
     assert document["frequency_hz"][:6] == [0.0] * 6
     assert document["frequency_hz"][6] > 100
     names = {Path(file).name for file in document["files"]}
@@ -109,12 +101,15 @@ def test_a_free_mesh_has_six_zeros_and_its_first_elastic_mode_is_the_one_that_mo
 
 
 @pytest.fixture(scope="module")
-def reduced(tmp_path_factory: pytest.TempPathFactory, case_text: dict[str, str]) -> tuple[Path, dict[str, object]]:
+def reduced(
+    tmp_path_factory: pytest.TempPathFactory, case_text: dict[str, str], stickslip: Command
+) -> tuple[Path, dict[str, object]]:
     """The command's folder and its document, for the rig's blade with one element through the thickness."""
     folder = tmp_path_factory.mktemp("reduce")
     text = case_text["blade"].replace("elements_through_thickness = 2", "elements_through_thickness = 1")
     (folder / "my.toml").write_text(text.replace("modes = 150", "modes = 40"))
     done = stickslip(folder, "reduce", "my.toml", "--out", "out", "--json", "--check")
+    assert done.returncode == 0, done.stderr
     return folder, json.loads(done.stdout)
 
 

@@ -1,6 +1,7 @@
 """One file goes through every command: a coarse rig is reduced, solved, bounded, compared, mended, and put back."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -108,7 +109,11 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_one_case_goes_through_every_command(at_home: Path, short_rig: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_one_case_goes_through_every_command(
+    at_home: Path, short_rig: str, reduced_rig: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(reduced_rig, at_home / "cache")
+
     def command(*words: str) -> dict[str, Any]:
         capfd.readouterr()
         assert cli.main([*words, "--out", "out", "--json"]) == 0

@@ -60,8 +60,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory, short_rig: str) -> Path:
 
 
 @pytest.fixture(scope="module")
-def document(folder: Path, rig_command: RigCommand) -> dict[str, Any]:
-    done = rig_command(folder, "reduce", "my.toml", "--out", "out", "--json")
+def document(folder: Path, stickslip: RigCommand) -> dict[str, Any]:
+    done = stickslip(folder, "reduce", "my.toml", "--out", "out", "--json")
     assert done.returncode == 0, done.stderr
     return dict(json.loads(done.stdout))
 
@@ -414,13 +414,11 @@ def read_all(file: Path) -> None:
     dead_weights(case)
 
 
-def test_bodies_that_overlap_are_refused_by_the_command(
-    tmp_path: Path, short_rig: str, rig_command: RigCommand
-) -> None:
+def test_bodies_that_overlap_are_refused_by_the_command(tmp_path: Path, short_rig: str, stickslip: RigCommand) -> None:
     # A root block so thick that it reaches the lower arms, and contact so low that they reach it.
     blade = '[structure.blade]\ncontact_height = "50 mm"\nroot_thickness = "200 mm"\n'
     (tmp_path / "my.toml").write_text(short_rig + blade, encoding="utf-8")
-    done = rig_command(tmp_path, "reduce", "my.toml", "--out", "out", "--quiet")
+    done = stickslip(tmp_path, "reduce", "my.toml", "--out", "out", "--quiet")
     assert done.returncode == 2
     assert "bodies overlap: blade and decoupler_left by" in done.stderr
     assert "my.toml:" in done.stderr
@@ -432,9 +430,9 @@ def test_bodies_that_overlap_are_refused_by_the_command(
     [("modes", "a rig", "`stickslip reduce` computes and draws"), ("table1", "one structure", "with [[model]] tables")],
 )
 def test_commands_that_are_not_for_rigs_say_so_in_one_sentence(
-    folder: Path, rig_command: RigCommand, command: str, found: str, remedy: str
+    folder: Path, stickslip: RigCommand, command: str, found: str, remedy: str
 ) -> None:
-    done = rig_command(folder, command, "my.toml", "--out", "none")
+    done = stickslip(folder, command, "my.toml", "--out", "none")
     assert done.returncode == 2
     (line,) = done.stderr.strip().splitlines()
     assert line.startswith("my.toml:")

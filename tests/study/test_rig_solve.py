@@ -1,6 +1,7 @@
 """``stickslip solve`` of a coarse rig: rest, balance of forces, histories, and mistakes in one sentence."""
 
 import json
+import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -48,8 +49,10 @@ class Solved:
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("rig")
+def store(tmp_path_factory: pytest.TempPathFactory, reduced_rig: Path) -> Path:
+    folder = tmp_path_factory.mktemp("rig")
+    shutil.copytree(reduced_rig, folder / "cache")
+    return folder
 
 
 def solved(store: Path, text: str) -> Solved:
@@ -151,9 +154,9 @@ def test_crowned_lines_press_in_the_middle(store: Path, short_rig: str, plain: S
 
 
 @pytest.fixture(scope="module")
-def document(store: Path, short_rig: str, rig_command: RigCommand) -> dict[str, Any]:
+def document(store: Path, short_rig: str, stickslip: RigCommand) -> dict[str, Any]:
     (store / "my.toml").write_text(short_rig + SWEEP, encoding="utf-8")
-    done = rig_command(store, "solve", "my.toml", "--out", "out", "--json")
+    done = stickslip(store, "solve", "my.toml", "--out", "out", "--json")
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

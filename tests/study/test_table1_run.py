@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
@@ -38,8 +39,8 @@ class Run:
     kept: dict[Path, int]
 
 
-def command(folder: Path, *more: str) -> list[str]:
-    words = ["table1", "coarse.toml", "--out", "out", "--cache", str(folder / "cache"), *more]
+def command(folder: Path) -> list[str]:
+    words = ["table1", "coarse.toml", "--out", "out", "--cache", str(folder / "cache")]
     return [sys.executable, "-m", "stickslip", *words]
 
 
@@ -50,7 +51,11 @@ def entries(folder: Path) -> dict[Path, int]:
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory, case_text: dict[str, str]) -> Run:
+def run(
+    tmp_path_factory: pytest.TempPathFactory,
+    case_text: dict[str, str],
+    stickslip: Callable[..., "subprocess.CompletedProcess[str]"],
+) -> Run:
     folder = tmp_path_factory.mktemp("table1")
     (folder / "coarse.toml").write_text(case_text["coarse"])
     process = subprocess.Popen(
@@ -65,9 +70,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, case_text: dict[str, str]) -> 
     output, errors = process.communicate(timeout=TIMEOUT)
     interrupted = subprocess.CompletedProcess(process.args, process.returncode, output, errors)
     kept = entries(folder)
-    finished = subprocess.run(
-        command(folder, "--json"), cwd=folder, capture_output=True, text=True, timeout=TIMEOUT, check=False
-    )
+    finished = stickslip(folder, "table1", "coarse.toml", "--out", "out", "--json")
     return Run(folder=folder, interrupted=interrupted, finished=finished, kept=kept)
 
 

@@ -39,7 +39,8 @@ def made() -> Campaign:
             repeat=1 + np.arange(k) % 2,
             sweep=rng.integers(-1, 2, k),
             level=rng.choice([1.0, 1 / 3], k),
-            frequency=100 + rng.random(k),
+            # Apart by more than rounding: nearer ones would be one frequency.
+            frequency=100 + (rng.permutation(k) + rng.random(k) / 2) / k,
             sensor=sensor,
             harmonic=harmonic,
             value=np.where(harmonic == 0, value.real, value),

@@ -1,5 +1,7 @@
 """Free decays of oscillators whose backbones are known in closed form, integrated in time."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -35,8 +37,7 @@ def at(mode: RingDown, displacement: Array) -> tuple[Array, Array]:
     )
 
 
-@pytest.mark.parametrize("damping", [0.002, 0.01, 0.05])
-@pytest.mark.parametrize("offset", [0.0, 3.0])
+@pytest.mark.parametrize(("damping", "offset"), [(0.002, 3.0), (0.01, 0.0), (0.05, 3.0)])
 def test_a_linear_mode_in_noise(damping: float, offset: float) -> None:
     (mode,) = analyse_ring_down(TIME, damped(122.0, damping) + noise(0) + offset)
     # Targets of the whole; a linear mode is far better.
@@ -45,7 +46,7 @@ def test_a_linear_mode_in_noise(damping: float, offset: float) -> None:
     assert mode.amplitude[0] > 20 * mode.amplitude[-1]
 
 
-@pytest.mark.parametrize(("second", "amplitude"), [(244.0, 0.5), (128.0, 0.7), (128.0, 1.0)])
+@pytest.mark.parametrize(("second", "amplitude"), [(244.0, 0.5), (128.0, 1.0)])
 def test_two_modes_close_or_at_an_octave_are_told_apart(second: float, amplitude: float) -> None:
     values = damped(122.0, 0.005) + damped(second, 0.004, amplitude, 2.0) + noise(1)
     modes = analyse_ring_down(TIME, values)
@@ -69,14 +70,21 @@ def test_a_mode_far_above_does_not_fold_onto_the_mode_that_is_read(frequencies: 
     assert mode.amplitude[-1] < 0.01
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
-def test_a_duffing_oscillator_has_its_backbone_and_constant_damping(quantity: str) -> None:
-    own, damping, cubic = 2 * np.pi * 100.0, 0.005, 0.15
+@cache
+def duffing_decay(own: float, damping: float, cubic: float) -> Array:
+    """Displacement and velocity of a decay from 1 m."""
     result = solve_ivp(
         lambda _, y: [y[1], -2 * damping * own * y[1] - own**2 * (y[0] + cubic * y[0] ** 3)],
         (0, TIME[-1]), [1.0, 0.0], t_eval=TIME, rtol=1e-9, atol=1e-12,
     )  # fmt: skip
-    x, v = result.y
+    decay: Array = result.y
+    return decay
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+def test_a_duffing_oscillator_has_its_backbone_and_constant_damping(quantity: str) -> None:
+    own, damping, cubic = 2 * np.pi * 100.0, 0.005, 0.15
+    x, v = duffing_decay(own, damping, cubic)
     signals = {"displacement": x, "velocity": v}
     signals["acceleration"] = -2 * damping * own * v - own**2 * (x + cubic * x**3)
     clean = signals[quantity]

@@ -44,6 +44,12 @@ def beside(campaign: Campaign, small: Model, finer: Model, added: tuple[Added, .
     return arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget, added=added)
 
 
+@pytest.fixture(scope="module")
+def beside_stiffer(campaign: Campaign, small: Model) -> Arrangement:
+    """Beside a finer model that is stiffer and nothing else."""
+    return beside(campaign, small, stiffer(small))
+
+
 def left(of: Arrangement) -> NDArray[np.float64]:
     """What the finer model says beside the model, in standard deviations of the measurements' noise."""
     said = of.train.predict(of.finer[0].compose(of.fit.values), of.fit.prediction)
@@ -53,9 +59,9 @@ def left(of: Arrangement) -> NDArray[np.float64]:
 
 
 def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
-    small: Model, campaign: Campaign, listed: Catalogue
+    beside_stiffer: Arrangement, campaign: Campaign, listed: Catalogue
 ) -> None:
-    found = beside(campaign, small, stiffer(small))
+    found = beside_stiffer
     names = [each.name for each in found.calibration]
     young = names.index("E")
     shift = found.finer[0].shift
@@ -99,8 +105,8 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     np.testing.assert_allclose(composed.system.stiffness, expected.system.stiffness, rtol=1e-12)
 
 
-def test_other_measurements_do_not_move_it(small: Model, campaign: Campaign, paper: ModuleType) -> None:
-    found = beside(campaign, small, stiffer(small))
+def test_other_measurements_do_not_move_it(beside_stiffer: Arrangement, small: Model, paper: ModuleType) -> None:
+    found = beside_stiffer
     anew = arrange_anew(found, paper.make_campaign(small, jitter=3e-5, seed=7))
     assert anew.finer[0].shift is found.finer[0].shift
     assert (anew.fit.values != found.fit.values).any()

@@ -19,7 +19,7 @@ from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
 
 NOISE, OMEGA = 2e-3, 2 * np.pi * 10.0
-GRID, LEVELS = np.linspace(8.5, 12.5, 41), (0.3, 1.0)
+GRID, LEVELS = np.linspace(8.5, 12.5, 21), (0.3, 1.0)
 
 
 def chain(cubic: float = 0.0) -> Model:

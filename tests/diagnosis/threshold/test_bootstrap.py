@@ -12,7 +12,7 @@ from diagnosis.screening import screen
 from diagnosis.threshold.bootstrap import STRANGER, Trial, fit_thresholds, run_null_trial
 from diagnosis.threshold.simulation import Simulation
 
-SEEDS = range(3)
+SEEDS = range(2)
 
 
 def trials(gains: np.ndarray, misfits: np.ndarray) -> list[Trial]:

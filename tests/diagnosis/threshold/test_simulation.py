@@ -15,7 +15,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.threshold.simulation import Simulation
 
-DRAWS = 40
+DRAWS = 25
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +40,12 @@ def draws(simulation: Simulation) -> NDArray[np.complex128]:
     return np.array([simulation.draw(np.random.default_rng(seed)).measurement.value for seed in range(DRAWS)])
 
 
+@pytest.fixture(scope="module")
+def still(quiet: tuple[Campaign, Arrangement]) -> NDArray[np.complex128]:
+    """Draws whose repeats do not differ in frequency."""
+    return draws(without_jitter(quiet))
+
+
 def test_rows_of_the_table_find_their_points(quiet: tuple[Campaign, Arrangement]) -> None:
     campaign, arrangement = quiet
     seen = arrange_campaign(campaign)
@@ -52,10 +58,8 @@ def test_rows_of_the_table_find_their_points(quiet: tuple[Campaign, Arrangement]
 
 
 def test_a_free_structure_is_read_with_the_noise_that_was_measured(
-    quiet: tuple[Campaign, Arrangement], paper: ModuleType
+    quiet: tuple[Campaign, Arrangement], still: NDArray[np.complex128], paper: ModuleType
 ) -> None:
-    simulation = without_jitter(quiet)
-    value = draws(simulation)
     campaign, arrangement = quiet
     table = campaign.measurement
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
@@ -63,7 +67,7 @@ def test_a_free_structure_is_read_with_the_noise_that_was_measured(
     rows = find_points(campaign, expected.points)
     here = np.flatnonzero(free & (rows >= 0) & (table.repeat == 1))
     predicted, deviation = expected.value[rows[here]], paper.make_deviation(expected.points, expected.value)[rows[here]]
-    apart = (value[:, here] - predicted) / deviation
+    apart = (still[:, here] - predicted) / deviation
     # The fit of a and b from four repeats of some dozens of points is good to a tenth or two.
     assert 0.75 < np.std(apart.real) < 1.3
     assert 0.75 < np.std(apart.imag) < 1.3
@@ -71,14 +75,15 @@ def test_a_free_structure_is_read_with_the_noise_that_was_measured(
     assert np.abs(apart.mean(axis=0).real).max() * np.sqrt(DRAWS) < 5 * 1.3
 
 
-def test_repeats_differ_by_a_shift_of_the_frequency_where_they_did(quiet: tuple[Campaign, Arrangement]) -> None:
+def test_repeats_differ_by_a_shift_of_the_frequency_where_they_did(
+    quiet: tuple[Campaign, Arrangement], still: NDArray[np.complex128]
+) -> None:
     campaign, arrangement = quiet
     shift = [(effect, 3e-4 if effect.name.startswith("frequency") else 0.0) for effect, _ in arrangement.jitter]
     moved = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=tuple(shift)))
-    still = without_jitter(quiet)
     table = campaign.measurement
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test] & (table.harmonic == 1)
-    scatter = [np.std(np.abs(draws(each)[:, free]), axis=0) for each in (moved, still)]
+    scatter = [np.std(np.abs(each[:, free]), axis=0) for each in (draws(moved), still)]
     # Away from the resonance a shift does nothing; at its flank it is most of what differs.
     assert (scatter[0] / scatter[1]).max() > 3
     assert np.median(scatter[0] / scatter[1]) > 1

@@ -14,7 +14,7 @@ from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import SeveralProgress, several_limits
 from reduction.jointed_system import JointedSystem
 
-OMEGA = 2 * np.pi * 284.0 * np.array([0.95, 0.97, 0.98, 0.985, 0.99, 0.995])
+OMEGA = 2 * np.pi * 284.0 * np.array([0.97, 0.985, 0.995])
 LEVELS = [1.0, 3.0]
 SETTINGS = LimitSettings(population=8, sample=10, block=3)
 
