@@ -1,4 +1,4 @@
-"""How alike two sets of mode shapes, or of frequency responses, are: MAC, CoMAC, FRAC.
+"""How alike two sets of mode shapes, or of frequency responses, are: MAC, CoMAC, FRAC, FDAC.
 
 All are squared cosines in [0, 1]: they see direction only, and a factor, real or complex, changes nothing. None of them
 is a measure of frequency or amplitude, and with few sensors unlike modes can score high.
@@ -6,6 +6,8 @@ is a measure of frequency or amplitude, and with few sensors unlike modes can sc
 References
 ----------
 Allemang, The modal assurance criterion: twenty years of use and abuse, Sound and Vibration 37 (2003) 14.
+Pascual, Golinval and Razeto, A frequency domain correlation technique for model correlation and updating, IMAC 15
+(1997).
 """
 
 from typing import Any
@@ -73,6 +75,14 @@ def response_assurance(reference: Responses, candidate: Responses) -> Criterion:
     """
     first, second = _same_sensors(reference, candidate)
     return np.asarray(np.abs((_unit_columns(first.T).conj() * _unit_columns(second.T)).sum(axis=0)) ** 2)
+
+
+def domain_assurance(reference: Responses, candidate: Responses) -> Criterion:
+    r"""FDAC: squared cosine between the deflection shapes at every pair of frequencies, shape (n_line, n_line) [-].
+
+    A ridge beside the diagonal is a shift of frequencies: row i is a frequency of the reference.
+    """
+    return modal_assurance(reference, candidate)
 
 
 def _same_sensors(reference: Shapes, candidate: Shapes) -> tuple[Shapes, Shapes]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.modal.assurance import coordinate_assurance, modal_assurance, response_assurance
+from correlation.modal.assurance import coordinate_assurance, domain_assurance, modal_assurance, response_assurance
 from correlation.modal.linearity import check_linearity
 from correlation.modal.pairing import pair_modes
 
@@ -27,6 +27,7 @@ def test_a_complex_factor_changes_nothing(seed: int, magnitude: float, phase: fl
     np.testing.assert_allclose(np.diag(modal_assurance(phi, factor * phi)), 1.0, atol=ROUND_OFF)
     np.testing.assert_allclose(coordinate_assurance(phi, factor * phi), 1.0, atol=ROUND_OFF)
     np.testing.assert_allclose(response_assurance(phi, factor * phi), 1.0, atol=ROUND_OFF)
+    np.testing.assert_allclose(np.diag(domain_assurance(phi, factor * phi)), 1.0, atol=ROUND_OFF)
 
 
 def test_orthogonal_shapes_score_zero_and_sixty_degrees_a_quarter() -> None:
@@ -43,7 +44,7 @@ def test_a_swapped_sensor_is_the_lowest_comac() -> None:
     assert set(np.argsort(comac)[:2]) == {2, 5}
 
 
-@pytest.mark.parametrize("criterion", [modal_assurance, coordinate_assurance, response_assurance])
+@pytest.mark.parametrize("criterion", [modal_assurance, coordinate_assurance, response_assurance, domain_assurance])
 def test_other_numbers_of_sensors_are_refused(criterion: object) -> None:
     with pytest.raises(CampaignError, match=r"\(7, 3\)"):
         criterion(shapes(0), shapes(0, 5))  # type: ignore[operator]
