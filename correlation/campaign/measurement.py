@@ -285,12 +285,18 @@ class Campaign:
         return replace(self, suspicions=(*self.suspicions, *more))
 
 
+def number_frequencies(frequency: FloatColumn) -> IntColumn:
+    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
+    rising, place = np.unique(frequency, return_inverse=True)
+    return np.asarray(np.cumsum(np.diff(rising, prepend=rising[:1]) > SAME_FREQUENCY * rising)[place])
+
+
 def _aligned(frequency: FloatColumn) -> FloatColumn:
     """Frequencies that are the same but for rounding made equal, to the least of them."""
-    rising, index = np.unique(frequency, return_inverse=True)
-    first = np.concatenate([[True], np.diff(rising) > SAME_FREQUENCY * rising[1:]])[: len(rising)]
-    aligned: FloatColumn = rising[first][np.cumsum(first) - 1][index]
-    return aligned
+    number = number_frequencies(frequency)
+    least = np.full(len(frequency), np.inf)
+    np.minimum.at(least, number, frequency)
+    return least[number]
 
 
 def same_level(level: FloatColumn, wanted: float) -> Mask:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows
-from correlation.campaign.measurement import SAME_FREQUENCY, SWEEPS, MeasuredSensor, Measurement, Suspicion
+from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion, number_frequencies
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
@@ -128,8 +128,7 @@ def passes(frequency: Real) -> tuple[Whole, Whole]:
     A pass ends where the frequency turns. A second pass in the same direction is a second repeat, and so is a second
     reading at one frequency. Frequencies that differ by less than `SAME_FREQUENCY` are one.
     """
-    rising, index = np.unique(frequency, return_inverse=True)
-    place = np.cumsum(np.diff(rising, prepend=rising[:1]) > SAME_FREQUENCY * rising)[index]
+    place = number_frequencies(frequency)
     step = np.sign(np.diff(place)).astype(np.int64)
     moving = step[step != 0]
     if not len(moving):

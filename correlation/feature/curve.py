@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
+from correlation.campaign.measurement import Campaign, number_frequencies
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,12 +54,6 @@ def list_curves(campaign: Campaign) -> list[CurveSet]:
             if rows.any():
                 found.append(_arranged(campaign, rows, bool(free)))
     return found
-
-
-def number_frequencies(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64], " k"]:
-    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
-    rising, place = np.unique(frequency, return_inverse=True)
-    return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
 
 
 def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: bool) -> CurveSet:

@@ -7,10 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign, Measurement
+from correlation.campaign.measurement import Campaign, Measurement, number_frequencies
 from correlation.errors import CampaignError
 from correlation.feature.branch import find_branches, mark_readings
-from correlation.feature.curve import number_frequencies
 from correlation.feature.reading_noise import find_reading_noise
 from correlation.feature.settling import find_unsettled
 from correlation.prediction import Points
