@@ -10,23 +10,20 @@ from numpy.typing import NDArray
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
-from diagnosis.fit.weighting import leave_out_model_error
 from figure.misfit_map import STEPS
 from figure.style import choose_family_colours
 from study.compare.curve import find_rows, joined, keys, refine_points
 from study.compare.drawn_unit import choose_unit, per_level_unit
-from study.compare.run import Side
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, predict_held_out
+from study.diagnose.stages import Stage, list_sides
 
 Numbers = Float[NDArray[np.float64], " f"]
 
 
 def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
-    train = result.misfit(stage.refit)
-    held_out = leave_out_model_error(result.diagnosis.arrangement.held_out)
-    return joined(train, Side(comparison=held_out, prediction=predict_held_out(result, stage)).misfit)
+    train, held_out = (side.misfit for side in list_sides(result, stage))
+    return joined(train, held_out)
 
 
 def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:

@@ -5,23 +5,16 @@ from typing import Any
 
 from correlation.metric.peak_error import PeakError
 from diagnosis.decision.verdict import Finding
-from diagnosis.fit.weighting import leave_out_model_error
 from study.compare.backbone import draw_backbones
-from study.compare.run import Side, list_peaks
+from study.compare.run import list_peaks
 from study.compare.sentence import describe_resonances
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, predict_held_out, stages
+from study.diagnose.stages import Stage, list_sides, stages
 
 
 def find_resonances(result: Round, stage: Stage) -> tuple[PeakError, ...]:
     """Resonances of the training and the held-out levels beside those of a stage, by noise and stated errors alone."""
-    arrangement, fit = result.diagnosis.arrangement, stage.refit.fit
-    return list_peaks(
-        [
-            Side(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
-            Side(comparison=leave_out_model_error(arrangement.held_out), prediction=predict_held_out(result, stage)),
-        ]
-    )
+    return list_peaks(list_sides(result, stage))
 
 
 def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:

@@ -8,7 +8,6 @@ import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, find_sweep_directions, take_training_part
-from correlation.metric.misfit import Misfit
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
@@ -21,7 +20,7 @@ from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.fit.unknown_gain import has_unknown_gains
-from diagnosis.fit.weighting import Measured, leave_out_model_error
+from diagnosis.fit.weighting import Measured
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
@@ -29,7 +28,6 @@ from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
 from study.case.setup import Setup
-from study.compare.run import Side
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
 from study.diagnose.progress import phases
@@ -69,11 +67,6 @@ class Round:
     def best(self) -> Refit | None:
         """The fit that explains the measurements best; None if there is none."""
         return next(iter(self.diagnosis.verdict.effects), None)
-
-    def misfit(self, refit: Refit) -> Misfit:
-        """Misfit of a fit to the training data, by noise and stated errors alone."""
-        train = leave_out_model_error(self.diagnosis.arrangement.train)
-        return Side(comparison=train, prediction=refit.fit.prediction).misfit
 
 
 def diagnose_case(

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.prediction import Prediction
 from diagnosis.fit.problem import Refit
+from diagnosis.fit.weighting import leave_out_model_error
 from figure.waterfall import WaterfallStep
+from study.compare.run import Side
 from study.diagnose.history import Errors, History
 from study.diagnose.round import Round, as_drawn, errors
 
@@ -43,10 +44,13 @@ def stages(result: Round) -> list[Stage]:
     return listed
 
 
-def predict_held_out(result: Round, stage: Stage) -> Prediction:
-    """What a stage says of the held-out data."""
-    held_out, fit = result.diagnosis.arrangement.held_out, stage.refit.fit
-    return result.run_step(f"held out, {stage.name}", lambda: held_out.predict(fit.model, fit.prediction))
+def list_sides(result: Round, stage: Stage) -> list[Side]:
+    """Training and held-out data beside a stage, by noise and stated errors alone."""
+    arrangement, fit = result.diagnosis.arrangement, stage.refit.fit
+    held_out = arrangement.held_out
+    predicted = result.run_step(f"held out, {stage.name}", lambda: held_out.predict(fit.model, fit.prediction))
+    beside = ((arrangement.train, fit.prediction), (held_out, predicted))
+    return [Side(comparison=leave_out_model_error(one), prediction=prediction) for one, prediction in beside]
 
 
 def waterfall(result: Round, history: History) -> list[WaterfallStep]:
