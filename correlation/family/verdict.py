@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
-from scipy.stats import binom, chi2, norm
+from scipy.special import bdtrc, chdtri, ndtr, ndtri
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family, common_points
@@ -151,7 +151,7 @@ def judge_family(
     # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
     deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2)
     freedom = np.fmin(noise.freedom(limit, at.deviation), CERTAIN)
-    clear = float(norm.isf(CHANCE / (2 * max(n_reading, 1))))
+    clear = -float(ndtri(CHANCE / (2 * max(n_reading, 1))))
     compared = np.isfinite(limit).all(axis=0)
     deviations, side = _distance(value, limit, deviation, freedom)
     curve = family.curve_number
@@ -213,11 +213,11 @@ def _fewest_places(point: NDArray[np.int64], freedom: Both, chance: float) -> in
     place, count = np.unique(point, return_counts=True)
     mean = 1 / max(float(np.mean(1 / freedom)) if freedom.size else 0.0, 1 / CERTAIN)
     quantile = (np.arange(N_QUANTILE) + 0.5) / N_QUANTILE
-    estimate = np.sqrt(chi2.ppf(quantile, mean) / mean)
-    reading = 2 * norm.sf(_student(OUTSIDE, np.array(mean)) * estimate)
+    estimate = np.sqrt(chdtri(mean, 1 - quantile) / mean)
+    reading = 2 * ndtr(-_student(OUTSIDE, np.array(mean)) * estimate)
     places = 1 - (1 - reading) ** count.max(initial=1)
     number = np.arange(1, len(place) + 2)
-    reached = binom.sf(number[:, None] - 1, len(place), places).mean(axis=1)
+    reached = bdtrc(number[:, None] - 1, len(place), places).mean(axis=1)
     return int(number[np.argmax(reached < chance)])
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
-from scipy.signal import firwin, oaconvolve
 
 from correlation.errors import CampaignError
 from correlation.signal.decay_flow import Flow
@@ -148,6 +147,8 @@ def _thinned(values: Vector, first: int, stride: int) -> Vector:
     """
     if stride == 1:
         return values[first:]
+    from scipy.signal import firwin, oaconvolve
+
     low_pass = firwin(2 * REACH * stride + 1, 1 / stride, window=("kaiser", KAISER))
     return np.asarray(oaconvolve(values, low_pass, mode="valid")[first - REACH * stride :: stride])
 

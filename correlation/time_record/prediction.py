@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.signal import upfirdn
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
@@ -198,6 +197,8 @@ def refine(values: Float[NDArray[np.float64], " n"], factor: int) -> Float[NDArr
     factor
         Whole number [-].
     """
+    from scipy.signal import upfirdn
+
     place = np.arange(-REACH * factor, REACH * factor + 1) / factor
     kernel = np.sinc(place) * np.kaiser(len(place), WINDOW)
     padded = np.concatenate([np.full(REACH, values[0]), values, np.full(REACH, values[-1])])

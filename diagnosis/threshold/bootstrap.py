@@ -20,7 +20,7 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
@@ -95,7 +95,7 @@ def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thres
     if len(trials) < 2:
         raise ValueError(f"{len(trials)} trials give no distribution: make at least 2")
     # The gain of a single candidate is a chi-square of one degree of freedom.
-    least = float(chi2.isf(false_alarms, 1))
+    least = float(chdtri(1, false_alarms))
     return Thresholds(
         gain=max(STRANGER * _quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least),
         misfit=max(_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms), least),

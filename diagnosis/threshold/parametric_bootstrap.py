@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import ndtr, stdtrit
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import average_readings
@@ -31,7 +31,7 @@ DRAWS, SEED = 8, 1
 #: and 18 with it. The simulation has neither the contacts of the specimen nor the curvature of effects.
 BEYOND = 1.3
 #: Factor on a deviation from so few campaigns, by Student's distribution.
-FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
+FEW = float(stdtrit(DRAWS, ndtr(INTERVAL))) / INTERVAL
 
 
 def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:

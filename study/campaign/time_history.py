@@ -5,8 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.signal import hilbert
-from scipy.stats import spearmanr
 
 Samples = Float[NDArray[np.float64], " n"]
 #: Windows of the envelope.
@@ -62,6 +60,8 @@ def judge_history(values: Samples) -> Judged:
     end = float(windows[-3:].mean() / max(windows[largest], 1e-300))
     after = windows[largest:]
     if largest < EARLY and end < DECAYED and len(after) > 3:
+        from scipy.stats import spearmanr
+
         falls = float(spearmanr(np.arange(len(after)), after).statistic)
         if falls < FALLING:
             return Judged(kind="decay", evidence=f"its envelope falls to {100 * end:.0f} %", frequency=frequency)
@@ -125,6 +125,8 @@ def turns_with(displacement: Samples, force: Samples) -> bool:
     displacement, force
         Samples of both without their means, shape (n,) each.
     """
+    from scipy.signal import hilbert
+
     phase = np.angle(np.asarray(hilbert(displacement))) * PHASES / (2 * np.pi)
     number = np.rint(phase).astype(np.int64) % PHASES
     mean = np.bincount(number, force, PHASES) / np.maximum(np.bincount(number, minlength=PHASES), 1)

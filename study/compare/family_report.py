@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
 from study.compare.families import FamilyCalibration, FamilyComparison
@@ -175,7 +175,7 @@ def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVe
 
 
 def _chance(worst: Departure, verdict: FamilyVerdict) -> str:
-    chance = 2 * norm.sf(worst.deviations) * verdict.n_compared
+    chance = 2 * ndtr(-worst.deviations) * verdict.n_compared
     if worst.deviations <= verdict.clear:
         return "which alone could be noise, but so many readings could not"
     if chance < 1e-6:
