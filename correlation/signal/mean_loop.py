@@ -19,6 +19,9 @@ MOST_POINTS = 1500
 CROSSING = 0.2
 #: Harmonics of the displacement that count: at most so many, and beyond so many deviations of noise [-].
 MOST_HARMONICS, SIGNIFICANT = 40, 4.0
+#: Samples per point from which their scatter is known, and the ratio of variances from which harmonics do not follow
+#: the means: of points by the hundred, noise reaches 1.3 [-].
+REPEATED, LACK_OF_FIT = 2.0, 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,8 +32,11 @@ class MeanLoop:
     ----------
     displacement
         Its significant harmonics, shape (m,) [m].
-    force, normal
+    force
         Means of the samples of each point, shape (m,) [N].
+    normal
+        Its significant harmonics; means of the samples of each point if the harmonics do not follow them, as where a
+        contact opens, shape (m,) [N].
     weight
         Number of samples of each point, shape (m,) [-].
     displacement_deviation
@@ -77,18 +83,33 @@ def average_loops(displacement: Samples, force: Samples, normal: Samples, bounds
     part = np.minimum((phase * MOST_POINTS).astype(np.int64), MOST_POINTS - 1)
     _, point = np.unique(part, return_inverse=True)
     weight = np.bincount(point).astype(np.float64)
-    mean_phase, mean_f, mean_n = (np.bincount(point, values) / weight for values in (phase, f, n))
-    smooth, deviation = _significant_harmonics(phase, x, mean_phase, len(used) / (len(starts) - 1))
+    mean_phase, mean_f = (np.bincount(point, values) / weight for values in (phase, f))
+    per_period = len(used) / (len(starts) - 1)
+    smooth, deviation = _significant_harmonics(phase, x, mean_phase, per_period)
+    smooth_normal, _ = _significant_harmonics(phase, n, mean_phase, per_period)
     return MeanLoop(
         displacement=smooth,
         force=mean_f,
-        normal=mean_n,
+        normal=_without_noise(n, point, smooth_normal),
         weight=weight,
         displacement_deviation=deviation,
         samples=f,
         point=point,
         n_period=len(starts) - 1,
     )
+
+
+def _without_noise(normal: Samples, point: Int[NDArray[np.int64], " n"], smooth: Points) -> Points:
+    """The harmonics of a normal force, or its means if these leave the harmonics by more than samples scatter.
+
+    Means would bias the stiffness: each dip of a noisy limit lets a slider move, and no peak pulls it back.
+    """
+    weight = np.bincount(point)
+    mean = np.bincount(point, normal) / weight
+    scatter = float(((normal - mean[point]) ** 2).sum()) / max(len(normal) - len(weight), 1)
+    lack_of_fit = float((weight * (mean - smooth) ** 2).mean())
+    repeated = len(normal) >= REPEATED * len(weight)
+    return np.asarray(mean if repeated and lack_of_fit > LACK_OF_FIT * scatter else smooth)
 
 
 def _crossings(displacement: Samples, bounds: Bounds) -> Float[NDArray[np.float64], " p"]:
