@@ -15,10 +15,11 @@ from correlation.data_type.mode import FAR, MeasuredMode, linear_modes, motion_s
 from correlation.data_type.registry import Datum
 from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, FreeDecay, chosen_rows
 from correlation.errors import CampaignError
-from correlation.modal.assurance import coordinate_assurance
+from correlation.modal.assurance import coordinate_assurance, domain_assurance
 from correlation.modal.pairing import Pairing, pair_modes
 from correlation.model import DERIVATIVE, Model
 from figure.backbone import BackboneCurve, Backbones
+from figure.fdac_map import FdacMap
 from figure.mac_matrix import MacMatrix
 from figure.ring_down import DecayDrawing
 from figure.stabilisation import StabilisationDrawing
@@ -26,6 +27,8 @@ from study.compare.data import DataComparison
 
 #: Curves of one set of backbones, and pictures of one kind.
 MOST_CURVES, MOST_PICTURES = 6, 4
+#: Frequencies of a map of deflection shapes, of the test and of the model.
+MOST_LINES = 300
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -165,10 +168,13 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
             response=np.sqrt((receptance**2).mean(axis=0)),
             fitted=np.sqrt((np.abs(fit.fitted) ** 2).mean(axis=0)),
             chosen=fit.frequency,
-            response_label="receptance, r.m.s. [m/N]",
+            response_label=f"displacement, r.m.s. [m per {response.units[0].partition(' per ')[2]}]",
             title=f"{title}: {response.name}",
             subtitle="poles over the order of the fit",
         )
+    several = [pair for pair in view.responses if len(pair[0].sensors) > 1]
+    for number, (response, predicted) in enumerate(several[:MOST_PICTURES], start=1):
+        drawn[f"fdac{_suffix(number, len(several))}"] = _compare_shapes(model, response, predicted, title)
     for number, (decay, _) in enumerate(view.decays[:MOST_PICTURES], start=1):
         drawn[f"decay{_suffix(number, len(view.decays))}"] = DecayDrawing(
             time=decay.time,
@@ -194,6 +200,25 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
                 subtitle="bands are 95 % intervals, dashed lines the model; the legend has the frequencies",
             )
     return drawn
+
+
+def _compare_shapes(
+    model: Model, response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"], title: str
+) -> FdacMap:
+    """FDAC of a measured response and the model's, of displacements, at most `MOST_LINES` frequencies of each."""
+    # At 0 Hz accelerometers read nothing, which has no shape.
+    seen = [np.isfinite(value).all(axis=0) & value.any(axis=0) for value in (response.value, predicted)]
+    there = np.flatnonzero(seen[0] & seen[1])
+    there = there[np.unique(np.linspace(0, len(there) - 1, MOST_LINES).round().astype(int))]
+    line = response.frequency[there]
+    scale = (2 * np.pi * line) ** _derivative(model, response)
+    return FdacMap(
+        assurance=domain_assurance(response.value[:, there] / scale, predicted[:, there] / scale),
+        measured=line,
+        model=line,
+        title=f"{title}: {response.name}",
+        subtitle=f"frequency domain assurance criterion of deflection shapes at {len(response.sensors)} sensors",
+    )
 
 
 def _derivative(model: Model, response: MeasuredResponse) -> NDArray[np.int64]:

@@ -10,6 +10,7 @@ from figure.candidates import CandidateBar, Candidates
 from figure.confusion import ConfusionMatrix
 from figure.contact_states import ContactStates, StatePanel
 from figure.family_over_limits import FamiliesOverLimits, FamilyPanel, FamilyRow, MeasuredCurve
+from figure.fdac_map import FdacMap
 from figure.force_limits import ForceLimits, LineForceLimits
 from figure.frequency_response import FrequencyResponse
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
@@ -219,6 +220,10 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     Backbones: backbones,
     DecayDrawing: decay_drawing,
     StabilisationDrawing: stabilisation_drawing,
+    FdacMap: lambda: FdacMap(
+        assurance=np.cos(np.subtract.outer(FREQUENCY, 1.002 * FREQUENCY)) ** 2, measured=FREQUENCY, model=FREQUENCY,
+        **TITLES,
+    ),
     MacMatrix: lambda: MacMatrix(
         assurance=np.eye(3, 4), measured=np.array([100.0, 102.0, 105.0]), model=np.array([101.0, 102.5, 106.0, 160.0]),
         pairs=[(0, 0), (1, 1), (2, 2)], **TITLES,

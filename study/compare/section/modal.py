@@ -22,7 +22,8 @@ PAIRING = (
 RESPONSES = (
     "FRAC is 1 where the model's linear response has the shape of the measured one over frequency; a resonance that is "
     "off lowers it, however alike the modes are. Poles that come back at every order of the fit (stable) are modes; "
-    "dotted lines mark those that were taken."
+    "dotted lines mark those that were taken. FDAC is 1 where the measured deflection shape at one frequency is "
+    "that of the model at another: a dark ridge beside the line of equal frequencies is a resonance that is off."
 )
 DECAYS = (
     "Frequency and damping ratio of each mode against its falling amplitude. The force that began the decay does not "
@@ -64,7 +65,7 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
             title="Frequency responses: poles and agreement",
             text=RESPONSES,
             table=Table(head=("response", "sensor", "FRAC"), rows=rows, words=2),
-            pictures=pictures("stabilisation"),
+            pictures=pictures("stabilisation", "fdac"),
         )
     if view.decays:
         yield Section(title="Free decays", text=DECAYS, pictures=pictures("decay_backbone", "decay"))
