@@ -1,12 +1,15 @@
-r"""Kinks: states at which contacts begin to slip, where a response is not linear in the differences between repeats.
+r"""What a jitter changes beyond the first order: smooth curvature, and kinks at which contacts begin to slip.
 
 Repeats differ by a jitter x of preload and frequency, of standard deviation s. The mean is that of
 
 .. math:: f(x) = f + f' x + d(x), \qquad d_\pm = f(\pm \sqrt 3 s) - f \mp \sqrt 3 f' s .
 
-Away from a kink d is zero. At one it is as large as the change by slip, and zero at the states beside it.
 By Gauss and Hermite's rule of three points, where each end counts for a sixth, d has the mean (d_+ + d_-) / 6, which
-stays in a mean over R repeats, and there the variance (d_+^2 + d_-^2) / 6 R: each end is a mode of that state alone.
+stays in a mean over R repeats, and there the variance (d_+^2 + d_-^2) / 6 R. So each end is a mode.
+
+Next to a resonance d is smooth, and the same jitter bends all states: one mode for all of them. At a kink d is as large
+as the change by slip, and zero at the states beside it: a mode of that state alone. The parts are told apart by d at
+half the jitter: if it is quadratic and cubic, these two tell it at the ends; what they do not tell is the kink.
 """
 
 from collections.abc import Sequence
@@ -18,7 +21,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from correlation.noise.nuisance import ModelFeatures
+from correlation.noise.nuisance import ModelFeatures, Modes
 
 Vector = Float[NDArray[np.float64], " m"]
 
@@ -28,59 +31,87 @@ REACH, WEIGHT = sqrt(3.0), 1 / 6
 SEEN = 1.0
 
 
+#: A change is smooth if its quadratic and cubic parts tell it but for this share. Near a resonance the share is 0.5
+#: where the jitter at an end is 0.9 of half the resonance's width, d = -x^2 / (1 + i x); at a kink it is less in one of
+#: six places of the kink between the ends [-].
+SMOOTH = 0.5
+
+
 class Shift(NamedTuple):
-    """Jitter of `REACH` standard deviations of a single repeat, up and down, and its first-order change."""
+    """Jitter of `REACH` standard deviations of a single repeat, up and down, half of it, and its first-order change."""
 
     models: tuple[Model, Model]
+    halves: tuple[Model, Model]
     change: Vector
 
 
-def compute_remainders(nominal: ModelFeatures, shift: Shift) -> Float[NDArray[np.float64], "m 2"]:
-    """What the features change beyond the first order at either end of a shift, d_+ and d_-, shape (m, 2)."""
-    ends = [nominal.changes(model) for model in shift.models]
-    return np.nan_to_num(np.column_stack([end - sign * shift.change for end, sign in zip(ends, (1, -1), strict=True)]))
+class Remainder(NamedTuple):
+    """What features change beyond the first order at either end of a shift, shape (m, 2): smooth part and kinks."""
+
+    smooth: Modes
+    kink: Modes
+
+
+def compute_remainder(nominal: ModelFeatures, shift: Shift) -> Remainder:
+    """What the features change beyond the first order at either end of a shift: d_+ and d_- in two parts."""
+    up, down = _beyond_first_order(nominal, shift.models, shift.change)
+    half_up, half_down = _beyond_first_order(nominal, shift.halves, shift.change / 2)
+    quadratic, cubic = 2 * (half_up + half_down), 4 * (half_up - half_down)
+    whole = np.column_stack([up, down])
+    rest = whole - np.column_stack([quadratic + cubic, quadratic - cubic])
+    smooth = np.where(np.abs(rest) < SMOOTH * np.abs(whole), whole, 0.0)
+    return Remainder(smooth=smooth, kink=whole - smooth)
+
+
+def _beyond_first_order(nominal: ModelFeatures, models: tuple[Model, Model], change: Vector) -> list[Vector]:
+    return [np.nan_to_num(nominal.changes(model) - sign * change) for model, sign in zip(models, (1, -1), strict=True)]
 
 
 def make_curvature_modes(
-    remainder: Float[NDArray[np.float64], "m 2"], free: Bool[NDArray[np.bool_], " m"]
-) -> Float[NDArray[np.float64], "m 2"]:
-    """Change of a mean over repeats beyond the first order, of the jointed and of the free structure, shape (m, 2).
+    smooth: Sequence[Modes], free: Bool[NDArray[np.bool_], " m"], n_repeat: float
+) -> Float[NDArray[np.float64], "m q"]:
+    """Modes of smooth parts at one standard deviation, of the jointed and of the free structure, which are two tests.
 
-    It matters at antiresonances, and is as uncertain as a variance from a few repeats.
+    They matter next to sharp resonances, and at antiresonances.
 
     Parameters
     ----------
-    remainder
-        Of frequencies, see `compute_remainders`.
+    smooth
+        Smooth part of each independent cause, see `compute_remainder`.
     free
         Whether the contacts are absent, shape (m,).
+    n_repeat
+        Repeats in a mean [-].
     """
-    bent = WEIGHT * remainder.sum(axis=1)
-    return np.column_stack([np.where(free, 0.0, bent), np.where(free, bent, 0.0)])
+    ends = _deviation(n_repeat) * np.column_stack(smooth)
+    modes = np.column_stack([np.where(free[:, None], 0.0, ends), np.where(free[:, None], ends, 0.0)])
+    return np.asarray(modes[:, modes.any(axis=0)])
 
 
 def make_kink_modes(
-    state: Int[NDArray[np.int64], " m"],
-    remainders: Sequence[Float[NDArray[np.float64], "m 2"]],
-    deviation: Vector,
-    n_repeat: float,
+    state: Int[NDArray[np.int64], " m"], kinks: Sequence[Modes], deviation: Vector, n_repeat: float
 ) -> Float[NDArray[np.float64], "m q"]:
-    """Modes at one standard deviation, each of one state.
+    """Modes of kinks at one standard deviation, each of one state.
 
     Parameters
     ----------
     state
         Steady state of each number, shape (m,).
-    remainders
-        Of each independent cause, see `compute_remainders`.
+    kinks
+        Kinks of each independent cause, see `compute_remainder`.
     deviation
         Standard deviation of each number by noise, shape (m,).
     n_repeat
         Repeats in a mean [-].
     """
     modes = []
-    for remainder in (column for cause in remainders for column in cause.T):
-        mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * remainder
+    for kink in (column for cause in kinks for column in cause.T):
+        mode = _deviation(n_repeat) * kink
         size = np.bincount(state, (mode / deviation) ** 2)
         modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
     return np.array(modes).reshape(-1, len(state)).T
+
+
+def _deviation(n_repeat: float) -> float:
+    """Standard deviation of a mean over repeats, and its bias, by an end of unit size [-]."""
+    return sqrt(WEIGHT / n_repeat + WEIGHT**2)

@@ -1,6 +1,6 @@
 """Covariance by which measurements are compared with a model."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import compute_jump_errors, find_other_branch, find_rows_between_jumps
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
-from correlation.noise.kink import REACH, Shift, compute_remainders, make_curvature_modes, make_kink_modes
+from correlation.noise.kink import REACH, Remainder, Shift, compute_remainder, make_curvature_modes, make_kink_modes
 from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError, compute_moduli
 from correlation.noise.nuisance import (
     N_COMMON,
@@ -25,6 +25,7 @@ from correlation.noise.nuisance import (
 from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import RowTable, join_tables
+from diagnosis.fit.calibration import Vector
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
@@ -129,16 +130,14 @@ def weigh_together(
         pressed, by_preload = (seen[0].jitter[-1], repeats[-1]) if len(repeats) > N_COMMON else (None, None)
         seen = scatters(make_history_modes(coarse, n_draw, SEED, pressed, by_preload))
     free = together.features.points.free[together.features.row]
-    remainders = [compute_remainders(coarse, shift) for shift in _shifts(coarse.model, repeats, seen[0])]
-    bent = make_curvature_modes(remainders[0], free)
+    remainders = [compute_remainder(coarse, shift) for shift in _shifts(coarse.model, repeats, seen[0])]
     # The free structure is linear.
-    remainders[0] = np.where(free[:, None], 0.0, remainders[0])
+    remainders = [each._replace(kink=np.where(free[:, None], 0.0, each.kink)) for each in remainders]
     return [
         _finished(
             side,
             at,
             scatter,
-            bent,
             remainders,
             take_prediction(prediction, sides, number),
             fitted,
@@ -259,22 +258,23 @@ def _finished(
     side: Measured,
     rows: NDArray[np.int64],
     scatter: Scatter,
-    bent: Modes,
-    remainders: Sequence[Modes],
+    remainders: Sequence[Remainder],
     prediction: Prediction,
     fitted: bool,
     like: Comparison | None,
 ) -> tuple[Comparison, Scatter]:
     """Comparison of one set with all modes in its covariance, and less weight for what outlies a fitted prediction."""
     n_repeat = float(np.median(side.observed.count))
+    free = side.features.points.free[side.features.row]
+    curvature = make_curvature_modes([each.smooth[rows] for each in remainders], free, n_repeat)
     kinks = make_kink_modes(
-        side.features.state, [item[rows] for item in remainders], scatter.whitening.deviation, n_repeat
+        side.features.state, [each.kink[rows] for each in remainders], scatter.whitening.deviation, n_repeat
     )
     comparison = Comparison(
         observed=side.observed,
         features=side.features,
         measured=side.features.of_repeats(side.observed.repeat, side.observed.taken),
-        whitening=scatter.whitening.with_modes(np.column_stack([bent[rows], kinks])),
+        whitening=scatter.whitening.with_modes(np.column_stack([curvature, kinks])),
         predictor=side.predictor,
         noise=scatter.noise,
     )
@@ -289,14 +289,21 @@ def _finished(
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
     """Shifts by `REACH` standard deviations: of the frequencies of all tests, and the largest one of preloads."""
     sizes = [REACH * float(np.sqrt(each[0, 0])) for each in seen.jitter[:2]]
-    ends = [model.shifted("jointed", sign * sizes[0]).shifted("free", sign * sizes[1]) for sign in (1, -1)]
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
-    found = [Shift(models=(ends[0], ends[1]), change=np.asarray(change))]
+    found = [
+        _make_shift(
+            lambda share: model.shifted("jointed", share * sizes[0]).shifted("free", share * sizes[1]),
+            np.asarray(change),
+        )
+    ]
     if len(seen.jitter) > N_COMMON and (patterns := list_preload_jitter(model, seen.jitter[-1])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.preload_groups])
-        found.append(
-            Shift(models=(effect.apply(model, [size]), effect.apply(model, [-size])), change=repeats[-1] @ along * size)
-        )
+        found.append(_make_shift(lambda share: effect.apply(model, [share * size]), repeats[-1] @ along * size))
     return found
+
+
+def _make_shift(shifted: Callable[[float], Model], change: Vector) -> Shift:
+    """Shift of a model by its ends and halves."""
+    return Shift(models=(shifted(1.0), shifted(-1.0)), halves=(shifted(0.5), shifted(-0.5)), change=change)

@@ -1,4 +1,4 @@
-"""A response that is not linear in a jitter has modes at the states where it bends, and nowhere else."""
+"""A jitter beyond the first order: one mode for all states where a response is smooth, and one for a state at a kink."""
 
 from collections.abc import Callable
 from math import sqrt
@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, compute_remainders, make_kink_modes
+from correlation.noise.kink import (
+    REACH,
+    SEEN,
+    WEIGHT,
+    Remainder,
+    Shift,
+    compute_remainder,
+    make_curvature_modes,
+    make_kink_modes,
+)
 from correlation.noise.nuisance import ModelFeatures
 from correlation.prediction import Points, Prediction
 
@@ -56,13 +65,17 @@ def made(response: Response) -> ModelFeatures:
 
 def shift(slope: np.ndarray) -> Shift:
     ends: Any = (REACH * JITTER, -REACH * JITTER)
-    return Shift(models=ends, change=slope * ends[0])
+    return Shift(models=ends, halves=(ends[0] / 2, ends[1] / 2), change=slope * ends[0])
+
+
+def remainders_of(response: Response, *slopes: np.ndarray) -> list[Remainder]:
+    nominal = made(response)
+    return [compute_remainder(nominal, shift(each)) for each in slopes]
 
 
 def modes_of(response: Response, *slopes: np.ndarray, deviation: np.ndarray = QUIET, n: float = N_REPEAT) -> np.ndarray:
-    nominal = made(response)
-    remainders = [compute_remainders(nominal, shift(each)) for each in slopes]
-    return np.asarray(make_kink_modes(nominal.features.state, remainders, deviation, n))
+    kinks = [each.kink for each in remainders_of(response, *slopes)]
+    return np.asarray(make_kink_modes(made(response).features.state, kinks, deviation, n))
 
 
 def test_a_linear_response_has_none() -> None:
@@ -75,20 +88,37 @@ def test_without_causes_there_are_none() -> None:
 
 
 @pytest.mark.parametrize("n", [1.0, 4.0, 12.0])
-def test_a_quadratic_response_has_those_of_the_closed_form(n: float) -> None:
-    """Either end departs by c (sqrt(3) s)^2, and counts for a sixth in the variance / n and in the mean."""
-    modes = modes_of(lambda x: NOMINAL + SLOPE * x + BENT * x**2, SLOPE, n=n)
-    assert modes.shape == (len(STATE), 2 * N_STATE)
-    remainder = 3 * BENT * JITTER**2
-    for end in (modes[:, :N_STATE], modes[:, N_STATE:]):
-        for state, mode in enumerate(end.T):
-            expected = np.where(np.equal(STATE, state), sqrt(1 / (6 * n) + 1 / 36) * remainder, 0.0)
-            # Round-off of sums of the size of the nominal response.
-            np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-13)
-    # Together: E d^2 = 3 c^2 s^4 of a normal x, which a rule of three points has exactly, over n; and twice half the
-    # mean c s^2, which is that of each end.
-    total = (modes**2).sum(axis=1)
-    np.testing.assert_allclose(total, (3 / n + 1 / 2) * (BENT * JITTER**2) ** 2, rtol=1e-10)
+@pytest.mark.parametrize("cubic", [0.0, 2.0])
+def test_a_smooth_response_has_those_of_the_closed_form(n: float, cubic: float) -> None:
+    """Either end departs by x^2 (c + d x) at x = +-sqrt(3) s, and counts for a sixth in the variance / n and mean."""
+
+    def response(x: float) -> np.ndarray:
+        return NOMINAL + SLOPE * x + BENT * x**2 * (1 + cubic * x)
+
+    assert modes_of(response, SLOPE, n=n).shape == (len(STATE), 0)
+    (found,) = remainders_of(response, SLOPE)
+    modes = make_curvature_modes([found.smooth], np.zeros(len(STATE), dtype=bool), n)
+    for mode, x in zip(modes.T, (REACH * JITTER, -REACH * JITTER), strict=True):
+        expected = sqrt(1 / (6 * n) + 1 / 36) * BENT * x**2 * (1 + cubic * x)
+        # Round-off of sums of the size of the nominal response.
+        np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-13)
+    if not cubic:
+        # Together: E d^2 = 3 c^2 s^4 of a normal x, which a rule of three points has exactly, over n; and twice half
+        # the mean c s^2, which is that of each end.
+        total = (modes**2).sum(axis=1)
+        np.testing.assert_allclose(total, (3 / n + 1 / 2) * (BENT * JITTER**2) ** 2, rtol=1e-10)
+
+
+def test_a_sharp_resonance_is_smooth_while_the_jitter_is_less_than_its_width() -> None:
+    """X = 1 / (1 + i x), whose series in x converges slowly: of each test one mode for all states, and no kink."""
+    offset = np.repeat([-1.5, 0.0, 1.5], N_SENSOR)
+    width = REACH * JITTER / 0.5
+
+    def response(x: float) -> np.ndarray:
+        return np.asarray((1 / (1 + 1j * (offset + x / width))).real)
+
+    slope = (response(1e-6) - response(-1e-6)) / 2e-6
+    assert modes_of(response, slope).shape == (len(STATE), 0)
 
 
 @pytest.mark.parametrize("side", ["sticks", "slips"])
@@ -105,8 +135,8 @@ def test_a_kink_at_one_state_has_a_mode_of_this_state_alone(side: str) -> None:
 
 def test_each_cause_has_modes_of_its_own() -> None:
     """Independent causes add up in the covariance."""
-    once = modes_of(lambda x: NOMINAL + BENT * x**2, 0 * SLOPE)
-    twice = modes_of(lambda x: NOMINAL + BENT * x**2, 0 * SLOPE, 0 * SLOPE)
+    once = modes_of(lambda x: NOMINAL + BENT * abs(x), 0 * SLOPE)
+    twice = modes_of(lambda x: NOMINAL + BENT * abs(x), 0 * SLOPE, 0 * SLOPE)
     np.testing.assert_array_equal(twice, np.column_stack([once, once]))
 
 
@@ -114,9 +144,9 @@ def test_each_cause_has_modes_of_its_own() -> None:
 def test_what_the_noise_hides_is_left_out(times: float, seen: bool) -> None:
     """All numbers of a state together: each of its two is below the limit by itself."""
     here = STATE == 2
-    size = sqrt(WEIGHT / N_REPEAT + WEIGHT**2) * 3 * np.abs(BENT) * JITTER**2
+    size = sqrt(WEIGHT / N_REPEAT + WEIGHT**2) * REACH * JITTER * np.abs(BENT)
     deviation = np.where(here, size * sqrt(N_SENSOR) / (SEEN * times), 1e9)
-    modes = modes_of(lambda x: NOMINAL + BENT * x**2, 0 * SLOPE, deviation=deviation)
+    modes = modes_of(lambda x: NOMINAL + BENT * abs(x), 0 * SLOPE, deviation=deviation)
     assert modes.shape[1] == (2 if seen else 0)
     assert not modes[~here].any()
 
@@ -125,7 +155,7 @@ def test_what_the_noise_hides_is_left_out(times: float, seen: bool) -> None:
 def test_what_is_not_found_has_none_and_spoils_no_other(lost: list[int]) -> None:
     """A whole state, or one number of it, at one end."""
     here = np.isin(np.arange(len(STATE)), lost)
-    whole = modes_of(lambda x: NOMINAL + BENT * x**2, 0 * SLOPE)
-    modes = modes_of(lambda x: np.where(here & (x > 0), np.nan, NOMINAL + BENT * x**2), 0 * SLOPE)
+    whole = modes_of(lambda x: NOMINAL + BENT * abs(x), 0 * SLOPE)
+    modes = modes_of(lambda x: np.where(here & (x > 0), np.nan, NOMINAL + BENT * abs(x)), 0 * SLOPE)
     whole[here, 0] = 0.0
     np.testing.assert_array_equal(modes, whole[:, whole.any(axis=0)])

@@ -10,7 +10,7 @@ import scipy.linalg
 
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model, Sensor
-from correlation.noise.kink import REACH, Shift, compute_remainders, make_curvature_modes
+from correlation.noise.kink import REACH, Shift, compute_remainder, make_curvature_modes
 from correlation.noise.nuisance import (
     HISTORY,
     Budget,
@@ -355,14 +355,16 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
 def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     """Of a normal jitter, features are on average off by half their second derivative times its variance."""
     deviation = {"jointed": 2e-3, "free": 1e-3}
-    plus, minus = (
-        reduce(lambda model, each: model.shifted(each[0], side * REACH * each[1]), deviation.items(), bench.model)
-        for side in (1, -1)
+    plus, minus, half_plus, half_minus = (
+        reduce(lambda model, each: model.shifted(each[0], share * REACH * each[1]), deviation.items(), bench.model)
+        for share in (1, -1, 0.5, -0.5)
     )
     change = REACH * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
     free = bench.features.points.free[bench.features.row]
-    remainder = compute_remainders(bench.nominal, Shift(models=(plus, minus), change=np.asarray(change)))
-    modes = make_curvature_modes(remainder, free)
+    shift = Shift(models=(plus, minus), halves=(half_plus, half_minus), change=np.asarray(change))
+    ends = make_curvature_modes([compute_remainder(bench.nominal, shift).smooth], free, np.inf)
+    # Of many repeats each end leaves its share of the mean: up and down of the jointed, then of the free structure.
+    modes = np.column_stack([ends[:, :2].sum(axis=1), ends[:, 2:].sum(axis=1)])
     nominal = bench.features.of_values(bench.prediction.value)
     for mode, (name, size), here in zip(modes.T, deviation.items(), (~free, free), strict=True):
         assert not mode[~here].any()
