@@ -1,4 +1,4 @@
-"""A jitter beyond the first order: one mode for all states where a response is smooth, and one for a state at a kink."""
+"""A jitter beyond the first order: one mode for all states where a response is smooth, one for each state at a kink."""
 
 from collections.abc import Callable
 from math import sqrt

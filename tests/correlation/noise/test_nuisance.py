@@ -362,9 +362,9 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     change = REACH * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
     free = bench.features.points.free[bench.features.row]
     shift = Shift(models=(plus, minus), halves=(half_plus, half_minus), change=np.asarray(change))
-    ends = make_curvature_modes([compute_remainder(bench.nominal, shift).smooth], free, np.inf)
+    curved = make_curvature_modes([compute_remainder(bench.nominal, shift).smooth], free, np.inf)
     # Of many repeats each end leaves its share of the mean: up and down of the jointed, then of the free structure.
-    modes = np.column_stack([ends[:, :2].sum(axis=1), ends[:, 2:].sum(axis=1)])
+    modes = np.column_stack([curved[:, :2].sum(axis=1), curved[:, 2:].sum(axis=1)])
     nominal = bench.features.of_values(bench.prediction.value)
     for mode, (name, size), here in zip(modes.T, deviation.items(), (~free, free), strict=True):
         assert not mode[~here].any()
