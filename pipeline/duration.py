@@ -7,6 +7,11 @@ from pathlib import Path
 
 from pipeline.checkpoint import Checkpoint
 
+#: Time left is not told from less than this share of a step in less than this time [-, s]: the first parts of a step
+#: compile, read, and are unlike the rest.
+EARLY, SOON = 0.02, 60.0
+#: Steps that are remembered.
+MOST = 1000
 #: A step shorter than this is not worth a line [s].
 WORTH_SHOWING = 1.0
 
@@ -20,24 +25,36 @@ class Durations:
         Its place; None remembers nothing beyond this process.
     warn
         Receives one sentence about a damaged record.
+    place
+        Of the run, such as its output: steps of one name take another time in another case.
     """
 
-    def __init__(self, file: Path | None = None, warn: Callable[[str], None] = warnings.warn) -> None:
+    def __init__(self, file: Path | None = None, warn: Callable[[str], None] = warnings.warn, place: str = "") -> None:
+        self._place = place
         self._checkpoint = None if file is None else Checkpoint(file, "durations", warn)
         self._seconds: dict[str, float] = (self._checkpoint.load() if self._checkpoint else None) or {}
 
     def expected(self, name: str) -> float | None:
         """Seconds of the last time, None for a step not seen before."""
-        return self._seconds.get(name)
+        return self._seconds.get(f"{self._place}:{name}")
 
     def remember(self, name: str, seconds: float) -> None:
         """Store for the next run, if the step was worth showing."""
         if seconds < WORTH_SHOWING:
             return
-        self._seconds[name] = round(seconds, 1)
+        key = f"{self._place}:{name}"
+        others = [item for item in self._seconds.items() if item[0] != key]
+        self._seconds = {**dict(others[-MOST:]), key: round(seconds, 1)}
         if self._checkpoint is not None:
             with contextlib.suppress(OSError):  # only an estimate
                 self._checkpoint.save(self._seconds)
+
+
+def extrapolate(done: float, total: float, seconds: float) -> float | None:
+    """Time left of a step of which so much was done in so many seconds; None while it cannot be told [s]."""
+    if not 0 < done < total or (done < EARLY * total and seconds < SOON):
+        return None
+    return seconds * (total - done) / done
 
 
 def format_duration(seconds: float) -> str:

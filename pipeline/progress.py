@@ -14,7 +14,7 @@ from contextlib import AbstractContextManager, contextmanager
 from threading import Timer
 from typing import TYPE_CHECKING, ParamSpec, Protocol, TextIO, TypeVar
 
-from pipeline.duration import WORTH_SHOWING, Durations, format_duration
+from pipeline.duration import WORTH_SHOWING, Durations, extrapolate, format_duration
 from pipeline.store import Stage, Store
 
 if TYPE_CHECKING:
@@ -218,6 +218,5 @@ class ShownStep:
 
 
 def _left(done: float, total: float, seconds: float) -> str:
-    if done <= 0 or done >= total:
-        return ""
-    return f", about {format_duration(seconds * (total - done) / done)} left"
+    left = extrapolate(done, total, seconds)
+    return "" if left is None else f", about {format_duration(left)} left"

@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
-from pipeline.duration import format_duration
+from pipeline.duration import extrapolate, format_duration
 
 # A step that takes longer than last time waits here rather than claim to be done.
 NEARLY_DONE = 0.97
@@ -24,9 +24,8 @@ class TimeLeft(ProgressColumn):
                 if left > 0
                 else f"{format_duration(elapsed)}, longer than last time"
             )
-        if task.total and task.completed:
-            return Text(f"about {format_duration(elapsed * (task.total - task.completed) / task.completed)} left")
-        return Text(format_duration(elapsed))
+        extrapolated = extrapolate(task.completed, task.total or 0.0, elapsed)
+        return Text(format_duration(elapsed) if extrapolated is None else f"about {format_duration(extrapolated)} left")
 
 
 class ClockedBar(BarColumn):

@@ -155,7 +155,8 @@ class Options:
             for file in self.figures:
                 REGISTRY.load(file)
         store = Store(self.cache_folder, RunContext.warn)
-        durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn)
+        place = "" if prepared is None else str(prepared.resolve())
+        durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn, place)
         progress: Progress
         if self.quiet or self.json:
             progress = SilentProgress()

@@ -49,6 +49,26 @@ def test_time_left_is_the_time_so_far_over_the_part_done(clock: Clock) -> None:
     ]
 
 
+def test_the_first_parts_of_a_step_tell_no_time_left(clock: Clock) -> None:
+    # A first point that compiles for 20 s, of a thousand points of 20 ms, would promise five hours.
+    stream = io.StringIO()
+    with LineProgress(stream, clock=clock).step("limits") as report:
+        clock.now += 20
+        report(1, 1000)
+        clock.now += 50
+        report(10, 1000)
+    assert stream.getvalue().splitlines()[:2] == ["limits: 0 %", "limits: 1 %, about 1 h 56 min left"]
+
+
+def test_steps_of_another_case_say_nothing_of_this_one(tmp_path: Path) -> None:
+    file = tmp_path / "durations.npz"
+    for place, seconds in (("large", 400.0), ("small", 3.0)):
+        Durations(file, place=place).remember("comparison", seconds)
+    assert Durations(file, place="large").expected("comparison") == 400.0
+    assert Durations(file, place="small").expected("comparison") == 3.0
+    assert Durations(file, place="new").expected("comparison") is None
+
+
 def test_a_step_that_reports_nothing_says_what_it_took_last_time(clock: Clock, tmp_path: Path) -> None:
     file = tmp_path / "durations.npz"
     for expected_lines in (["CAD: done in 20 s"], ["CAD ... about 20 s", "CAD: done in 20 s"]):
