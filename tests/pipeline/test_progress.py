@@ -57,7 +57,7 @@ def test_the_first_parts_of_a_step_tell_no_time_left(clock: Clock) -> None:
         report(1, 1000)
         clock.now += 50
         report(10, 1000)
-    assert stream.getvalue().splitlines()[:2] == ["limits: 0 %", "limits: 1 %, about 1 h 56 min left"]
+    assert stream.getvalue().splitlines()[:2] == ["limits: 0 %", "limits: 1 %, about 1 h 55 min left"]
 
 
 def test_steps_of_another_case_say_nothing_of_this_one(tmp_path: Path) -> None:
