@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows
-from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion, number_frequencies
+from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
+from correlation.campaign.passes import count_repeats, find_passes, number_stated_passes
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
@@ -92,11 +93,12 @@ def read_run_rows(
     if "time" in entry.own:
         return _steady_state(entry, file, sensors, test, units, first)
     frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
-    sweep, repeat = _passes(entry, file, frequency)
-    repeat = _whole(entry, file, "repeat") if "repeat" in entry.own else repeat + entry.repeat
+    sweep, of_pass = _passes(entry, file, frequency)
     order = _whole(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
     force = _force(entry, file, units)
-    level = _level(entry, file, force, len(frequency), units)
+    level = _level(entry, file, force, of_pass, units)
+    given = "repeat" in entry.own
+    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
     states = _States(
         frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
         sweep=sweep, repeat=repeat,
@@ -120,31 +122,6 @@ def read_run_rows(
                 value = np.abs(value).astype(np.complex128)
             tables.append(_rows(states, number, signal.harmonic, value, test))
     return join_rows(tables), tuple(suspicions)
-
-
-def passes(frequency: Real) -> tuple[Whole, Whole]:
-    """Sweep (+1 up, -1 down, 0 for one state) and repeat of each row from the order of the frequencies, shape (n,).
-
-    A pass ends where the frequency turns. A second pass in the same direction is a second repeat, and so is a second
-    reading at one frequency. Frequencies that differ by less than `SAME_FREQUENCY` are one.
-    """
-    place = number_frequencies(frequency)
-    step = np.sign(np.diff(place)).astype(np.int64)
-    moving = step[step != 0]
-    if not len(moving):
-        return np.zeros(len(frequency), dtype=np.int64), np.arange(len(frequency))
-    # A reading at the frequency before belongs to the direction that led there.
-    way = np.empty(len(frequency), dtype=np.int64)
-    way[0], last = moving[0], moving[0]
-    for row, turn in enumerate(step.tolist(), start=1):
-        last = turn or last
-        way[row] = last
-    repeat = np.zeros(len(frequency), dtype=np.int64)
-    seen: dict[tuple[int, int], int] = {}
-    for row, key in enumerate(zip(way.tolist(), place.tolist(), strict=True)):
-        repeat[row] = seen.get(key, 0)
-        seen[key] = repeat[row] + 1
-    return way, repeat
 
 
 def join_rows(tables: Sequence[Measurement]) -> Measurement:
@@ -226,19 +203,18 @@ def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) 
 
 
 def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
-    """Sweep and number of the repeat within the run of each row, shape (n,): stated, or from the order of the rows."""
+    """Sweep and number of the pass of each row, shape (n,): stated, or from the order of the rows."""
+    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
+        return find_passes(frequency)
+    known = {word: sign for sign, word in SWEEPS.items()}
+    sweep = np.full(len(frequency), known.get(entry.sweep, 0))
     if "sweep" in entry.own:
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
-        known = {word: sign for sign, word in SWEEPS.items()}
         for word in column.words or ("numbers",):
             if word not in known:
                 raise entry.own["sweep"].problem(f'"{word}" is no sweep: its rows must say up, down or none')
         sweep = np.array([known[word] for word in column.words])[column.values.astype(np.int64)]
-        return sweep, np.zeros(len(sweep), dtype=np.int64)
-    if entry.sweep == BY_ORDER:
-        return passes(frequency)
-    sign = next(sign for sign, word in SWEEPS.items() if word == entry.sweep)
-    return np.full(len(frequency), sign), np.zeros(len(frequency), dtype=np.int64)
+    return sweep, number_stated_passes(frequency, sweep)
 
 
 def _whole(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:
@@ -263,15 +239,25 @@ def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDAr
 
 
 def _level(
-    entry: RunEntry, file: MeasuredFile, force: Complex[NDArray[np.complex128], " n"] | None, n: int, units: RunUnits
+    entry: RunEntry,
+    file: MeasuredFile,
+    force: Complex[NDArray[np.complex128], " n"] | None,
+    of_pass: Whole,
+    units: RunUnits,
 ) -> Real:
     if "level" in entry.own:
         signal = entry.own["level"].or_unit(file, units.level_unit)
         return signal.positive_values(file, units.level_si) * units.peak
+    if entry.levels:
+        n_pass = int(of_pass.max(initial=-1)) + 1
+        if len(entry.levels) != n_pass:
+            text = f"has {len(entry.levels)} numbers, but {file.path.name} has {n_pass} sweeps: give one for each"
+            raise entry.table.problem("levels", text, show=False)
+        return np.array(entry.levels)[of_pass] * units.level_factor
     if entry.level is not None:
-        return np.full(n, entry.level * units.level_factor)
+        return np.full(len(of_pass), entry.level * units.level_factor)
     assert force is not None
-    return np.full(n, float(f"{np.median(np.abs(force)):.{DIGITS}g}"))
+    return np.full(len(of_pass), float(f"{np.median(np.abs(force)):.{DIGITS}g}"))
 
 
 def _require(condition: bool, problem: CampaignError) -> None:

@@ -10,6 +10,7 @@ from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Me
 from correlation.data_quality.channel import find_channel_suspicions
 from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
+from correlation.data_quality.missing_level import find_missing_levels
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
@@ -25,7 +26,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes in the data alone.
 
     Phases in the imaginary column or missing, channels that stay constant, repeats that are copies or settle, sensors
-    that are swapped in a repeat, levels, points, sensors and repeats that are missing, sweeps that run the other way.
+    that are swapped in a repeat, repeats that are levels, levels, points, sensors and repeats that are missing, sweeps that run the other way.
     """
     found = [
         each
@@ -41,12 +42,10 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         )
         for each in check(campaign)
     ]
-    return (
-        *found,
-        *find_channel_suspicions(campaign),
-        *find_drive_suspicions(campaign),
-        *find_drift_suspicions(campaign),
-    )
+    levels = list(find_missing_levels(campaign))
+    # A test that holds several levels does not drift.
+    drifts = [each for each in find_drift_suspicions(campaign) if each.where not in {one.where for one in levels}]
+    return (*found, *find_channel_suspicions(campaign), *find_drive_suspicions(campaign), *levels, *drifts)
 
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:
