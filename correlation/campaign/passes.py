@@ -11,13 +11,19 @@ from correlation.campaign.measurement import number_frequencies
 Real = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
+#: Words of a sweep as files have them, in small letters.
+SWEEP_WORDS = {
+    "up": 1, "forward": 1, "rising": 1, "auf": 1, "aufwärts": 1, "down": -1, "backward": -1, "falling": -1, "ab": -1,
+    "abwärts": -1, "none": 0,
+}  # fmt: skip
+
 
 def find_passes(frequency: Real) -> tuple[Whole, Whole]:
     """Sweep (+1 up, -1 down, 0 for one state) and number of the pass, from 0, of each row, shape (n,) each.
 
-    A pass ends where the frequency turns, or jumps back and then goes on as before. Where a test reads the turning point
-    once more before it turns, the second reading is the first of the new pass. Frequencies that differ by less than
-    `SAME_FREQUENCY` are one.
+    A pass ends where the frequency turns, or jumps back and then goes on as before. Where a test reads the turning
+    point once more before it turns, the second reading is the first of the new pass. Frequencies that differ by less
+    than `SAME_FREQUENCY` are one.
 
     Parameters
     ----------

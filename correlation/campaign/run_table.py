@@ -8,10 +8,11 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
-from correlation.campaign.measured_files import MeasuredFiles, take_rows
+from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows
 from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
-from correlation.campaign.passes import count_repeats, find_passes, number_stated_passes
+from correlation.campaign.passes import SWEEP_WORDS, count_repeats, find_passes, number_stated_passes
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
+from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.signal.harmonics import Harmonics
@@ -63,6 +64,10 @@ class _States:
     sweep: Whole
     repeat: Whole
 
+    def where(self, rows: NDArray[np.bool_]) -> "_States":
+        """Some of them."""
+        return _States(**{name: column[rows] for name, column in vars(self).items()})
+
 
 def read_run_rows(
     entry: RunEntry, files: MeasuredFiles, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, first: int = 0
@@ -89,7 +94,8 @@ def read_run_rows(
     CampaignError
         Its file, columns or values cannot be used; one sentence with file, key, value and remedy.
     """
-    file = take_rows(entry.table, files.read(entry.file), entry.columns)
+    needed = None if "time" in entry.own else [name for own in entry.own.values() for name in own.columns.values()]
+    file = take_rows(entry.table, files.read(entry.file), entry.columns, needed=needed)
     if "time" in entry.own:
         return _steady_state(entry, file, sensors, test, units, first)
     frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
@@ -108,20 +114,44 @@ def read_run_rows(
     suspicions: list[Suspicion] = []
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
-            value = signal.complex_values(file, sensor.unit if sensor.calibrated else "")
-            sentence = signal.suspect_degrees(file)
-            suspicions += [Suspicion(where=entry.file, sentence=sentence)] if sentence else []
-            _require(len(value) == len(frequency), signal.problem("its column is not as long as that of the frequency"))
+            _require(
+                all(len(file.column(name).values) == len(frequency) for name in signal.columns.values()),
+                signal.problem("its column is not as long as that of the frequency"),
+            )
+            present, there, sentences = _present(entry, file, signal)
+            value = signal.complex_values(present, sensor.unit if sensor.calibrated else "")
+            suspicions += [Suspicion(where=entry.file, sentence=sentence) for sentence in sentences]
+            _require(
+                sensor.has_phase or "phase" not in signal.columns,
+                signal.problem(
+                    f'names a phase, but sensor "{sensor.name}" has phase = false: remove that from the sensor, or the '
+                    "phase here"
+                ),
+            )
             _require(
                 signal.has_phase or not sensor.has_phase,
                 signal.problem(f'has no phase: add phase = false to sensor "{sensor.name}", or name its phase'),
             )
             if signal.harmonic:
-                value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn**signal.harmonic
+                value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn[there] ** signal.harmonic
             if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
-            tables.append(_rows(states, number, signal.harmonic, value, test))
+            tables.append(_rows(states.where(there), number, signal.harmonic, value, test))
     return join_rows(tables), tuple(suspicions)
+
+
+def _present(
+    entry: RunEntry, file: MeasuredFile, signal: SignalEntry
+) -> tuple[MeasuredFile, NDArray[np.bool_], list[str]]:
+    """Rows that have a value of a sensor, whether each row of the file has, and what looks wrong in them."""
+    columns = {name: file.column(name) for name in signal.columns.values()}
+    there = np.all([np.isfinite(column.values) for column in columns.values()], axis=0)
+    if there.all() or not there.any() or entry.table.values.get("missing") != "skip":
+        return file, np.ones(len(there), dtype=np.bool_), [text] if (text := signal.suspect_degrees(file)) else []
+    present = with_rows(file, columns, there)
+    listed = ", ".join(f'"{name}"' for name in columns)
+    sentences = [f"{(~there).sum()} of {len(there)} rows have no number in {listed}, and are left out of it"]
+    return present, there, sentences + ([text] if (text := signal.suspect_degrees(present)) else [])
 
 
 def join_rows(tables: Sequence[Measurement]) -> Measurement:
@@ -206,14 +236,13 @@ def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole
     """Sweep and number of the pass of each row, shape (n,): stated, or from the order of the rows."""
     if entry.sweep == BY_ORDER and "sweep" not in entry.own:
         return find_passes(frequency)
-    known = {word: sign for sign, word in SWEEPS.items()}
-    sweep = np.full(len(frequency), known.get(entry.sweep, 0))
+    sweep = np.full(len(frequency), SWEEP_WORDS.get(entry.sweep, 0))
     if "sweep" in entry.own:
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
         for word in column.words or ("numbers",):
-            if word not in known:
+            if word.lower() not in SWEEP_WORDS:
                 raise entry.own["sweep"].problem(f'"{word}" is no sweep: its rows must say up, down or none')
-        sweep = np.array([known[word] for word in column.words])[column.values.astype(np.int64)]
+        sweep = np.array([SWEEP_WORDS[word.lower()] for word in column.words])[column.values.astype(np.int64)]
     return sweep, number_stated_passes(frequency, sweep)
 
 

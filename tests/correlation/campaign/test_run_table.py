@@ -153,10 +153,15 @@ def test_each_sweep_of_a_run_may_have_a_level(tmp_path: Path, stated: bool) -> N
     assert sorted(table.level.tolist()) == [2.0] * 6 + [10.0] * 6
     assert set(table.repeat.tolist()) == {1}
     assert (np.abs(table.value) / table.level)[table.frequency == 11] == pytest.approx(np.full(4, 9.80665))
-    with pytest.raises(CampaignError, match="levels: has 3 numbers, but data.csv has 4 sweeps: give one for each"):
+    with pytest.raises(CampaignError, match=r"levels: has 3 numbers, but data\.csv has 4 sweeps: give one for each"):
         read(tmp_path, text, "levels = [2.0, 2.0, 10.0]", columns)
-    with pytest.raises(CampaignError, match="levels: is for the sweeps .* level is given in no other way"):
+    with pytest.raises(CampaignError, match=r"levels: is for the sweeps .* level is given in no other way"):
         read(tmp_path, text, "level = 1.0\nlevels = [2.0, 2.0, 10.0, 10.0]", columns)
+
+
+def test_a_phase_of_a_sensor_without_one_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match='tip: names a phase, but sensor "tip" has phase = false: remove'):
+        read(tmp_path, "f,a,p\n10,2,90\n11,1,180\n", "level = 3.0", AMPLITUDES, sensor="phase = false")
 
 
 def run_again(folder: Path, *changes: tuple[str, str]) -> Path:
