@@ -102,12 +102,13 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
             point = tuple(sensor.coordinates.tolist()) if sensor.coordinates is not None else sensor.place
             lean = (sensor.relative_to, sensor.inclination, sensor.toward)
             groups.setdefault((sensor.quantity, point, sensor.direction, *lean), []).append(sensor.name)
-    for (quantity, point, direction, *_), names in groups.items():
+    for (quantity, spot, direction, *_), names in groups.items():
         if len(names) > 1:
-            where = f'at "{point}"' if isinstance(point, str) else "at one point"
+            where = f'at "{spot}"' if isinstance(spot, str) else "at one point"
             yield Suspicion(
                 where=f"sensors {', '.join(names)}",
-                sentence=f"all read the {quantity} {where} along {direction}: give each its own place or coordinates, unless they do stand there",
+                sentence=f"all read the {quantity} {where} along {direction}: give each its own place or "
+                "coordinates, unless they do stand there",
             )
 
 
