@@ -46,7 +46,9 @@ class MeasuredFiles:
         return self.known[name]
 
 
-def take_rows(table: TomlTable, file: MeasuredFile, names: Sequence[str]) -> MeasuredFile:
+def take_rows(
+    table: TomlTable, file: MeasuredFile, names: Sequence[str], *, needed: Sequence[str] | None = None
+) -> MeasuredFile:
     """The file with the rows that ``rows`` and ``missing`` of an entry leave.
 
     Parameters
@@ -58,6 +60,8 @@ def take_rows(table: TomlTable, file: MeasuredFile, names: Sequence[str]) -> Mea
         All of the file.
     names
         Columns that the entry uses.
+    needed
+        Those without whose value a row is left out by ``missing = "skip"``; None for all.
 
     Raises
     ------
@@ -78,7 +82,7 @@ def take_rows(table: TomlTable, file: MeasuredFile, names: Sequence[str]) -> Mea
         if not mask.any():
             raise table.problem("rows", f'no row of {file.path.name} that is left has "{name}" = {value!r}')
     if skip:
-        mask &= np.all([np.isfinite(columns[name].values) for name in names], axis=0)
+        mask &= np.all([np.isfinite(columns[name].values) for name in (names if needed is None else needed)], axis=0)
         if not mask.any():
             raise table.problem("missing", f"every row of {file.path.name} lacks a value: remove the entry")
     return with_rows(file, columns, mask)

@@ -33,6 +33,8 @@ class RunEntry:
         Names of its test and of its file.
     level
         Set point of the force in the unit of the campaign's levels; None where a column or the measured force says it.
+    levels
+        Set points of its passes in the order of measurement, in the same unit; empty where all have one level.
     repeat
         Number of the first repeat in it.
     sweep
@@ -54,6 +56,7 @@ class RunEntry:
     test: str
     file: str
     level: float | None
+    levels: tuple[float, ...]
     repeat: int
     sweep: str
     control: str
@@ -110,19 +113,20 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
         _refuse_stepped(columns, own, signals)
     if not signals:
         raise table.problem("columns", f"names no sensor: add one of {', '.join(sensors)}", show=False)
-    level = _number(table, "level")
+    level, levels = _number(table, "level"), _levels(table, own)
     if level is not None and "level" in own:
         raise table.problem("level", "is also a column: remove one of them")
     control = table.choice("control", CONTROLS) if "control" in table.values else "force"
     if control == "response" and "force" not in own:
         raise table.problem("control", 'needs the measured force: add force = "COLUMN" to its columns')
-    if level is None and "level" not in own and "force" not in own:
+    if level is None and not levels and "level" not in own and "force" not in own:
         raise table.problem("level", "is missing: give the amplitude of the force, or a column level or force")
     entry = RunEntry(
         table=table,
         test=table.choice("test", tests),
         file=table.take("file", str),
         level=level,
+        levels=levels,
         repeat=table.take("repeat", int, 1),
         sweep=table.choice("sweep", (*SWEEPS.values(), BY_ORDER)) if "sweep" in table.values else BY_ORDER,
         control=control,
@@ -156,11 +160,21 @@ def _refuse_stepped(
             raise columns.problem(name, wanted, show=False)
 
 
+def _levels(table: TomlTable, own: Collection[str]) -> tuple[float, ...]:
+    values = table.take("levels", list, [])
+    if values and ("time" in own or "level" in own or "level" in table.values):
+        why = "is for the sweeps of a stepped sine whose level is given in no other way: remove it, or the other"
+        raise table.problem("levels", why, show=False)
+    return tuple(_checked(table, "levels", value) for value in values)
+
+
 def _number(table: TomlTable, key: str) -> float | None:
     table.known.add(key)
     value = table.values.get(key)
-    if value is None:
-        return None
+    return None if value is None else _checked(table, key, value)
+
+
+def _checked(table: TomlTable, key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
         raise table.problem(key, "must be a number above zero, without a unit")
     if not LEAST <= value <= MOST:

@@ -8,9 +8,11 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
-from correlation.campaign.measured_files import MeasuredFiles, take_rows
-from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion, number_frequencies
+from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows
+from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
+from correlation.campaign.passes import SWEEP_WORDS, count_repeats, find_passes, number_stated_passes
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
+from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.signal.harmonics import Harmonics
@@ -62,6 +64,10 @@ class _States:
     sweep: Whole
     repeat: Whole
 
+    def where(self, rows: NDArray[np.bool_]) -> "_States":
+        """Some of them."""
+        return _States(**{name: column[rows] for name, column in vars(self).items()})
+
 
 def read_run_rows(
     entry: RunEntry, files: MeasuredFiles, sensors: Sequence[MeasuredSensor], test: int, units: RunUnits, first: int = 0
@@ -88,15 +94,17 @@ def read_run_rows(
     CampaignError
         Its file, columns or values cannot be used; one sentence with file, key, value and remedy.
     """
-    file = take_rows(entry.table, files.read(entry.file), entry.columns)
+    needed = None if "time" in entry.own else [name for own in entry.own.values() for name in own.columns.values()]
+    file = take_rows(entry.table, files.read(entry.file), entry.columns, needed=needed)
     if "time" in entry.own:
         return _steady_state(entry, file, sensors, test, units, first)
     frequency = entry.own["frequency"].or_unit(file, units.frequency_unit).positive_values(file, "Hz")
-    sweep, repeat = _passes(entry, file, frequency)
-    repeat = _whole(entry, file, "repeat") if "repeat" in entry.own else repeat + entry.repeat
+    sweep, of_pass = _passes(entry, file, frequency)
     order = _whole(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
     force = _force(entry, file, units)
-    level = _level(entry, file, force, len(frequency), units)
+    level = _level(entry, file, force, of_pass, units)
+    given = "repeat" in entry.own
+    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
     states = _States(
         frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
         sweep=sweep, repeat=repeat,
@@ -106,45 +114,44 @@ def read_run_rows(
     suspicions: list[Suspicion] = []
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
-            value = signal.complex_values(file, sensor.unit if sensor.calibrated else "")
-            sentence = signal.suspect_degrees(file)
-            suspicions += [Suspicion(where=entry.file, sentence=sentence)] if sentence else []
-            _require(len(value) == len(frequency), signal.problem("its column is not as long as that of the frequency"))
+            _require(
+                all(len(file.column(name).values) == len(frequency) for name in signal.columns.values()),
+                signal.problem("its column is not as long as that of the frequency"),
+            )
+            present, there, sentences = _present(entry, file, signal)
+            value = signal.complex_values(present, sensor.unit if sensor.calibrated else "")
+            suspicions += [Suspicion(where=entry.file, sentence=sentence) for sentence in sentences]
+            _require(
+                sensor.has_phase or "phase" not in signal.columns,
+                signal.problem(
+                    f'names a phase, but sensor "{sensor.name}" has phase = false: remove that from the sensor, or the '
+                    "phase here"
+                ),
+            )
             _require(
                 signal.has_phase or not sensor.has_phase,
                 signal.problem(f'has no phase: add phase = false to sensor "{sensor.name}", or name its phase'),
             )
             if signal.harmonic:
-                value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn**signal.harmonic
+                value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn[there] ** signal.harmonic
             if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
-            tables.append(_rows(states, number, signal.harmonic, value, test))
+            tables.append(_rows(states.where(there), number, signal.harmonic, value, test))
     return join_rows(tables), tuple(suspicions)
 
 
-def passes(frequency: Real) -> tuple[Whole, Whole]:
-    """Sweep (+1 up, -1 down, 0 for one state) and repeat of each row from the order of the frequencies, shape (n,).
-
-    A pass ends where the frequency turns. A second pass in the same direction is a second repeat, and so is a second
-    reading at one frequency. Frequencies that differ by less than `SAME_FREQUENCY` are one.
-    """
-    place = number_frequencies(frequency)
-    step = np.sign(np.diff(place)).astype(np.int64)
-    moving = step[step != 0]
-    if not len(moving):
-        return np.zeros(len(frequency), dtype=np.int64), np.arange(len(frequency))
-    # A reading at the frequency before belongs to the direction that led there.
-    way = np.empty(len(frequency), dtype=np.int64)
-    way[0], last = moving[0], moving[0]
-    for row, turn in enumerate(step.tolist(), start=1):
-        last = turn or last
-        way[row] = last
-    repeat = np.zeros(len(frequency), dtype=np.int64)
-    seen: dict[tuple[int, int], int] = {}
-    for row, key in enumerate(zip(way.tolist(), place.tolist(), strict=True)):
-        repeat[row] = seen.get(key, 0)
-        seen[key] = repeat[row] + 1
-    return way, repeat
+def _present(
+    entry: RunEntry, file: MeasuredFile, signal: SignalEntry
+) -> tuple[MeasuredFile, NDArray[np.bool_], list[str]]:
+    """Rows that have a value of a sensor, whether each row of the file has, and what looks wrong in them."""
+    columns = {name: file.column(name) for name in signal.columns.values()}
+    there = np.all([np.isfinite(column.values) for column in columns.values()], axis=0)
+    if there.all() or not there.any() or entry.table.values.get("missing") != "skip":
+        return file, np.ones(len(there), dtype=np.bool_), [text] if (text := signal.suspect_degrees(file)) else []
+    present = with_rows(file, columns, there)
+    listed = ", ".join(f'"{name}"' for name in columns)
+    sentences = [f"{(~there).sum()} of {len(there)} rows have no number in {listed}, and are left out of it"]
+    return present, there, sentences + ([text] if (text := signal.suspect_degrees(present)) else [])
 
 
 def join_rows(tables: Sequence[Measurement]) -> Measurement:
@@ -226,19 +233,17 @@ def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) 
 
 
 def _passes(entry: RunEntry, file: MeasuredFile, frequency: Real) -> tuple[Whole, Whole]:
-    """Sweep and number of the repeat within the run of each row, shape (n,): stated, or from the order of the rows."""
+    """Sweep and number of the pass of each row, shape (n,): stated, or from the order of the rows."""
+    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
+        return find_passes(frequency)
+    sweep = np.full(len(frequency), SWEEP_WORDS.get(entry.sweep, 0))
     if "sweep" in entry.own:
         column = file.column(next(iter(entry.own["sweep"].columns.values())))
-        known = {word: sign for sign, word in SWEEPS.items()}
         for word in column.words or ("numbers",):
-            if word not in known:
+            if word.lower() not in SWEEP_WORDS:
                 raise entry.own["sweep"].problem(f'"{word}" is no sweep: its rows must say up, down or none')
-        sweep = np.array([known[word] for word in column.words])[column.values.astype(np.int64)]
-        return sweep, np.zeros(len(sweep), dtype=np.int64)
-    if entry.sweep == BY_ORDER:
-        return passes(frequency)
-    sign = next(sign for sign, word in SWEEPS.items() if word == entry.sweep)
-    return np.full(len(frequency), sign), np.zeros(len(frequency), dtype=np.int64)
+        sweep = np.array([SWEEP_WORDS[word.lower()] for word in column.words])[column.values.astype(np.int64)]
+    return sweep, number_stated_passes(frequency, sweep)
 
 
 def _whole(entry: RunEntry, file: MeasuredFile, name: str) -> Whole:
@@ -263,15 +268,25 @@ def _force(entry: RunEntry, file: MeasuredFile, units: RunUnits) -> Complex[NDAr
 
 
 def _level(
-    entry: RunEntry, file: MeasuredFile, force: Complex[NDArray[np.complex128], " n"] | None, n: int, units: RunUnits
+    entry: RunEntry,
+    file: MeasuredFile,
+    force: Complex[NDArray[np.complex128], " n"] | None,
+    of_pass: Whole,
+    units: RunUnits,
 ) -> Real:
     if "level" in entry.own:
         signal = entry.own["level"].or_unit(file, units.level_unit)
         return signal.positive_values(file, units.level_si) * units.peak
+    if entry.levels:
+        n_pass = int(of_pass.max(initial=-1)) + 1
+        if len(entry.levels) != n_pass:
+            text = f"has {len(entry.levels)} numbers, but {file.path.name} has {n_pass} sweeps: give one for each"
+            raise entry.table.problem("levels", text, show=False)
+        return np.array(entry.levels)[of_pass] * units.level_factor
     if entry.level is not None:
-        return np.full(n, entry.level * units.level_factor)
+        return np.full(len(of_pass), entry.level * units.level_factor)
     assert force is not None
-    return np.full(n, float(f"{np.median(np.abs(force)):.{DIGITS}g}"))
+    return np.full(len(of_pass), float(f"{np.median(np.abs(force)):.{DIGITS}g}"))
 
 
 def _require(condition: bool, problem: CampaignError) -> None:

@@ -6,10 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Measurement, Suspicion
+from correlation.campaign.measurement import CONTACT_FORCE, SI_UNIT, SWEEPS, Campaign, Measurement, Suspicion
 from correlation.data_quality.channel import find_channel_suspicions
 from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
+from correlation.data_quality.missing_level import find_missing_levels
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
@@ -24,14 +25,16 @@ BY_CHANCE = 0.01
 def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes in the data alone.
 
-    Phases in the imaginary column or missing, channels that stay constant, repeats that are copies or settle, sensors
-    that are swapped in a repeat, levels, points, sensors and repeats that are missing, sweeps that run the other way.
+    Phases in the imaginary column or missing, channels that stay constant, sensors that stand on one point, repeats
+    that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels, points, sensors
+    and repeats that are missing, sweeps that run the other way.
     """
     found = [
         each
         for check in (
             _phases,
             _constant_harmonics,
+            _one_place,
             _copies,
             _missing_levels,
             _missing_points,
@@ -41,12 +44,10 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         )
         for each in check(campaign)
     ]
-    return (
-        *found,
-        *find_channel_suspicions(campaign),
-        *find_drive_suspicions(campaign),
-        *find_drift_suspicions(campaign),
-    )
+    levels = list(find_missing_levels(campaign))
+    # A test that holds several levels does not drift.
+    drifts = [each for each in find_drift_suspicions(campaign) if each.where not in {one.where for one in levels}]
+    return (*found, *find_channel_suspicions(campaign), *find_drive_suspicions(campaign), *levels, *drifts)
 
 
 def _phases(campaign: Campaign) -> Iterator[Suspicion]:
@@ -91,6 +92,24 @@ def _constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
                     sentence=f"harmonic {harmonic} reads {value[0]:.4g} {campaign.sensors[sensor].unit} at all "
                     f"{len(value)} points: a dead channel, or one that was never evaluated? Remove its rows",
                 )
+
+
+def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
+    """Sensors of one quantity that read one point along one axis."""
+    groups: dict[tuple[object, ...], list[str]] = {}
+    for sensor in campaign.sensors:
+        if sensor.quantity in SI_UNIT and sensor.direction:
+            point = tuple(sensor.coordinates.tolist()) if sensor.coordinates is not None else sensor.place
+            lean = (sensor.relative_to, sensor.inclination, sensor.toward)
+            groups.setdefault((sensor.quantity, point, sensor.direction, *lean), []).append(sensor.name)
+    for (quantity, spot, direction, *_), names in groups.items():
+        if len(names) > 1:
+            where = f'at "{spot}"' if isinstance(spot, str) else "at one point"
+            yield Suspicion(
+                where=f"sensors {', '.join(names)}",
+                sentence=f"all read the {quantity} {where} along {direction}: give each its own place or "
+                "coordinates, unless they do stand there",
+            )
 
 
 def _copies(campaign: Campaign) -> Iterator[Suspicion]:

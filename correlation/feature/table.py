@@ -35,6 +35,8 @@ from correlation.prediction import Points
 from correlation.row_table import RowTable
 from geometry.read_only_array import freeze_fields
 
+#: Repeats of a smaller share of the points, such as a turning point read twice, do not tell the noise of all [-].
+FEW = 0.05
 POINT = ("test", "sensor", "harmonic", "level", "frequency")
 
 
@@ -268,11 +270,13 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
     blocks = starts_of(first, ("test", "sensor", "harmonic"))
     for start, stop in zip(blocks, [*blocks[1:], len(first)], strict=True):
         block = slice(start, stop)
-        if not dof[block].any():
+        n_repeated = np.count_nonzero(dof[block])
+        if n_repeated < FEW * (stop - start):
             sensor_of = campaign.sensors[first.sensor[start]]
             single = _single_noise(sensor_of, first.where(np.arange(start, stop)), average.mean[block])
-            variance[block] = single**2
-            continue
+            if not n_repeated or np.isfinite(single).all():
+                variance[block] = single**2
+                continue
         together[block] = estimate_design_effect(average.effect[block], squares[block], dof[block])
         # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
         certain = dof[block] / (1 + (together[block] - 1) ** 2)

@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 
+from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.unit_label import split_label, unit_text
 
@@ -89,7 +90,7 @@ WORDS: dict[Role, frozenset[str]] = {
     Role.TIME: frozenset(["time", "t", "zeit", "times"]),
     Role.FORCE: frozenset(["force", "kraft", "load", "hammer", "shaker", "excitation", "impact", "drive", "input"]),
     Role.LEVEL: frozenset(["level", "levels", "stufe", "setpoint", "forcing"]),
-    Role.SWEEP: frozenset(["sweep", "direction", "updown", "branch"]),
+    Role.SWEEP: frozenset(["sweep", "direction", "updown", "branch", "richtung"]),
     Role.ORDER: frozenset(["order", "index", "sequence"]),
     Role.REPEAT: frozenset(["repeat", "repetition", "rep", "wiederholung"]),
     Role.HARMONIC: frozenset(["harmonic", "order_of_harmonic"]),
@@ -114,7 +115,6 @@ INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
 #: Words in brackets at the end of a name, such as a unit.
 BRACKETS = re.compile(r"[\[(]([^\[\]()]*[A-Za-z][^\[\]()]*)[\])]$")
-DIRECTIONS = {"up", "down", "none", "forward", "backward", "rising", "falling"}
 
 
 def recognise_column(column: Column, name: str) -> Recognised:
@@ -162,7 +162,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
         return Recognised(
             role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
         )
-    named = next((motion for motion in MOTIONS if set(words) & MOTION_WORDS[motion]), "")
+    # A letter in the name of a channel with a point, such as "58 #2 1Z+/1Z+", is its direction.
+    telling = {word for word in words if column.response is None or len(word) > 1}
+    named = next((motion for motion in MOTIONS if telling & MOTION_WORDS[motion]), "")
     if set(words) & {"base", "table", "ground"} and "acceleration" in {quantity, named}:
         why = f'called "{name}": the base is shaken'
         return Recognised(role=Role.FORCE, part=part, quantity="acceleration", unit=unit, evidence=why, stem=stem)
@@ -218,7 +220,7 @@ def _motions() -> set[str]:
 
 
 def _recognise_words(column: Column, words: list[str]) -> Recognised:
-    if {word.lower() for word in column.words} <= DIRECTIONS:
+    if {word.lower() for word in column.words} <= set(SWEEP_WORDS):
         return Recognised(role=Role.SWEEP, evidence=f"its words are {', '.join(column.words)}")
     if set(words) & {"sensor", "channel", "location", "signal", "point"}:
         return Recognised(role=Role.SENSOR, evidence=f"its words are {', '.join(column.words[:4])}")

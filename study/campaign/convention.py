@@ -83,6 +83,8 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
     drives = [(table, *drive_of(table)) for table in states]
     drive = next((drive for _, drive, _ in drives if drive), "")
     unit = next((unit for _, _, unit in drives if unit), "")
+    if not states and any("/(N)" in unit or "/N" in unit for unit in _units(tables)):
+        unit = "N"  # the denominator of the responses
     level: str | Marked = unit or Marked(value="N", assumed="the files say no unit of the force")
     if drive == BASE:
         first = next(table for table, one, _ in drives if one == BASE)
@@ -98,6 +100,11 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
     draft.single["convention"] = {"time": time, "amplitude": amplitude}
     draft.single["units"] = {"level": level, "frequency": "Hz"}
     return -1 if plain(time) == TIMES[1] else 1
+
+
+def _units(tables: Sequence[JudgedTable]) -> list[str]:
+    """Units of all responses."""
+    return [table.columns[column.name].unit for table in tables for column in table.of_role(Role.RESPONSE)]
 
 
 def _time(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
-from study.campaign.column_role import INDEX, Part, Role, name_words
+from study.campaign.column_role import INDEX, MOTION_WORDS, Part, Role, name_words
 from study.campaign.draft import Draft, plain
+from study.campaign.level import ask_levels, levels_of_force
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import add_sensor, direction_sign, reading, sensor_name, with_sign
@@ -29,16 +31,32 @@ def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | No
     phases = [one for one in judged.of_role(Role.PHASE) if one is not of_force and not is_of_force(judged, one)]
     pairs: list[tuple[Column, Column | None]] = []
     main = [column for column in columns if judged.columns[column.name].part is not Part.IMAGINARY]
+    alone = [one for one in main if judged.columns[one.name].part is not Part.REAL and not np.iscomplexobj(one.values)]
     for column in main:
         guess = judged.columns[column.name]
         if guess.part is Part.REAL:
             candidates = [one for one in columns if judged.columns[one.name].part is Part.IMAGINARY]
         else:
-            candidates = [] if np.iscomplexobj(column.values) else phases
+            candidates = phases if column in alone else []
         same = [one for one in candidates if judged.columns[one.name].stem == guess.stem]
+        if not same and column in alone:
+            same = [one for one in phases if _closest(judged, column, phases) is one is not None]
+            same = [one for one in same if _closest(judged, one, alone) is column]
         partner = same[0] if same else (candidates[0] if len(candidates) == len(main) == 1 else None)
         pairs.append((column, partner))
     return pairs
+
+
+def _closest(judged: JudgedTable, column: Column, others: Sequence[Column]) -> Column | None:
+    """The one column whose name differs least and in words of motions alone: "acc tip" and "phase tip"."""
+    own = set(judged.columns[column.name].stem.split())
+    found: dict[int, list[Column]] = {}
+    for other in others:
+        words = set(judged.columns[other.name].stem.split())
+        if own & words and own ^ words <= frozenset().union(*MOTION_WORDS.values()):
+            found.setdefault(len(own ^ words), []).append(other)
+    least = found[min(found)] if found else []
+    return least[0] if len(least) == 1 else None
 
 
 def is_of_force(judged: JudgedTable, column: Column) -> bool:
@@ -96,7 +114,8 @@ def report_unused_phases(draft: Draft, judged: JudgedTable) -> None:
     used |= {of_force.name} if of_force is not None else set()
     draft.left_out += [
         f'{judged.table.file.path.name}: the phase "{column.name}" is of no column by its name: if it is that of a '
-        f'response or force, add phase = "{column.name}" there'
+        f'response or force, write {{ amplitude = "...", phase = "{column.name}", '
+        f'phase_unit = "{judged.columns[column.name].unit}" }} there, and remove phase = false of the sensor'
         for column in judged.of_role(Role.PHASE)
         if column.name not in used
     ]
@@ -165,10 +184,19 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
         if drive is not None and is_response_controlled(judged, drive, pairs[0][0], rows):
             why = "the force varies with the frequency and the response does not"
             run["control"] = Marked(value="response", assumed=why)
-        used = (frequency, *(column for column, _ in pairs))
-        if any(not np.isfinite(column.values[judged.mask(rows)]).all() for column in used):
-            run["missing"] = Marked(value="skip", assumed="some rows have empty fields")
+        lacking = _missing_values(judged, rows)
+        if lacking:
+            run["missing"] = Marked(value="skip", assumed=lacking)
         draft.entries["run"].append({**run, "columns": columns})
+
+
+def _missing_values(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
+    """Which columns of a series hold no number in some rows, and in how many; empty if none does."""
+    mask = judged.mask(rows)
+    used = [*judged.of_role(Role.FREQUENCY)[:1], *judged.of_role(Role.RESPONSE, Role.FORCE, Role.PHASE)]
+    missing = {column.name: int((~np.isfinite(column.values[mask])).sum()) for column in used}
+    listed = [f'"{name}" has no number in {count} of {mask.sum()} rows' for name, count in missing.items() if count]
+    return f"{', '.join(listed)}; all other values are used" if listed else ""
 
 
 def ask_configuration(draft: Draft, name: str) -> Marked:
@@ -188,7 +216,8 @@ def add_test(draft: Draft, test: str) -> None:
 def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
     """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
 
-    With one sensor this is the sign of its readings. With several the shape may be the cause: that is a suspicion.
+    Where the file says that the sensor is at the force this is the sign of its readings. Elsewhere the shape may be the
+    cause, also with one sensor: that is a suspicion.
 
     Parameters
     ----------
@@ -204,6 +233,7 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
     -1 by `sensor_name`, with the evidence.
     """
     clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
+    at_force: set[tuple[str, str]] = set()
     for judged in tables:
         force = force_column(judged)
         if force is not None and judged.columns[force.name].quantity == "acceleration":
@@ -215,6 +245,7 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
             same_point = column.response is None or column.reference is None or is_driving_point(column)
             if evidence.stands_out and quantity in AT_RESONANCE and same_point:
                 clear.setdefault((sensor_name(judged, column), quantity), []).append(evidence)
+                at_force |= {(sensor_name(judged, column), quantity)} if is_driving_point(column) else set()
     signs: dict[str, Marked] = {}
     for (name, quantity), items in clear.items():
         opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
@@ -223,7 +254,7 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
         at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in opposite])):.0f} degrees"
         peaks = f"{len(opposite)} of {len(items)} peaks"
         why = f"its phase is about {at_peak} at {peaks}, opposite to {quantity} at the force"
-        if len(clear) == 1:
+        if (name, quantity) in at_force:
             signs[name] = Marked(value=-1, assumed=why)
         else:
             remedy = "is it beyond a node of the shape, or mounted the other way round? then add sign = -1"
@@ -256,16 +287,16 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
         return {"level": Marked(value=value, assumed=f'"{words}" in its name')}
     if judged.of_role(Role.LEVEL):
         return {}
+    mask = judged.mask(rows)
+    frequency = judged.of_role(Role.FREQUENCY)[0].values[mask]
+    stated = next((one for one in judged.of_role(Role.SWEEP) if one.words), None)
+    sweep = None
+    if stated is not None:
+        sweep = np.array([SWEEP_WORDS.get(word.lower(), 0) for word in stated.words])[stated.values[mask].astype(int)]
     if force is not None:
-        return {}
-    answer = draft.ask(
-        f"At which level was {judged.table.label} measured (a number)?", "1.0", "neither force nor level is in the file"
-    )
-    try:
-        number = float(str(answer.value).split()[0].replace(",", "."))
-    except (ValueError, IndexError):
-        number = 1.0
-    return {"level": Marked(value=number, assumed=answer.assumed)}
+        return levels_of_force(frequency, sweep, np.abs(force.values[mask]))
+    sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
+    return ask_levels(draft, judged.table.label, frequency, sweep, sizes)
 
 
 def is_response_controlled(judged: JudgedTable, force: NDArray[Any], response: Column, rows: Mapping[str, Any]) -> bool:

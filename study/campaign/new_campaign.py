@@ -17,7 +17,7 @@ from correlation.file.format import MEASURED_FILES
 from correlation.file.read_file import read_file
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
-from study.campaign.draft import Draft, Note
+from study.campaign.draft import ENTRIES, Draft, Note
 from study.campaign.draft_frequency import (
     draft_frequency_responses,
     draft_stepped_sine,
@@ -148,6 +148,11 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     _draft_tables(draft, judged)
     draft.suspicions += list_suspicions(judged)
     number_repeats(draft, measured.files)
+    if draft.entries["record"] and not any(draft.entries[kind] for kind in ENTRIES[2:-1]):
+        draft.suspicions.append(
+            "there are time records alone, which no command compares: add sines, ring-downs or frequency responses; a "
+            "record with a force gives these by [[frf]] with time, force and an estimator (docs/campaign.md)"
+        )
     if draft.is_empty:
         raise _nothing(draft, folder)
     return draft
@@ -166,10 +171,14 @@ def write_manifest(folder: Path, draft: Draft) -> NewCampaign:
     Raises
     ------
     CampaignError
-        Nothing is left.
+        Nothing is left: the whole draft is written, to be edited.
     """
-    suspicions = _keep_readable(draft, folder)
-    path = folder / MANIFEST
+    path, whole = folder / MANIFEST, draft.text()
+    try:
+        suspicions = _keep_readable(draft, folder)
+    except CampaignError as error:
+        path.write_text(whole, encoding="utf-8")
+        raise CampaignError(f'{error}; the draft with all entries is in "{path}", to be mended there') from None
     path.write_text(draft.text(), encoding="utf-8")
     return NewCampaign(path=path, draft=draft, suspicions=(*draft.suspicions, *suspicions))
 

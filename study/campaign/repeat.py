@@ -33,7 +33,8 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
     """
     groups: list[tuple[tuple[Any, ...], float, list[dict[str, Any]]]] = []
     for run in draft.entries["run"]:
-        if "frequency" not in run["columns"] or "level" in run["columns"] or "repeat" in run["columns"]:
+        stated = "levels" in run or run["columns"].keys() & {"level", "repeat"}
+        if stated or "frequency" not in run["columns"]:
             continue
         level = run_level(run, files)
         kind = (run["test"], run_direction(run, files), *sorted(run["columns"]))

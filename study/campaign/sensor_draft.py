@@ -4,7 +4,7 @@ from typing import Any
 
 from correlation.campaign.measurement import SI_UNIT
 from correlation.file.column import Column
-from study.campaign.column_role import MOTIONS, Part, Recognised, Role
+from study.campaign.column_role import MOTION_WORDS, MOTIONS, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable
@@ -20,6 +20,9 @@ def sensor_name(judged: JudgedTable, column: Column) -> str:
     if point is not None and (point.node is not None or point.name):
         return f"{point.node if point.node is not None else point.name}{point.direction.lstrip('+-').upper()}"
     guess = judged.columns[column.name]
+    if guess.stem and guess.quantity in MOTIONS and not set(guess.stem.split()) & MOTION_WORDS[guess.quantity]:
+        # A case may have a sensor "tip" of another quantity.
+        return f"{guess.stem} {guess.quantity}"
     return guess.stem or guess.quantity or "response"
 
 
@@ -55,7 +58,8 @@ def add_sensor(
     quantity = ask_quantity(draft, name, guess)
     entry: dict[str, Any] = {"name": name, "quantity": quantity, **_position(draft, judged, column, name)}
     if not has_phase:
-        entry["phase"] = False
+        others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
+        entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
     is_calibrated = guess.unit not in {"", "V", "mV"} or (bool(guess.quantity) and guess.quantity != "voltage")
     if not is_calibrated and not needs_unit:
         why = f'the unit of "{column.name}" is unknown'
@@ -138,11 +142,20 @@ def _position(draft: Draft, judged: JudgedTable, column: Column, name: str) -> d
     if not (axis and point is not None and point.node in nodes):
         count = len([one for one in judged.table.columns if judged.columns[one.name].role is Role.RESPONSE])
         which = f'sensor "{name}"' if count <= FEW_SENSORS else f"the sensors of {judged.table.file.path.name}"
-        why = "the file does not say it; the name of a place of the case, and an axis"
+        so_far = {str(plain(one["place"])) for one in draft.entries["sensor"] if "place" in one}
+        known = f" (so far: {', '.join(sorted(so_far))})" if so_far else ""
+        why = (
+            f"the file does not say it; the name of a place of the case{known}, or coordinates such as 0.5 m, 0 m, "
+            "0 m, and an axis"
+        )
         answer = draft.ask(f"Where is {which}, and along which axis does it read?", f"tip {axis or 'z'}", why)
         place, _, given = str(answer.value).rpartition(" ")
         place, given = (place, given) if given in AXES else (str(answer.value), axis or "z")
         entry["direction"] = axis or Marked(value=given, assumed=answer.assumed and "the file does not say it")
+        coordinates = [part.strip() for part in place.split(",")]
+        if len(coordinates) == 3:
+            entry["coordinates"] = coordinates
+            return entry
         entry["place"] = Marked(value=place, assumed=answer.assumed and "the file does not say where the sensor is")
     if axis and point is not None and point.node is not None and point.node in nodes:
         entry["direction"] = axis

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.passes import SWEEP_WORDS
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Role
 from study.campaign.draft_frequency import (
     complex_force,
@@ -87,7 +88,7 @@ def _branches(judged: JudgedTable) -> list[str]:
     for rows in judged.rows():
         mask = judged.mask(rows)
         if sweeps and sweeps[0].words:
-            names = np.array([word.lower() in {"up", "forward", "rising"} for word in sweeps[0].words])
+            names = np.array([SWEEP_WORDS[word.lower()] > 0 for word in sweeps[0].words])
             rising = names[sweeps[0].values[mask].astype(int)]
         else:
             steps = np.sign(np.diff(frequency.values[mask]))

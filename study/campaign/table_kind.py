@@ -80,6 +80,8 @@ class JudgedTable:
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
 #: Names of ratios to a force.
 RATIOS = {"frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"}
+#: Words of the names of files that hold such ratios.
+FRF_FILES = {"frf", "frfs", "hammer"}
 LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
 SPECTRA = ("auto spectrum", "cross spectrum", "spectral density", "coherence", "correlation")
 #: Fewer samples without a time are parameters, not a record.
@@ -202,6 +204,9 @@ def _judge_frequency(judged: JudgedTable) -> JudgedTable:
         return _as(judged, Kind.FREQUENCY_RESPONSE, "it has a coherence")
     if words & RATIOS and not judged.of_role(Role.FORCE):
         return _as(judged, Kind.FREQUENCY_RESPONSE, f'a column is called "{sorted(words & RATIOS)[0]}"')
+    of_file = set(name_words(file_stem(judged.table.file.path.name))) & FRF_FILES
+    if of_file and not judged.of_role(Role.FORCE):
+        return _as(judged, Kind.FREQUENCY_RESPONSE, f'its file is called "{sorted(of_file)[0]}"')
     return _as(judged, Kind.STEPPED_SINE, "one row per frequency, and no ratio to a force")
 
 

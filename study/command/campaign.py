@@ -16,8 +16,8 @@ app = command_app(
     """`campaign new FOLDER` looks at all files of a folder (CSV, UFF, MATLAB, HDF5, WAV, TDMS), recognises frequency
     responses, stepped sines, ring-downs, loops, steady states and time records, and drafts campaign.toml, which
     `compare` and `diagnose` read. It asks for what files do not say, such as the places of sensors. With --yes it asks
-    nothing and marks every assumption with a comment. docs/campaign_new.md shows an example, docs/campaign.md has the
-    keys of the manifest, docs/measured_files.md the formats.""",
+    nothing and marks every assumption with a comment. docs/campaign_new.md says what is recognised, docs/campaign.md
+    has the keys of the manifest, docs/measured_files.md the formats.""",
     examples=["stickslip campaign new measured", "stickslip campaign new measured --yes --force"],
 )
 

@@ -118,7 +118,7 @@ def _check_runs(manifest: Manifest, measurement: Measurement) -> None:
         raise CampaignError(
             f'{MANIFEST}: two runs of test "{manifest.tests[table.test[row]].name}" give sensor '
             f'"{manifest.sensors[table.sensor[row]].name}" at {table.level[row]:g}, {table.frequency[row]:g} Hz as '
-            f"repeat {table.repeat[row]}: give each run a repeat of its own, or remove one"
+            f"repeat {table.repeat[row]}: give each run a repeat of its own, or its level if these are levels"
         )
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign, Measurement
+from correlation.campaign.passes import count_repeats, find_passes
 from correlation.campaign.read_campaign import read_campaign
-from correlation.campaign.run_table import passes
 from correlation.errors import CampaignError
 from correlation.family.level_order import find_earlier_levels
 from correlation.feature.observation import find_sweep_directions
@@ -101,6 +101,12 @@ def test_a_file_of_passes_up_and_down_has_sweeps_and_repeats(tmp_path: Path) -> 
     assert table.repeat[by_order].tolist() == [1, 1, 1, 1, 1, 2, 2]
 
 
+def passes(frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sweep and repeat of each row of one level."""
+    sweep, _ = find_passes(frequency)
+    return sweep, count_repeats(frequency, sweep, np.ones(len(frequency)))
+
+
 def test_passes_number_readings_at_one_frequency() -> None:
     way, repeat = passes(np.array([5.0, 5.0, 6.0, 6.0, 6.0]))
     assert way.tolist() == [1, 1, 1, 1, 1]
@@ -115,6 +121,47 @@ def test_passes_take_frequencies_that_differ_by_rounding_alone_as_one() -> None:
     way, repeat = passes(np.array([10.0, 10.00001, 9.99999, 11.0, 12.0, 11.0, 10.0, 11.00001]))
     assert way.tolist() == [1, 1, 1, 1, 1, -1, -1, 1]
     assert repeat.tolist() == [0, 1, 2, 0, 0, 0, 0, 1]
+
+
+def test_a_turning_point_that_is_read_twice_belongs_to_both_sweeps() -> None:
+    way, repeat = passes(np.array([10.0, 11.0, 12.0, 12.0, 11.0, 10.0, 10.0, 11.0]))
+    assert way.tolist() == [1, 1, 1, -1, -1, -1, 1, 1]
+    assert repeat.tolist() == [0, 0, 0, 0, 0, 0, 1, 1]
+    # Two readings at each frequency are repeats, also at a turning point; four there are two of each sweep.
+    way, repeat = passes(np.repeat([10.0, 11.0, 12.0, 11.0], [2, 2, 2, 2]))
+    assert way.tolist() == [1, 1, 1, 1, 1, 1, -1, -1]
+    way, repeat = passes(np.repeat([10.0, 11.0, 12.0, 11.0, 10.0], [2, 2, 4, 2, 2]))
+    assert way.tolist() == [1] * 6 + [-1] * 6
+    assert repeat.tolist() == [0, 1] * 6
+
+
+def test_a_sweep_that_begins_anew_has_no_point_of_the_other_direction() -> None:
+    way, number = find_passes(np.array([10.0, 11.0, 12.0, 10.0, 11.0, 12.0]))
+    assert way.tolist() == [1] * 6
+    assert number.tolist() == [0, 0, 0, 1, 1, 1]
+
+
+SWEEPS_OF_TWO_LEVELS = [(10, 1, "up"), (11, 2, "up"), (12, 3, "up"), (12, 3, "down"), (11, 2, "down"), (10, 1, "down")]
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_each_sweep_of_a_run_may_have_a_level(tmp_path: Path, stated: bool) -> None:
+    rows = [f"{f},{gain * a},0,{way}" for gain in (1, 5) for f, a, way in SWEEPS_OF_TWO_LEVELS]
+    columns = AMPLITUDES + ('sweep = "way"\n' if stated else "")
+    text = "\n".join(["f,a,p,way", *rows, ""])
+    table = read(tmp_path, text, "levels = [2.0, 2.0, 10.0, 10.0]", columns)
+    assert sorted(table.level.tolist()) == [2.0] * 6 + [10.0] * 6
+    assert set(table.repeat.tolist()) == {1}
+    assert (np.abs(table.value) / table.level)[table.frequency == 11] == pytest.approx(np.full(4, 9.80665))
+    with pytest.raises(CampaignError, match=r"levels: has 3 numbers, but data\.csv has 4 sweeps: give one for each"):
+        read(tmp_path, text, "levels = [2.0, 2.0, 10.0]", columns)
+    with pytest.raises(CampaignError, match=r"levels: is for the sweeps .* level is given in no other way"):
+        read(tmp_path, text, "level = 1.0\nlevels = [2.0, 2.0, 10.0, 10.0]", columns)
+
+
+def test_a_phase_of_a_sensor_without_one_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match='tip: names a phase, but sensor "tip" has phase = false: remove'):
+        read(tmp_path, "f,a,p\n10,2,90\n11,1,180\n", "level = 3.0", AMPLITUDES, sensor="phase = false")
 
 
 def run_again(folder: Path, *changes: tuple[str, str]) -> Path:

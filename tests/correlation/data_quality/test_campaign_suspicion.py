@@ -302,3 +302,18 @@ def test_a_repeat_that_is_missing_between_others_is_suspected() -> None:
     left = made.measurement.where(made.measurement.repeat != 2)
     found = sentences(replace(made, measurement=left))
     assert 'test "stepped": it has the repeats 1 to 3 but not 2: was a file left out?' in found
+
+
+@pytest.mark.parametrize(("factors", "listed"), [((1.0, 3.0, 10.0), "1 : 3 : 10"), ((1.0, 1.0, 1.6), "1 : 1 : 1.6")])
+def test_repeats_that_are_levels_are_told_and_do_not_drift(factors: tuple[float, ...], listed: str) -> None:
+    made = campaign()
+    said = sentences(with_values(made, made.measurement.value * np.array(factors)[made.measurement.repeat - 1]))
+    assert f"repeats 1, 2, 3 at 3 N differ by factors {listed} over the whole sweep" in said
+    assert "drift" not in said
+
+
+def test_repeats_that_differ_near_a_resonance_alone_are_repeats() -> None:
+    made = campaign()
+    table = made.measurement
+    near = (table.repeat == 2) & (abs(table.frequency - 100) < 4)
+    assert "several levels" not in sentences(with_values(made, np.where(near, 3.0, 1.0) * table.value))

@@ -190,13 +190,168 @@ def test_readings_that_settle_are_no_repeats(tmp_path: Path) -> None:
     assert "settling" not in draft.entries["test"][0]
 
 
-def test_an_acceleration_with_the_phase_of_a_displacement_gets_its_sign(tmp_path: Path) -> None:
+def test_an_acceleration_with_the_phase_of_a_displacement_is_suspected(tmp_path: Path) -> None:
     x = receptance(FREQUENCY) * (2 * np.pi * FREQUENCY) ** 2  # an acceleration is -omega^2 x
     header = "frequency [Hz],force [N],amplitude [m/s^2],phase [rad]"
     write_csv(tmp_path / "a.csv", header, FREQUENCY, ONES, np.abs(x), np.angle(x))
     campaign, manifest = drafted(tmp_path)
-    assert manifest["run"][0]["columns"]["acceleration"]["sign"] == -1
-    assert any("opposite to acceleration" in sentence for sentence in campaign.draft.assumptions())
+    # The sensor may be beyond a node: its readings stay as they are.
+    assert "sign" not in manifest["run"][0]["columns"]["acceleration"]
+    assert any("opposite to acceleration" in sentence for sentence in campaign.suspicions)
+
+
+@pytest.mark.parametrize("node", [1, 2])
+def test_a_sensor_at_the_force_with_the_opposite_phase_gets_its_sign(tmp_path: Path, node: int) -> None:
+    h = receptance(FREQUENCY) * (2 * np.pi * FREQUENCY) ** 2
+    one = Column(
+        name="h", values=h, unit="(m/s^2)/N", abscissa="frequency", function="frequency response",
+        response=Point(node=node, direction="+z"), reference=Point(node=1, direction="+z"),
+    )  # fmt: skip
+    columns = (Column(name="frequency", values=FREQUENCY, unit="Hz"), one)
+    write_uff(MeasuredFile(path=tmp_path, format="", columns=columns), tmp_path / "h.uff", binary=True)
+    _, manifest = drafted(tmp_path)
+    (value,) = (one for name, one in manifest["frf"][0]["columns"].items() if name != "frequency")
+    assert (isinstance(value, dict) and value.get("sign") == -1) == (node == 1)
+
+
+def test_a_universal_file_without_units_is_a_displacement_that_is_not_calibrated(tmp_path: Path) -> None:
+    one = Column(
+        name="h", values=receptance(FREQUENCY), abscissa="frequency", function="frequency response",
+        response=Point(node=2, direction="+z"), reference=Point(node=1, direction="+z"),
+    )  # fmt: skip
+    columns = (Column(name="frequency", values=FREQUENCY, unit="Hz"), one)
+    write_uff(MeasuredFile(path=tmp_path, format="", columns=columns), tmp_path / "h.uff", binary=True)
+    campaign, manifest = drafted(tmp_path)
+    (sensor,) = manifest["sensor"]
+    assert (sensor["quantity"], sensor["calibrated"]) == ("displacement", False)
+    said = campaign.draft.assumptions()
+    assert any("quantity = displacement" in sentence for sentence in said)
+    assert any("calibrated = False" in sentence for sentence in said)
+
+
+def test_the_level_of_ratios_to_newtons_is_in_newtons(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    write_csv(tmp_path / "h.csv", "f [Hz],re [m/N],im [m/N]", FREQUENCY, h.real, h.imag)
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["units"]["level"] == "N"
+    assert not any("unit of the force" in sentence for sentence in campaign.draft.assumptions())
+
+
+STACK = [(gain, way) for gain in (1.0, 3.0, 10.0) for way in (1, -1)]
+
+
+@pytest.mark.parametrize("words", [("up", "down"), ("Auf", "Ab"), None])
+def test_stacked_levels_without_a_level_are_no_repeats(tmp_path: Path, words: tuple[str, str] | None) -> None:
+    f = np.concatenate([FREQUENCY[::way] for _, way in STACK])
+    size = np.concatenate([gain * np.abs(receptance(FREQUENCY[::way])) for gain, way in STACK])
+    columns, header = [f, size], "f [Hz],acc tip amplitude [g]"
+    if words is not None:
+        columns.append([words[0 if way > 0 else 1] for _, way in STACK for _ in FREQUENCY])
+        header += ",Richtung"
+    write_csv(tmp_path / "stack.csv", header, *columns)
+    campaign, manifest = drafted(tmp_path)
+    assert [run["level"] for run in manifest["run"]] == [1.0]
+    assert any("differ by factors 1 : 1 : 3 : 3 : 10 : 10: levels" in one for one in campaign.draft.assumptions())
+    assert any("differ by factors 1 : 3 : 10 over the whole sweep" in one for one in campaign.suspicions)
+
+    class Person:
+        def ask(self, question: Question) -> Marked:
+            levels = "2, 2, 6, 6, 20, 20"
+            return Marked(value=levels if "6 sweeps" in question.text else question.default)
+
+    campaign = write_manifest(tmp_path, draft_campaign(read_folder(tmp_path, overwrite=True), Person()))
+    assert tomllib.loads(campaign.path.read_text())["run"][0]["levels"] == [2.0, 2.0, 6.0, 6.0, 20.0, 20.0]
+    measurement = read_campaign(tmp_path).measurement
+    assert set(measurement.level.tolist()) == {2.0, 6.0, 20.0}
+    assert set(measurement.repeat.tolist()) == {1}
+
+
+def test_a_draft_that_cannot_be_read_is_left_to_be_edited(tmp_path: Path) -> None:
+    f, size = np.tile(FREQUENCY, 2), np.abs(np.concatenate([receptance(FREQUENCY), 3 * receptance(FREQUENCY)]))
+    write_csv(tmp_path / "stack.csv", "f [Hz],acc tip amplitude [g],repeat", f, size, 1 + 0 * f)
+    draft = draft_campaign(read_folder(tmp_path), Assumptions())
+    with pytest.raises(CampaignError, match=r"or its level if these are levels.*the draft with all entries is in"):
+        write_manifest(tmp_path, draft)
+    assert len(tomllib.loads((tmp_path / "campaign.toml").read_text())["run"]) == 1
+
+
+def test_stacked_levels_have_the_measured_force_of_each_sweep(tmp_path: Path) -> None:
+    f = np.concatenate([FREQUENCY[::way] for _, way in STACK])
+    size = np.concatenate([gain * np.abs(receptance(FREQUENCY[::way])) for gain, way in STACK])
+    force = np.repeat([gain for gain, _ in STACK], len(FREQUENCY)) * (1 + 0.001 * np.sin(np.arange(len(f))))
+    write_csv(tmp_path / "stack.csv", "f [Hz],force [N],acc tip amplitude [g]", f, force, size)
+    _, manifest = drafted(tmp_path)
+    assert manifest["run"][0]["levels"] == [1.0, 1.0, 3.0, 3.0, 10.0, 10.0]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("acc_tip_g", "phase_tip_deg", "acc_root_g", "phase_root_deg"),
+     ("a_Spitze [g]", "phi_Spitze [deg]", "a_Fuß [g]", "phi_Fuß [deg]")],
+)  # fmt: skip
+def test_phases_belong_to_the_responses_of_their_place(tmp_path: Path, names: tuple[str, ...]) -> None:
+    h = receptance(FREQUENCY)
+    turned = np.degrees(np.angle(h))
+    write_csv(
+        tmp_path / "sine.csv", ",".join(["f [Hz],F [N]", *names]), FREQUENCY, ONES, np.abs(h), turned, np.abs(h),
+        turned - 180,
+    )  # fmt: skip
+    campaign, manifest = drafted(tmp_path)
+    assert not campaign.draft.left_out
+    paired = {one["amplitude"]: one["phase"] for one in manifest["run"][0]["columns"].values() if "phase" in one}
+    assert paired == {names[0]: names[1], names[2]: names[3]}
+
+
+def test_one_phase_for_two_quantities_of_a_place_is_of_none(tmp_path: Path) -> None:
+    h = np.abs(receptance(FREQUENCY))
+    header = "f [Hz],F [N],acc_tip_g,vel_tip_mm_s,phase_tip_deg"
+    write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, h, 2 * h, 30 * ONES)
+    campaign, manifest = drafted(tmp_path)
+    assert [sensor["phase"] for sensor in manifest["sensor"]] == [False, False]
+    assert any("phase = False" in sentence for sentence in campaign.draft.assumptions())
+    assert any('phase_unit = "deg"' in one and "remove phase = false" in one for one in campaign.draft.left_out)
+
+
+def test_sensors_at_one_assumed_place_are_suspected_and_named_by_their_quantity(tmp_path: Path) -> None:
+    h = np.abs(receptance(FREQUENCY))
+    header = "f [Hz],F [N],Tip amplitude [m/s^2],Root amplitude [m/s^2],acc mid [m/s^2]"
+    write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, h, 2 * h, 3 * h)
+    campaign, manifest = drafted(tmp_path)
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["tip acceleration", "root acceleration", "acc mid"]
+    assert any('all read the acceleration at "tip" along z' in sentence for sentence in campaign.suspicions)
+
+
+def test_a_place_may_be_answered_by_coordinates(tmp_path: Path) -> None:
+    class Person:
+        def ask(self, question: Question) -> Marked:
+            return Marked(value="0.5 m, 0 m, 10 mm y" if question.text.startswith("Where") else question.default)
+
+    header = "f [Hz],F [N],acc tip [m/s^2]"
+    write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, np.abs(receptance(FREQUENCY)))
+    write_manifest(tmp_path, draft_campaign(read_folder(tmp_path), Person()))
+    (sensor,) = read_campaign(tmp_path).sensors
+    assert sensor.coordinates is not None
+    assert (sensor.coordinates.tolist(), sensor.direction) == ([0.5, 0.0, 0.01], "y")
+
+
+def test_values_that_one_sensor_lacks_are_left_out_of_it_alone(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    broken = np.where(np.arange(41) % 10 == 3, np.nan, np.abs(h))
+    write_csv(tmp_path / "sine.csv", "f [Hz],F [N],acc tip [g],acc root [g]", FREQUENCY, ONES, broken, np.abs(h))
+    campaign, _ = drafted(tmp_path)
+    assert any('"acc tip [g]" has no number in 4 of 41 rows' in sentence for sentence in campaign.draft.assumptions())
+    assert any("4 of 41 rows have no number" in sentence for sentence in campaign.suspicions)
+    read = read_campaign(tmp_path)
+    count = np.bincount(read.measurement.sensor)
+    assert dict(zip([one.name for one in read.sensors], count.tolist(), strict=True)) == {"acc tip": 37, "acc root": 41}
+
+
+@pytest.mark.parametrize(("name", "kind"), [("hammer_frf.csv", "frf"), ("sweep.csv", "run")])
+def test_the_name_of_a_file_tells_frequency_responses(tmp_path: Path, name: str, kind: str) -> None:
+    h = receptance(FREQUENCY)
+    write_csv(tmp_path / name, "Hz,real,imag", FREQUENCY, h.real, h.imag)
+    _, manifest = drafted(tmp_path)
+    assert len(manifest[kind]) == 1
 
 
 def test_a_ring_down_after_a_hammer_is_recognised(tmp_path: Path) -> None:
@@ -246,6 +401,13 @@ def test_volts_without_time_are_a_record_with_an_assumed_rate(tmp_path: Path) ->
     (record,) = manifest["record"]
     assert (record["force"], record["units"]) == ("V1", {"V1": "V", "V2": "V"})
     assert any("rate" in sentence and "no time" in sentence for sentence in campaign.draft.assumptions())
+
+
+def test_records_alone_are_told_to_be_compared_by_no_command(tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).normal(size=2000)
+    write_csv(tmp_path / "noise.csv", "time [s],acc [g]", np.arange(2000) / 1000, noise)
+    campaign, _ = drafted(tmp_path)
+    assert any("which no command compares" in sentence for sentence in campaign.suspicions)
 
 
 def test_what_cannot_be_read_or_used_is_left_out_with_its_reason(tmp_path: Path) -> None:
@@ -393,7 +555,7 @@ def test_a_dead_channel_is_left_out_and_the_others_stay(tmp_path: Path) -> None:
     header = "f [Hz],F [N],a re [m],a im [m],dead amplitude [m]"
     write_csv(tmp_path / "one.csv", header, FREQUENCY, ONES, x.real, x.imag, ONES)
     campaign, manifest = drafted(tmp_path)
-    assert "dead" not in {sensor["name"] for sensor in manifest["sensor"]}
+    assert not any("dead" in sensor["name"] for sensor in manifest["sensor"])
     assert any("dead" in sentence for sentence in campaign.draft.left_out)
 
 
@@ -406,7 +568,7 @@ def test_a_channel_without_values_or_with_an_unknown_unit_is_left_out_by_name_an
     size = np.abs(receptance(FREQUENCY))
     write_csv(tmp_path / "sine.csv", f"freq [Hz],force [N],tip [m],{header}", FREQUENCY, ONES, size, factor * size)
     campaign, manifest = drafted(tmp_path)
-    assert [sensor["name"] for sensor in manifest["sensor"]] == ["tip"]
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["tip displacement"]
     assert any(header in sentence and why in sentence for sentence in campaign.suspicions)
 
 
@@ -431,7 +593,9 @@ def test_a_channel_over_time_that_clips_is_suspected_by_its_name(tmp_path: Path,
     assert any(clips in sentence and "clip" in sentence for sentence in campaign.suspicions)
     assert not any("channel 0" in sentence for sentence in campaign.suspicions)
     if clips == "tip":
-        assert any('sensor "tip"' in sentence and "clipped" in sentence for sentence in campaign.suspicions)
+        assert any(
+            'sensor "tip displacement"' in sentence and "clipped" in sentence for sentence in campaign.suspicions
+        )
 
 
 @pytest.mark.parametrize("lag", [5.0, 60.0, 90.0, 175.0])
@@ -444,7 +608,7 @@ def test_a_drive_that_clips_is_a_steady_state_and_no_loop(tmp_path: Path, lag: f
     write_csv(tmp_path / "sine.csv", "time [s],force [N],tip [m]", time, force, tip)
     campaign, manifest = drafted(tmp_path)
     assert "loop" not in manifest
-    assert set(manifest["run"][0]["columns"]) == {"time", "force", "tip"}
+    assert set(manifest["run"][0]["columns"]) == {"time", "force", "tip displacement"}
     assert any('"force [N]"' in sentence and "the drive clip" in sentence for sentence in campaign.suspicions)
 
 

@@ -1,0 +1,76 @@
+"""Passes of a stepped sine over the frequencies: where they begin, and which readings in them are repeats."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import number_frequencies
+
+Real = Float[NDArray[np.float64], " n"]
+Whole = Int[NDArray[np.int64], " n"]
+
+#: Words of a sweep as files have them, in small letters.
+SWEEP_WORDS = {
+    "up": 1, "forward": 1, "rising": 1, "auf": 1, "aufwärts": 1, "down": -1, "backward": -1, "falling": -1, "ab": -1,
+    "abwärts": -1, "none": 0,
+}  # fmt: skip
+
+
+def find_passes(frequency: Real) -> tuple[Whole, Whole]:
+    """Sweep (+1 up, -1 down, 0 for one state) and number of the pass, from 0, of each row, shape (n,) each.
+
+    A pass ends where the frequency turns, or jumps back and then goes on as before. Where a test reads the turning
+    point once more before it turns, the second reading is the first of the new pass. Frequencies that differ by less
+    than `SAME_FREQUENCY` are one.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies in the order of measurement, shape (n,) [Hz].
+    """
+    place = number_frequencies(frequency)
+    starts = np.flatnonzero(np.diff(place, prepend=place[:1] - 1))
+    if len(starts) < 2:
+        return np.zeros(len(frequency), dtype=np.int64), np.arange(len(frequency))
+    count = np.diff([*starts, len(frequency)])
+    rise = np.diff(place[starts])
+    step = np.sign(rise)
+    # One step back by more than a point, and on as before: the next pass begins anew there.
+    back = np.flatnonzero((step[:-2] == step[2:]) & (step[1:-1] == -step[2:]) & (np.abs(rise[1:-1]) > 1)) + 2
+    way = np.concatenate([step[:1], step])
+    way[back] = -way[back]
+    begins = np.diff(way, prepend=way[:1]) != 0
+    begins[back] = True
+    number = np.cumsum(begins)
+    sweep, of_pass = np.repeat(way, count), np.repeat(number, count)
+    usual = int(np.median(count))
+    for turn in np.flatnonzero(way[1:] != way[:-1]):
+        if count[turn] >= 2 * usual:
+            late = slice(starts[turn] + (count[turn] + 1) // 2, starts[turn] + count[turn])
+            sweep[late], of_pass[late] = way[turn + 1], number[turn + 1]
+    return sweep.astype(np.int64), of_pass
+
+
+def number_stated_passes(frequency: Real, sweep: Whole) -> Whole:
+    """Number of the pass, from 0, of each row whose sweep is stated, shape (n,).
+
+    A pass ends where another sweep begins, or where the frequency goes against its sweep.
+    """
+    step = np.diff(number_frequencies(frequency))
+    begins = (np.diff(sweep) != 0) | (step * sweep[1:] < 0)
+    return np.cumsum(np.concatenate([[0], begins])).astype(np.int64)
+
+
+def count_repeats(frequency: Real, sweep: Whole, level: Real) -> Whole:
+    """How many rows before each have its frequency, sweep and level, shape (n,)."""
+    seen: dict[tuple[float, ...], int] = {}
+    repeat = np.zeros(len(frequency), dtype=np.int64)
+    keys: Sequence[tuple[float, ...]] = list(
+        zip(number_frequencies(frequency).tolist(), sweep.tolist(), level.tolist(), strict=True)
+    )
+    for row, key in enumerate(keys):
+        repeat[row] = seen.get(key, 0)
+        seen[key] = repeat[row] + 1
+    return repeat

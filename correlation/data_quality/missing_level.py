@@ -1,0 +1,70 @@
+"""Repeats that differ by one large factor over the whole sweep: levels that nothing in the campaign names."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
+from correlation.data_quality.by_repeat import arrange_by_repeat
+
+#: Repeats differ by less than this factor: a gain that drifts, a joint that was assembled anew [-].
+FACTOR = 1.5
+#: Share of the points that must differ by it, and least number of points that tell it.
+SHARE, FEWEST = 0.9, 5
+
+
+def find_common_factors(size: Float[NDArray[np.float64], "n r"]) -> Float[NDArray[np.float64], " r"] | None:
+    """Factors of passes that differ by more than `FACTOR` at nearly all points.
+
+    Parameters
+    ----------
+    size
+        Sizes of n readings in r passes, NaN where a pass lacks one.
+
+    Returns
+    -------
+    Median of each pass relative to the smallest, NaN for passes of too few points; None if all are repeats.
+    """
+    size = np.where(size > 0, size, np.nan)
+    base = int(np.argmax(np.isfinite(size).sum(axis=0)))
+    ratio = np.log(size) - np.log(size[:, base : base + 1])
+    long = np.isfinite(ratio).sum(axis=0) >= FEWEST
+    factor = np.full(size.shape[1], np.nan)
+    apart = False
+    for column in np.flatnonzero(long).tolist():
+        least, factor[column], most = np.nanquantile(ratio[:, column], [1 - SHARE, 0.5, SHARE])
+        apart |= bool(least > np.log(FACTOR) or most < -np.log(FACTOR))
+    return np.exp(factor - np.nanmin(factor)) if apart else None
+
+
+def in_words(factors: Float[NDArray[np.float64], " r"]) -> str:
+    """Factors as people write them: 1 : 3 : 10."""
+    return " : ".join(f"{factor:.2g}" for factor in factors)
+
+
+def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
+    """Tests whose repeats of a level seem to be levels themselves.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with its single readings.
+    """
+    sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
+    table = campaign.measurement
+    for number, test in enumerate(campaign.tests):
+        for level in np.unique(table.level[table.test == number]):
+            repeats, values = arrange_by_repeat(table.where((table.test == number) & (table.level == level)), sensors)
+            factors = find_common_factors(np.abs(values).reshape(-1, len(repeats))) if len(repeats) > 1 else None
+            if factors is None:
+                continue
+            long = np.isfinite(factors)
+            listed = ", ".join(str(repeat) for repeat, there in zip(repeats, long.tolist(), strict=True) if there)
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"repeats {listed} at {level:.4g} {campaign.drive.unit} differ by factors "
+                f"{in_words(factors[long])} over the whole sweep: they seem to be several levels; give each run its "
+                "level, or levels = [...] with a number for each sweep of its file",
+            )

@@ -1,0 +1,83 @@
+"""Levels of a run without a set point: one for all sweeps, or one for each where the sweeps are no repeats."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.passes import find_passes, number_stated_passes
+from correlation.data_quality.missing_level import find_common_factors, in_words
+from study.campaign.draft import Draft
+from study.campaign.question import Marked
+
+Series = Float[NDArray[np.float64], " n"]
+Whole = Int[NDArray[np.int64], " n"]
+
+WHY = "neither force nor level is in the file"
+#: Digits of the force of a sweep.
+DIGITS = 2
+
+
+def ask_levels(
+    draft: Draft, label: str, frequency: Series, sweep: Whole | None, sizes: Sequence[Series]
+) -> dict[str, Any]:
+    """Level or levels of a run whose file has neither force nor level.
+
+    Parameters
+    ----------
+    draft
+        Draft that asks.
+    label
+        Name of the table.
+    frequency
+        Frequencies in the order of measurement, shape (n,).
+    sweep
+        Stated sweeps (+1, -1, 0), shape (n,); None where the frequencies tell them.
+    sizes
+        Sizes of each response, shape (n,) each.
+    """
+    of_pass = _passes(frequency, sweep)
+    factors = find_common_factors(_by_pass(frequency, of_pass, sizes))
+    n = 1 if factors is None else int(of_pass.max()) + 1
+    text, why = f"At which level was {label} measured (a number)?", WHY
+    if factors is not None:
+        text = f"At which levels were the {n} sweeps of {label} measured ({n} numbers, or one for all)?"
+        why = f"{WHY}, and its sweeps differ by factors {in_words(factors)}: levels, not repeats; give levels = [...]"
+    answer = draft.ask(text, "1.0", why)
+    numbers = _numbers(str(answer.value))
+    if n > 1 and len(numbers) == n:
+        return {"levels": numbers}
+    return {"level": Marked(value=(numbers or [1.0])[0], assumed=answer.assumed)}
+
+
+def levels_of_force(frequency: Series, sweep: Whole | None, force: Series) -> dict[str, Any]:
+    """Levels of sweeps whose measured forces differ by a factor; empty if all have one level."""
+    of_pass = _passes(frequency, sweep)
+    if find_common_factors(_by_pass(frequency, of_pass, [force])) is None:
+        return {}
+    medians = [float(f"{np.nanmedian(force[of_pass == one]):.{DIGITS}g}") for one in range(int(of_pass.max()) + 1)]
+    return {"levels": Marked(value=medians, assumed="the median force of each sweep")}
+
+
+def _passes(frequency: Series, sweep: Whole | None) -> Whole:
+    return find_passes(frequency)[1] if sweep is None else number_stated_passes(frequency, sweep)
+
+
+def _by_pass(frequency: Series, of_pass: Whole, sizes: Sequence[Series]) -> Float[NDArray[np.float64], "m p"]:
+    """Sizes by frequency and response, and by pass; NaN where a pass lacks one."""
+    rising, place = np.unique(frequency, return_inverse=True)
+    table = np.full((len(sizes), len(rising), int(of_pass.max()) + 1), np.nan)
+    for own, size in zip(table, sizes, strict=True):
+        own[place, of_pass] = size
+    return table.reshape(-1, table.shape[-1])
+
+
+def _numbers(text: str) -> list[float]:
+    """Numbers of an answer such as "1, 3, 10" or "2,5 N"; none if it has none that are above zero."""
+    words = text.replace(", ", " ").replace("[", " ").replace("]", " ").replace(",", ".").split()
+    try:
+        return [float(word) for word in words[:1]] + [float(word) for word in words[1:] if word[:1].isdigit()]
+    except ValueError:
+        return []
