@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 from typing import Generic, TypeVar
 
 from correlation.campaign.measurement import Campaign
@@ -13,8 +14,10 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import find_far_resonance
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
+from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
+from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.finalist import Finalist, weigh_each
@@ -106,6 +109,8 @@ def screen_and_refit(
     report: Report,
     shares: Shares,
     starts: Sequence[tuple[Effect, Values]] = (),
+    rank: Callable[[Sequence[Score]], Sequence[Score]] = list,
+    cost: Callable[[Fit], float] = attrgetter("chi2"),
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
 
@@ -121,6 +126,10 @@ def screen_and_refit(
         Shares of the round that are done when its parts begin.
     starts
         Effects with values from which their fits may begin as well.
+    rank
+        Scores in the order, and with the gains, by which the promising effects are chosen.
+    cost
+        Cost of a fit by which the best are chosen.
 
     Returns
     -------
@@ -134,12 +143,15 @@ def screen_and_refit(
 
     scores = run_step("scores", lambda: screen(problem, effects, report_screening))
     before = run_step("held-out error", lambda: baseline_fit(problem))
-    fits, chosen = [], shortlist(scores, problem.effort, lost=lost)
+    ranked = run_step("ranked scores", lambda: list(rank(scores)))
+    by_name = {score.effect.name: score for score in scores}
+    fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
     fits = fit_from_starts(problem, scores, fits, starts, run_step)
-    refits, last = [], choose_finalists(fits, problem.effort)
+    costs = [run_step(f"cost of {score.effect.name}", partial(cost, fit)) for score, fit in fits]
+    refits, last = [], choose_finalists(fits, costs, problem.effort)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
@@ -205,11 +217,20 @@ def diagnose(
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
-    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts)
+    scores, before, refits = screen_and_refit(
+        searched,
+        effects,
+        run_step,
+        report,
+        shares,
+        starts,
+        partial(rank_by_suited_gains, searched),
+        searched.settled_cost,
+    )
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
-    finalists = weigh_each(campaign, arrangement, before, refits, find_catalogue, run_step)
     before = before if searched is arrangement else baseline_fit(arrangement)
+    finalists = weigh_each(campaign, arrangement, before, refits, find_catalogue, run_step)
     nothing = Finalist(refit=before, arrangement=arrangement)
     report("unknown forces", shares.places)
     places = run_step("places", lambda: localise(arrangement))

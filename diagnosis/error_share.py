@@ -5,6 +5,7 @@ the covariance that suits it best.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.weighting import resize_model_error
-from diagnosis.screening import compute_slopes, find_least, make_basis, project_out
+from diagnosis.screening import Score, compute_slopes, find_least, make_basis, project_out
 
 #: Shares of the model error that are tried beside all of it [-].
 LESS_ERROR = (0.1, 0.0)
@@ -47,7 +48,7 @@ def list_weights(arrangement: Arrangement) -> list[Weights]:
     jacobian, prior = train.whitening.undo(fit.jacobian[:m]), fit.jacobian[m:]
     listed = [train]
     if train.model_error is not None and train.model_error.size != NO_ERROR:
-        listed += [resize_model_error(train, share) for share in LESS_ERROR]
+        listed += [resize_model_error(train, train.model_error.size.scaled(share)) for share in LESS_ERROR]
     weights: list[Weights] = []
     costs = []
     for each in listed:
@@ -57,6 +58,15 @@ def list_weights(arrangement: Arrangement) -> list[Weights]:
         costs.append(float(across @ across) + each.log_weight)
         weights.append(Weights(each.whitening, basis, across, costs[-1] - costs[0]))
     return weights
+
+
+def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> list[Score]:
+    """Scores with the largest gain by any of these covariances, best first."""
+    if arrangement.left == NO_ERROR:
+        return list(scores)
+    gains = compute_suited_gains(arrangement, [score.effect for score in scores]).max(axis=0)
+    suited = [replace(score, gain=max(score.gain, float(gain))) for score, gain in zip(scores, gains, strict=True)]
+    return sorted(suited, key=lambda score: -score.gain)
 
 
 def compute_suited_gains(arrangement: Arrangement, effects: Sequence[Effect]) -> Float[NDArray[np.float64], "w e"]:

@@ -31,6 +31,7 @@ from diagnosis.fit.weighting import (
     allow_model_error,
     fade_other_branch,
     leave_out_model_error,
+    resize_model_error,
     update_model_error,
     weighted,
 )
@@ -90,6 +91,32 @@ class Arrangement:
         """Calibration parameters with their priors; added effects and the given ones without."""
         return make_unknowns(self.base, self.calibration, [*self.added, *effects])
 
+    def refitted(self, train: Comparison, fit: Fit) -> "Arrangement":
+        """The same with another fit, and the model error that it leaves."""
+        size = _size(train)
+        held_out, settled = resize_model_error(self.held_out, size), resize_model_error(self.settled, size)
+        return replace(self, train=train, fit=fit, held_out=held_out, settled=settled)
+
+    def settle(self, fit: Fit) -> "Arrangement":
+        """The same with a fit of other parameters, from its values on, and the model error that it leaves."""
+        begun = calibrate(self.train, fit.unknowns, fit.values, fit.prediction, quick=True)
+        train, settled = _settle(self.train, begun)
+        return self.refitted(
+            train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
+        )
+
+    def settled_cost(self, fit: Fit) -> float:
+        """Cost of a fit with the model error that it leaves, where there is any [-]."""
+        if _size(self.train) == NO_ERROR:
+            return fit.chi2
+        train, settled = _settle(self.train, fit)
+        return settled.chi2 + train.log_weight
+
+    @property
+    def cost(self) -> float:
+        """-2 ln of the density of training data, fitted values and model error, up to a constant [-]."""
+        return self.fit.chi2 + self.train.log_weight
+
     def fade_other_branch(self, model: Model) -> "Arrangement":
         """The same with next to no weight where a model is on another branch than the structure was."""
         unseen = self.held_out.predictor.predict(model)
@@ -109,6 +136,7 @@ class Arrangement:
             error=self.train.error(fit.prediction), held_error=self.settled.error(settled.prediction),
             n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
             held_stated_chi2=_stated_chi2(self.settled, settled.prediction),
+            held_cost=settled.chi2 + self.settled.whitening.log_determinant,
         )  # fmt: skip
 
 

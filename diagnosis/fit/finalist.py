@@ -2,6 +2,9 @@
 
 The covariance of a model that lacks an effect is wrong where this effect acts, and so is what it says of others. That
 of the model with the effect is wrong where the effect is not there. An effect gains what it gains by both.
+
+By either, the fits with the effect and without have a model error of their own size: what is missing may have been
+taken for model error, and the gain is the fall of -2 ln p, in which a larger covariance costs its determinant.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +15,6 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, weigh_beside
-from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
 
@@ -49,7 +51,7 @@ def weigh_each(
     campaign, arrangement
         Measurements and model.
     before, refits
-        Fits without an effect and with each, by the covariance of the model without them.
+        Fit without an effect by `arrangement`, and fits with each.
     catalogue_of
         As in `diagnosis.fit.arrangement.arrange`.
     run_step
@@ -59,23 +61,17 @@ def weigh_each(
     def weigh(refit: Refit) -> Finalist:
         assert refit.effect is not None
         beside = weigh_beside(campaign, arrangement, refit.effect, refit.fit, catalogue_of)
-        own = beside.tested(refit.effect, beside.fit)
-        of = before.fit
-        without = beside.tested(None, calibrate(beside.train, of.unknowns, of.values, of.prediction))
-        falls = [fall(before, refit), fall(without, own)]
-        held_falls = [held_fall(before, refit), held_fall(without, own)]
-        if own.held_error > WORSE * without.held_error:
+        settled, lacking = arrangement.settle(refit.fit), beside.settle(before.fit)
+        falls = [arrangement.cost - settled.cost, lacking.cost - beside.cost]
+        with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
+        without = [before, lacking.tested(None, lacking.fit)]
+        held_falls = [
+            without[0].held_cost - with_effect[0].held_cost,
+            without[1].held_cost - with_effect[1].held_cost,
+        ]
+        own = with_effect[1]
+        if own.held_error > WORSE * without[1].held_error:
             held_falls.append(0.0)
         return Finalist(refit=replace(own, gain=min(falls), held_gain=min(held_falls)), arrangement=beside)
 
     return [run_step(f"{each.name} by its own covariance", partial(weigh, each)) for each in refits]
-
-
-def fall(before: Refit, refit: Refit) -> float:
-    """Fall of chi^2 of the training data, by one covariance."""
-    return before.fit.chi2 - refit.fit.chi2
-
-
-def held_fall(before: Refit, refit: Refit) -> float:
-    """Fall of chi^2 of the held-out data, by one covariance."""
-    return before.held_chi2 * before.n_held - refit.held_chi2 * refit.n_held

@@ -68,9 +68,11 @@ class Refit:
         Held-out numbers [-].
     stated_chi2, held_stated_chi2
         Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
+    held_cost
+        -2 ln of the density of the held-out data, up to a constant [-].
     gain, held_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
-        the smaller ones of those by both.
+        the smaller ones of the falls of -2 ln p by both.
     """
 
     effect: Effect | None
@@ -84,6 +86,7 @@ class Refit:
     n_held: int = 0
     stated_chi2: float | None = None
     held_stated_chi2: float | None = None
+    held_cost: float = 0.0
     gain: float = 0.0
     held_gain: float = 0.0
 

@@ -120,10 +120,16 @@ def _typical_start(problem: Problem, score: Score) -> Values:
     return np.array([*problem.fit.values, np.clip(other, parameter.lower, parameter.upper), *rest])
 
 
-def choose_finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
-    """Quick fits that deserve a thorough fit and a test, best first."""
-    best = sorted(fits, key=lambda pair: pair[1].chi2)[: effort.finalists]
-    return [pair for place, pair in enumerate(best) if place < 2 or pair[1].chi2 < best[0][1].chi2 + effort.far_behind]
+def choose_finalists(
+    fits: Sequence[tuple[Score, Fit]], costs: Sequence[float], effort: Effort
+) -> list[tuple[Score, Fit]]:
+    """Quick fits that deserve a thorough fit and a test, the least cost first."""
+    best = np.argsort(costs, kind="stable")[: effort.finalists].tolist()
+    return [
+        fits[number]
+        for place, number in enumerate(best)
+        if place < 2 or costs[number] < costs[best[0]] + effort.far_behind
+    ]
 
 
 def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:

@@ -182,11 +182,10 @@ def update_model_error(comparison: Comparison, prediction: Prediction) -> Compar
     return _with_error(comparison, comparison.model_error.estimated(comparison.difference(prediction)))
 
 
-def resize_model_error(comparison: Comparison, share: float) -> Comparison:
-    """Comparison with a share of its model error."""
-    assert comparison.model_error is not None
+def resize_model_error(comparison: Comparison, size: ErrorSize) -> Comparison:
+    """Comparison with another size of its model error, if it has one."""
     error = comparison.model_error
-    return _with_error(comparison, replace(error, size=error.size.scaled(share)))
+    return comparison if error is None else _with_error(comparison, replace(error, size=size))
 
 
 def _with_error(comparison: Comparison, error: ModelError) -> Comparison:

@@ -177,20 +177,25 @@ def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
     assert shortlist([*plain[:2], slipping[0]], EFFORT) == plain[:2] + slipping[:1]
 
 
+def costs(fits: list[Any]) -> list[float]:
+    return [fit.chi2 for _, fit in fits]
+
+
 def test_those_that_fit_best_are_fitted_thoroughly() -> None:
     fits: list[Any] = [(number, SimpleNamespace(chi2=chi2)) for number, chi2 in enumerate([9.0, 3.0, 7.0, 5.0, 8.0])]
-    assert [number for number, _ in choose_finalists(fits, EFFORT)] == [1, 3, 2][:FINALISTS]
+    assert [number for number, _ in choose_finalists(fits, costs(fits), EFFORT)] == [1, 3, 2][:FINALISTS]
 
 
 @pytest.mark.parametrize(("behind", "kept"), [(FAR_BEHIND - 1, 3), (FAR_BEHIND + 1, 2)])
 def test_a_third_that_is_far_behind_the_best_is_not_worth_it(behind: float, kept: int) -> None:
     """Behind the best, not behind the one before it."""
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (100 + behind, 100.0, 100 + behind / 2)]
-    assert [fit.chi2 for _, fit in choose_finalists(fits, EFFORT)] == [100.0, 100 + behind / 2, 100 + behind][:kept]
+    found = choose_finalists(fits, costs(fits), EFFORT)
+    assert [fit.chi2 for _, fit in found] == [100.0, 100 + behind / 2, 100 + behind][:kept]
 
 
 def test_the_best_two_are_fitted_thoroughly_however_far_apart() -> None:
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (1e3 + 10 * FAR_BEHIND, 1e3, 1e5)]
-    assert [fit.chi2 for _, fit in choose_finalists(fits, EFFORT)] == [1e3, 1e3 + 10 * FAR_BEHIND]
-    assert choose_finalists(fits[1:2], EFFORT) == fits[1:2]
-    assert choose_finalists([], EFFORT) == []
+    assert [fit.chi2 for _, fit in choose_finalists(fits, costs(fits), EFFORT)] == [1e3, 1e3 + 10 * FAR_BEHIND]
+    assert choose_finalists(fits[1:2], [1e3], EFFORT) == fits[1:2]
+    assert choose_finalists([], [], EFFORT) == []
