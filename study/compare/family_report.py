@@ -63,7 +63,7 @@ def family_document(comparison: FamilyComparison) -> dict[str, Any]:
 def family_sections(comparison: FamilyComparison) -> Iterator[Section]:
     """Sections of the page: the verdict with all numbers, and the figures."""
     sentences = [*(_verdict(comparison) if comparison.verdicts else ()), *comparison.not_compared]
-    head = ("sensor", "level", "readings", "coverage", "tightness", "score", "outside")
+    head = ("sensor", f"level [{comparison.level_unit}]", "readings", "coverage", "tightness", "score", "outside")
     table = Table(head=head, rows=[row for row, _ in _rows(comparison)]) if comparison.verdicts else None
     figures = {file.stem.partition("_families_")[2]: file.read_bytes() for file in comparison.files}
     yield Section(
@@ -106,10 +106,14 @@ def _departure(item: Departure) -> dict[str, Any]:
 def _table(comparison: FamilyComparison) -> Iterator[str]:
     rows = list(_rows(comparison))
     width = max(len(row[0]) for row, _ in rows)
-    yield f"  {'':<{width}}  {'level':>8}  {'readings':>8}  {'coverage':>8}  {'tightness':>9}  {'score':>7}  outside"
+    head = f"level [{comparison.level_unit}]"
+    wide = max(len(head), 8)
+    yield f"  {'':<{width}}  {head:>{wide}}  {'readings':>8}  {'coverage':>8}  {'tightness':>9}  {'score':>7}  outside"
     for (name, level, readings, inside, tight, score, outside), item in rows:
         leaves = ", leaves its limits" if item.leaves else ""
-        yield (f"  {name:<{width}}  {level:>8}  {readings:>8}  {inside:>8}  {tight:>9}  {score:>7}  {outside}{leaves}")
+        yield (
+            f"  {name:<{width}}  {level:>{wide}}  {readings:>8}  {inside:>8}  {tight:>9}  {score:>7}  {outside}{leaves}"
+        )
 
 
 def _rows(comparison: FamilyComparison) -> Iterator[tuple[tuple[str, ...], FamilyVerdict]]:
