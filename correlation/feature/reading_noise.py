@@ -13,6 +13,8 @@ Noise = Float[NDArray[np.float64], " k"]
 
 #: Degrees of freedom with which a curve tells its noise.
 FREEDOM = 20
+#: Repeats of a smaller share of the points, such as a turning point read twice, do not tell the noise of all [-].
+LEAST_REPEATED = 0.05
 
 
 def find_reading_noise(

@@ -29,14 +29,12 @@ from correlation.campaign.measurement import (
     same_level,
 )
 from correlation.errors import CampaignError
-from correlation.feature.reading_noise import smooth_noise
+from correlation.feature.reading_noise import LEAST_REPEATED, smooth_noise
 from correlation.noise.variance import estimate_design_effect, pool_variance
 from correlation.prediction import Points
 from correlation.row_table import RowTable
 from geometry.read_only_array import freeze_fields
 
-#: Repeats of a smaller share of the points, such as a turning point read twice, do not tell the noise of all [-].
-FEW = 0.05
 POINT = ("test", "sensor", "harmonic", "level", "frequency")
 
 
@@ -271,7 +269,7 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
     for start, stop in zip(blocks, [*blocks[1:], len(first)], strict=True):
         block = slice(start, stop)
         n_repeated = np.count_nonzero(dof[block])
-        if n_repeated < FEW * (stop - start):
+        if n_repeated < LEAST_REPEATED * (stop - start):
             sensor_of = campaign.sensors[first.sensor[start]]
             single = _single_noise(sensor_of, first.where(np.arange(start, stop)), average.mean[block])
             if not n_repeated or np.isfinite(single).all():

@@ -20,6 +20,7 @@ from scipy.special import chdtri
 
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
+from correlation.feature.reading_noise import LEAST_REPEATED
 from correlation.feature.vector import FeatureVector
 from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import FORCES
@@ -89,7 +90,7 @@ def estimate_scatter(
         Fewer than two repeats, and no noise that is stated or can be seen in the curves.
     """
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
-    if n.max() < 2:
+    if np.mean(n > 1) < LEAST_REPEATED:
         return _without_repeats(observed, features, jitter, history, budget)
     with np.errstate(invalid="ignore"):
         each = features.of_values(observed.repeat)

@@ -16,7 +16,8 @@ from correlation.data_quality.swapped_force import find_swapped_forces
 from correlation.data_quality.wrong_unit import find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
-from correlation.feature.table import FEW, average_campaign
+from correlation.feature.reading_noise import LEAST_REPEATED
+from correlation.feature.table import average_campaign
 from correlation.model import Model
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
@@ -110,7 +111,7 @@ def require_noise(campaign: Campaign, folder: Path) -> None:
 def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
     """What one repeat leaves open."""
     count = np.unique(campaign.measurement.repeat, return_counts=True)[1]
-    if not len(count) or count.sum() - count.max() >= FEW * count.max():
+    if not len(count) or count.sum() - count.max() >= LEAST_REPEATED * count.max():
         return
     stated = all(any(sensor.noise) for sensor in campaign.sensors)
     source = "the manifest states" if stated else "is left of each curve without its smooth course"

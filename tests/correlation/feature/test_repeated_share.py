@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.feature.observation import arrange_campaign
 from correlation.feature.table import average_campaign
 from study.compare.suspicions import _single_repeat
 
@@ -39,3 +40,5 @@ def test_noise_is_that_of_the_curve_unless_many_points_were_repeated(repeated: i
     peak = np.argmax(np.abs(table.value))
     assert (table.deviation[peak] > 4 * NOISE) == tells
     assert bool(list(_single_repeat(made))) == (not tells)
+    # A diagnosis takes the noise that the curve tells, and with 40 repeated points that which repeats tell.
+    assert np.isfinite(arrange_campaign(made).noise).all() == (not tells)
