@@ -11,6 +11,7 @@ from correlation.errors import CampaignError
 from correlation.modal.modal_model import ModalFit, fit_poles
 from correlation.modal.stabilisation import MOST_DAMPING, Stabilisation, find_poles, select_modes
 from correlation.model import DERIVATIVE
+from geometry.plain_number import plain
 from geometry.read_only_array import freeze_fields
 
 Numbers = Float[NDArray[np.float64], " m"]
@@ -246,7 +247,7 @@ def _describe(
         lag = np.angle(residues[driving_point] * 1j)
         suspicions += [
             f"mode at {size[k] / (2 * np.pi):.6g} Hz: the residue at the driving point has a phase of "
-            f"{np.degrees(lag[k]):.3g} deg "
+            f"{plain(np.degrees(lag[k]), 3)} deg "
             "beside that of a structure with proportional damping: the force or its sign is not at this sensor"
             for k in np.flatnonzero(np.abs(lag) > np.pi / 4)
         ]
