@@ -26,6 +26,8 @@ from transient.state import TransientState
 Array = NDArray[np.float64]
 FIRST = {"loops": 410_000, "modes": 420_000, "decays": 430_000}
 LINES = np.arange(90.0, 115.0, 0.05)
+#: Noise of the frequency responses, and whether it grows with them [-].
+MODAL_NOISE = ((0.01, False), (0.001, True), (0.005, True), (0.02, True))
 
 
 def rub(place: Array, stiffness: Array, limit: Array) -> Array:
@@ -65,8 +67,22 @@ def loop_hits(seed: int, n_element: int) -> tuple[bool, bool]:
     return kt[0] <= total <= kt[1], mu[0] <= float(stiffness @ slip) / normal <= mu[1]
 
 
-def modal_errors(seed: int) -> tuple[float, float, float] | None:
-    """Largest errors of frequency and damping, relative, and smallest MAC of three close modes; None if not three."""
+def fit_close_modes(seed: int, share: float, grows: bool) -> tuple[int, tuple[float, float, float] | None]:
+    """Number of modes read where there are three close ones, and the errors.
+
+    Parameters
+    ----------
+    seed
+        Of system and noise.
+    share
+        Noise over the largest of each response, or over the response at each line if it grows with it [-].
+    grows
+        Whether it does.
+
+    Returns
+    -------
+    Number of modes, and if it is three the largest errors of frequency and damping, relative, and the smallest MAC.
+    """
     random = np.random.default_rng(seed)
     own = np.array([100.0, 102.0, 105.0]) * (1 + 1e-3 * random.standard_normal(3))
     damping = random.uniform(0.005, 0.01, 3)
@@ -75,19 +91,38 @@ def modal_errors(seed: int) -> tuple[float, float, float] | None:
     omega = 2 * np.pi * LINES[:, None]
     receptance = 1 / ((2 * np.pi * own) ** 2 - omega**2 + 2j * damping * 2 * np.pi * own * omega)
     values = -(shapes * shapes[0]) @ receptance.T * omega[:, 0] ** 2
-    size = 0.01 * np.abs(values).max(axis=1, keepdims=True) / np.sqrt(2)
+    of = np.abs(values) if grows else np.abs(values).max(axis=1, keepdims=True)
+    size = share * of / np.sqrt(2)
     values = values + size * (random.standard_normal(values.shape) + 1j * random.standard_normal(values.shape))
     try:
         found = fit_modes(LINES, values)
     except CampaignError:
-        return None
+        return 0, None
     if len(found.frequency) != 3:
-        return None
-    return (
+        return len(found.frequency), None
+    return 3, (
         float(np.abs(found.frequency / own - 1).max()),
         float(np.abs(found.damping_ratio / damping - 1).max()),
         float(np.diag(modal_assurance(shapes, found.shapes)).min()),
     )
+
+
+def score_modes(count: int) -> None:
+    """Print how often three close modes are read, and ghosts, with each kind of noise."""
+    for share, grows in MODAL_NOISE:
+        number, errors = zip(
+            *(fit_close_modes(FIRST["modes"] + seed, share, grows) for seed in range(count)), strict=True
+        )
+        good = np.array([row for row in errors if row is not None]).reshape(-1, 3)
+        right = ((good[:, 0] < 2e-4) & (good[:, 1] < 0.05) & (good[:, 2] > 0.99)).sum()
+        kind = "of the response" if grows else "of its largest"
+        print(
+            f"modes, noise {100 * share:g} % {kind}: three in {len(good)}, targets in {right}, too few in "
+            f"{(np.array(number) < 3).sum()}, ghosts in {(np.array(number) > 3).sum()} of {count}"
+        )
+        if len(good):
+            print(f"    worst frequency, damping, MAC: {good[:, 0].max():.1e}, {good[:, 1].max():.1e}, "
+                  f"{good[:, 2].min():.4f}")  # fmt: skip
 
 
 def decay_errors(seed: int, law: str) -> tuple[float, float]:
@@ -145,11 +180,7 @@ def main() -> None:
             hits = np.array([loop_hits(FIRST["loops"] + seed, n_element) for seed in range(count)]).sum(axis=0)
             print(f"loops, elements {n_element}: kt in its interval in {hits[0]}, mu in {hits[1]} of {count}")
     if "modes" in chosen:
-        rows = [modal_errors(FIRST["modes"] + seed) for seed in range(count)]
-        good = np.array([row for row in rows if row is not None])
-        right = ((good[:, 0] < 2e-4) & (good[:, 1] < 0.05) & (good[:, 2] > 0.99)).sum()
-        print(f"modes: three found in {len(good)}, all targets in {right} of {count}; worst frequency, damping, MAC:")
-        print(f"    {good[:, 0].max():.1e}, {good[:, 1].max():.1e}, {good[:, 2].min():.4f}")
+        score_modes(count)
     if "decays" in chosen:
         for law in ("cubic", "friction"):
             errors = np.array([decay_errors(FIRST["decays"] + seed, law) for seed in range(count)])

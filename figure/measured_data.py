@@ -8,6 +8,8 @@ from figure.registry import draws
 from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, new_figure, open_box
 
 COLUMNS = 2
+#: A title needs so much [inches].
+LEAST_WIDTH = 7.5
 #: Predictions at fewer points are drawn with a marker at each.
 FEW = 20
 
@@ -24,7 +26,7 @@ def measured_data_figure(result: MeasuredData) -> Figure:
     """Draw the panels, two in a row."""
     columns = min(COLUMNS, len(result.panels))
     rows = -(-len(result.panels) // columns)
-    figure = new_figure(5.6 * columns, 1.2 + 3.2 * rows, hspace=0.06)
+    figure = new_figure(max(5.6 * columns, LEAST_WIDTH), 1.2 + 3.2 * rows, hspace=0.06)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat[len(result.panels) :]:
         axes.set_visible(False)
@@ -39,12 +41,14 @@ def measured_data_figure(result: MeasuredData) -> Figure:
 
 def _draw(axes: Axes, panel: Panel) -> None:
     for number, (x, y) in enumerate(panel.measured):
-        style = {"linewidth": 1.1} if panel.is_curve else {"marker": "o", "markersize": 4, "linestyle": "none"}
+        # Above the model, and thin, so that both are seen where they agree.
+        curve, points = {"linewidth": 0.7, "zorder": 3}, {"marker": "o", "markersize": 4, "linestyle": "none"}
+        style = curve if panel.is_curve else points
         axes.plot(x, y, color=INK, label=None if number else "measured", **style)
     for number, (x, y) in enumerate(panel.predicted):
         few = len(x) < FEW
         axes.plot(
-            x, y, color=LIMITS[1], linewidth=1.4, marker="s" if few else "", markersize=4.5,
+            x, y, color=LIMITS[1], linewidth=2.8 if panel.is_curve else 1.4, marker="s" if few else "", markersize=4.5,
             label=None if number else "model",
         )  # fmt: skip
     axes.set_title(panel.title, fontsize=10, loc="left")

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, PALE, Figure, Headed, add_heading, new_figure, open_box
+from figure.style import INK, Figure, Headed, add_heading, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,8 +43,8 @@ def stabilisation_figure(result: StabilisationDrawing) -> Figure:
     """Draw responses above, poles below; lines mark the modes that were taken."""
     figure = new_figure(9.0, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1, 1.2))
-    above.semilogy(result.line, result.response, color=PALE, linewidth=1.2, label="measured")
-    above.semilogy(result.line, result.fitted, color="#d55e00", linewidth=1.4, label="fitted modes")
+    above.semilogy(result.line, result.response, color=INK, linewidth=0.7, zorder=3, label="measured")
+    above.semilogy(result.line, result.fitted, color="#d55e00", linewidth=2.8, label="fitted modes")
     inside = (result.frequency >= result.line[0]) & (result.frequency <= result.line[-1])
     for stable, colour, label in ((False, "#c3c9d0", "pole"), (True, "#0072b2", "stable pole")):
         chosen = inside & (result.stable == stable)

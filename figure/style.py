@@ -30,6 +30,8 @@ FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
 LONGEST_LEGEND = 6
 #: Widths of a letter of a legend, and of its sign with the gaps around it [inches].
 LETTER, SIGN = 0.085, 0.75
+#: Width of a bold letter of a title, over its size [-].
+BOLD = 0.67
 #: Length of a tick [points].
 TICK = 3.5
 #: Heading above the axes: its height, and where its two lines stand [inches from the top and from the left].
@@ -132,9 +134,11 @@ def add_heading(figure: Figure, result: Headed) -> None:
     margin = LEFT / width
     if (engine := figure.get_layout_engine()) is not None:
         engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - HEADING / height))  # type: ignore[call-arg]
+    room = 72 * (width - 2 * LEFT) / (BOLD * max(len(result.title), 1))
     figure.text(
-        margin, 1 - TITLE / height, result.title, ha="left", va="top", fontsize=13, fontweight="bold", color=INK
-    )
+        margin, 1 - TITLE / height, result.title, ha="left", va="top", fontsize=min(13, room), fontweight="bold",
+        color=INK,
+    )  # fmt: skip
     figure.text(margin, 1 - SUBTITLE / height, result.subtitle, ha="left", va="top", fontsize=10, color=PALE)
 
 

@@ -11,6 +11,7 @@ from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
 from correlation.data_quality.conjugate import find_conjugate_repeats
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
+from geometry.plain_number import plain
 
 #: Change of the phase over a peak below which it is constant [rad]: half of what the half-power width makes.
 CONSTANT = np.pi / 8
@@ -53,7 +54,7 @@ def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
             if known and max(known) < CONSTANT:
                 yield Suspicion(
                     where=where,
-                    sentence=f"the phase changes by {np.degrees(max(known)):.2g} deg over the half-power width of a "
+                    sentence=f"the phase changes by {plain(np.degrees(max(known)))} deg over the half-power width of a "
                     "resonance, where it should by 90: were amplitudes written with a fixed phase? If so, write "
                     "phase = false for the sensor",
                 )

@@ -11,6 +11,7 @@ from correlation.errors import CampaignError
 from correlation.modal.modal_model import ModalFit, fit_poles
 from correlation.modal.stabilisation import MOST_DAMPING, Stabilisation, find_poles, select_modes
 from correlation.model import DERIVATIVE
+from geometry.plain_number import plain
 from geometry.read_only_array import freeze_fields
 
 Numbers = Float[NDArray[np.float64], " m"]
@@ -21,6 +22,10 @@ HIGHEST_ORDER, LINES_PER_ORDER = 30, 3
 SIGNIFICANT = 10.0
 #: Most modes that are added because the residual has a peak.
 MOST_ADDED = 4
+#: A mode is at least so wide between its half-power points, in distances of lines: a narrower one is a single line.
+RESOLVED = 0.1
+#: Damping of a mode that is added is at least so many of its standard deviations: noise has peaks of any width.
+CLEAR = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -168,12 +173,12 @@ def _choose(
     fit = fit_poles(lines, values, poles, power, spread)
     fit = _without_impossible(lines, values, spread, power, fit)
     for _ in range(MOST_ADDED if n_mode is None else max(n_mode - len(fit.poles), 0)):
-        left = np.abs(values - fit.fitted) ** 2 / fit.noise[:, None] ** 2
+        left = np.abs(values - fit.fitted) ** 2 / fit.noise**2
         peak = lines[int(np.argmax(left.sum(axis=0)))]
         typical = float(np.median(-fit.poles.real / np.abs(fit.poles))) if len(fit.poles) else 0.01
         guess = 2 * np.pi * peak * (-typical + 1j)
         trial = fit_poles(lines, values, np.append(fit.poles, guess), power, spread)
-        if n_mode is None and (trial.criterion() > fit.criterion() - SIGNIFICANT or not _possible(lines, trial).all()):
+        if n_mode is None and (trial.criterion() > fit.criterion() - SIGNIFICANT or not _is_clear(lines, trial)):
             break
         fit = trial
     while len(fit.poles) > (n_mode or 0):
@@ -188,11 +193,19 @@ def _choose(
 
 
 def _possible(lines: Float[NDArray[np.float64], " f"], fit: ModalFit) -> NDArray[np.bool_]:
-    """Modes that decay, with some but not much damping, in the band or near it."""
+    """Modes that decay, with some but not much damping, in the band or near it, and no narrower than its lines."""
     damping, own = -fit.poles.real / np.abs(fit.poles), np.abs(fit.poles) / (2 * np.pi)
     width = lines[-1] - lines[0]
     inside = (own > lines[0] - 0.1 * width) & (own < lines[-1] + 0.1 * width)
-    return np.asarray((damping > 0) & (damping < MOST_DAMPING) & inside)
+    between = np.interp(own, (lines[1:] + lines[:-1]) / 2, np.diff(lines))
+    wide = 2 * damping * own > RESOLVED * between
+    return np.asarray(wide & (damping < MOST_DAMPING) & inside)
+
+
+def _is_clear(lines: Float[NDArray[np.float64], " f"], fit: ModalFit) -> bool:
+    """Whether all modes are possible, and the damping of the last, which was added, is told from none."""
+    deviation = float(np.sqrt(fit.pole_covariance[len(fit.poles) - 1, len(fit.poles) - 1]))
+    return bool(_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR * deviation)
 
 
 def _without_impossible(
@@ -234,7 +247,7 @@ def _describe(
         lag = np.angle(residues[driving_point] * 1j)
         suspicions += [
             f"mode at {size[k] / (2 * np.pi):.6g} Hz: the residue at the driving point has a phase of "
-            f"{np.degrees(lag[k]):.3g} deg "
+            f"{plain(np.degrees(lag[k]), 3)} deg "
             "beside that of a structure with proportional damping: the force or its sign is not at this sensor"
             for k in np.flatnonzero(np.abs(lag) > np.pi / 4)
         ]

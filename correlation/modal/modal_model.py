@@ -8,6 +8,9 @@ The receptance between one force and the sensors c is
 with residual terms of the modes below and above the band; mobility and accelerance are it times :math:`i \omega` and
 :math:`-\omega^2`. Residues and residual terms are linear and are solved for at every step, so that Gauss and Newton's
 method moves the poles alone (variable projection).
+
+Noise of a sensor is a part that is the same at all lines and one that grows with the response,
+:math:`v = a^2 |H|^2 + b^2`; both are estimated from what the modes leave.
 """
 
 from dataclasses import dataclass
@@ -16,10 +19,13 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.noise.variance import fit_two_shares
+
 Poles = Complex[NDArray[np.complex128], " m"]
 Responses = Complex[NDArray[np.complex128], "c f"]
 Frequencies = Float[NDArray[np.float64], " f"]
 Matrix = Float[NDArray[np.float64], "n p"]
+Noise = Float[NDArray[np.float64], "c f"]
 
 #: Steps, and the step of a pole, as a share of its distance from the imaginary axis, that ends them.
 ROUNDS, ENOUGH = 40, 1e-7
@@ -27,6 +33,11 @@ ROUNDS, ENOUGH = 40, 1e-7
 NEGLIGIBLE = 1e-4
 #: Real numbers per sensor of the residual terms, of which L and U have two each.
 RESIDUAL_TERMS = 4
+#: Noise grows with the response if that part exceeds the other at the largest response by this factor in variance [-]:
+#: the few lines of a resonance tell it with some tens of percent.
+GROWS = 1.0
+#: Iterations of the two parts, and least variance over the largest: one line at an antiresonance must not decide [-].
+NOISE_ROUNDS, LEAST_VARIANCE = 6, 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +55,7 @@ class ModalFit:
     fitted
         Responses of the model, shape (c, f).
     noise
-        Standard deviation of real and imaginary parts of what is left, by sensor, shape (c,).
+        Standard deviation of real and imaginary parts of what is left, shape (c, f).
     """
 
     poles: Poles
@@ -52,14 +63,14 @@ class ModalFit:
     residues: Complex[NDArray[np.complex128], "c m"]
     residue_deviation: Float[NDArray[np.float64], "c m"]
     fitted: Responses
-    noise: Float[NDArray[np.float64], " c"]
+    noise: Noise
 
     def criterion(self) -> float:
         """Bayes's information criterion: the smaller the better."""
         c, f = self.fitted.shape
         count = 2 * len(self.poles) * (1 + c) + RESIDUAL_TERMS * c
-        least = NEGLIGIBLE * np.sqrt((np.abs(self.fitted) ** 2).mean(axis=1)) + 1e-300
-        return float(4 * f * np.log(np.maximum(self.noise, least)).sum() + count * np.log(2 * f * c))
+        least = NEGLIGIBLE * np.sqrt((np.abs(self.fitted) ** 2).mean(axis=1, keepdims=True)) + 1e-300
+        return float(4 * np.log(np.maximum(self.noise, least)).sum() + count * np.log(2 * f * c))
 
 
 def columns(frequency: Frequencies, poles: Poles, power: int) -> Matrix:
@@ -100,7 +111,8 @@ def fit_poles(
     for _ in range(ROUNDS):
         if deviation is None:
             # Noise differs between sensors: each counts by what it leaves.
-            weight = np.ones_like(values) / np.maximum(fit.noise[:, None], 1e-12 * np.abs(values).max())
+            noise = np.maximum(fit.estimate_noise(), 1e-12 * np.abs(values).max())
+            weight = np.hstack([1 / noise, 1 / noise])
             fit = _project(frequency, values, weight, poles, power)
         normal, right, square = fit.normal, fit.right, fit.square
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-300), right)
@@ -131,14 +143,17 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
         first, second = s**power / (s - poles) ** 2, s**power / (s - poles.conj()) ** 2
         self.normal, self.right, self.square = np.zeros((2 * m, 2 * m)), np.zeros(2 * m), 0.0
         self.amplitudes, self.inverses = [], []
-        noise = []
-        even = bool(np.ptp(weight, axis=1).max() == 0)
-        shared = np.linalg.qr(basis) if even else None
-        for value, w in zip(values, weight, strict=True):
+        self.fitted, self.left = np.empty_like(values), np.empty_like(values)
+        self.freedom = max(2 * f - basis.shape[1], 1)
+        even = np.ptp(weight, axis=1) == 0
+        shared = np.linalg.qr(basis)
+        for row, (value, w) in enumerate(zip(values, weight, strict=True)):
             # Equal weights along a response leave the directions of its columns as they are.
-            q, r = np.linalg.qr(basis * w[:, None]) if shared is None else (shared[0], shared[1] * w[0])
+            q, r = np.linalg.qr(basis * w[:, None]) if not even[row] else (shared[0], shared[1] * w[0])
             amplitude = np.linalg.lstsq(r, q.T @ (value * w), rcond=None)[0]
-            left = value * w - (basis @ amplitude) * w
+            self.fitted[row] = basis @ amplitude
+            self.left[row] = value - self.fitted[row]
+            left = self.left[row] * w
             residue = amplitude[:m] + 1j * amplitude[m : 2 * m]
             by_real = residue * first + residue.conj() * second
             by_imag = 1j * (residue * first - residue.conj() * second)
@@ -150,17 +165,24 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
             self.square += float(left @ left)
             self.amplitudes.append(amplitude)
             self.inverses.append(np.linalg.pinv(r))
-            noise.append(np.sqrt(((left / w) ** 2).sum() / max(2 * f - basis.shape[1], 1)))
-        self.noise = np.array(noise)
+
+    def estimate_noise(self) -> Noise:
+        """Standard deviation of real and imaginary part at each line, from what is left, shape (c, f)."""
+        response, scatter = (part[:, : part.shape[1] // 2] ** 2 + part[:, part.shape[1] // 2 :] ** 2
+                             for part in (self.fitted, self.left))  # fmt: skip
+        return np.array([_noise(*pair, self.freedom) for pair in zip(response, scatter, strict=True)])
+
+    def scale_noise(self) -> Noise:
+        """The stated deviations in proportion to what is left of each sensor, shape (c, f)."""
+        size = np.sqrt(((self.left * self.weight) ** 2).sum(axis=1, keepdims=True) / self.freedom)
+        return np.asarray(size / self.weight[:, : self.weight.shape[1] // 2])
 
     def result(self, frequency: Frequencies, responses: Responses, known: bool) -> ModalFit:
         """The fit with its covariance."""
         m, f = len(self.poles), len(frequency)
-        basis = columns(frequency, self.poles, self.power)
-        fitted = np.array([basis @ amplitude for amplitude in self.amplitudes])
         scale = 1.0
         if known:  # deviations that are too small for what is left are scaled up
-            scale = max(self.square / max(2 * f * len(responses) - basis.shape[1] * len(responses), 1), 1.0)
+            scale = max(self.square / (self.freedom * len(responses)), 1.0)
         covariance = np.asarray(np.linalg.pinv(self.normal, hermitian=True) * scale, dtype=np.float64)
         spread = np.array([np.sqrt(scale * (inverse**2).sum(axis=1)) for inverse in self.inverses])
         residues = np.array([amplitude[:m] + 1j * amplitude[m : 2 * m] for amplitude in self.amplitudes])
@@ -169,6 +191,32 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
             pole_covariance=covariance,
             residues=residues,
             residue_deviation=np.sqrt((spread[:, :m] ** 2 + spread[:, m : 2 * m] ** 2) / 2),
-            fitted=fitted[:, :f] + 1j * fitted[:, f:],
-            noise=self.noise,
+            fitted=self.fitted[:, :f] + 1j * self.fitted[:, f:],
+            noise=self.scale_noise() if known else self.estimate_noise(),
         )
+
+
+def _noise(response: Frequencies, scatter: Frequencies, freedom: int) -> Frequencies:
+    r"""Standard deviation of real and imaginary part at each line of one sensor, from :math:`v = a^2 |H|^2 + b^2`.
+
+    Fisher scoring of the likelihood. The parts are scaled so that squares of what is left over v sum to their degrees
+    of freedom.
+
+    Parameters
+    ----------
+    response, scatter
+        Squared moduli of the fitted response and of what is left, shape (f,).
+    freedom
+        Numbers less those that were fitted.
+    """
+    even = np.full_like(scatter, max(float(scatter.sum()) / freedom, np.finfo(np.float64).tiny))
+    top = float(response.max())
+    if not top > 0:
+        return np.sqrt(even)
+    parts, variance, share = np.stack([response / top, np.ones_like(response)]), even, np.zeros(2)
+    for _ in range(NOISE_ROUNDS):
+        share = fit_two_shares(parts, scatter / 2, (even / variance) ** 2)
+        variance = np.maximum(share @ parts, LEAST_VARIANCE * share.sum())
+    if share[0] < GROWS * share[1]:
+        return np.sqrt(even)
+    return np.asarray(np.sqrt(variance * (scatter / variance).sum() / freedom))

@@ -32,6 +32,7 @@ from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes, make_frequency_shifts, split_by_level
 from correlation.prediction import Prediction, Predictor
+from geometry.plain_number import plain
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 Vector = Float[NDArray[np.float64], " m"]
@@ -77,7 +78,7 @@ class ErrorSize:
     def words(self) -> str:
         """The sizes that are not zero, in words."""
         named = zip(("natural frequencies", "damping", "the readings of a curve"), astuple(self), strict=True)
-        return " and ".join(f"{100 * value:.2g} % in {name}" for name, value in named if value)
+        return " and ".join(f"{plain(100 * value)} % in {name}" for name, value in named if value)
 
     @classmethod
     def usual(cls, reading: float) -> "ErrorSize":

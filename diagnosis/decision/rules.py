@@ -32,6 +32,7 @@ from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
+from geometry.plain_number import plain
 
 #: Probability that one of the effects that are named is the true one, if one of those that pass is.
 CREDIBLE = 0.95
@@ -227,7 +228,7 @@ def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
 
 
 def _tell_held_out_error(before: Refit) -> str:
-    held_out, others = (f"{100 * error:.2g} %" for error in (before.held_error, before.error))
+    held_out, others = (f"{plain(100 * error)} %" for error in (before.held_error, before.error))
     return (
         f"Something is missing that the held-out data alone show: the model errs by {held_out} there and by {others} "
         "on the others, in which nothing is missing. Hold out other data, so that a fit sees these."

@@ -12,6 +12,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from fe.notebook import Tabular
+from geometry.plain_number import plain
 
 if TYPE_CHECKING:
     import pandas
@@ -141,12 +142,12 @@ class Verdict(Tabular):
 def held_out_fall(before: Refit, after: Refit) -> str:
     """Fall of the held-out error by an effect, in words."""
     falls = [
-        f"{100 * was:.2g} to {100 * now:.2g} % in {name}"
+        f"{plain(100 * was)} to {plain(100 * now)} % in {name}"
         for was, now, name in zip(before.held_errors, after.held_errors, after.held_names, strict=True)
     ]
     if not falls and not after.held_error < before.held_error:
         return f"held-out reduced chi-squared falls from {before.held_chi2:.3g} to {after.held_chi2:.3g}"
-    whole = f"{100 * before.held_error:.2g} to {100 * after.held_error:.2g} %"
+    whole = f"{plain(100 * before.held_error)} to {plain(100 * after.held_error)} %"
     return f"the held-out error falls from {', '.join(falls) or whole}"
 
 

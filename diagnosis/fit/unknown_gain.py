@@ -19,6 +19,7 @@ from correlation.model import Model
 from correlation.prediction import Predictor
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import CalibrationParameter
+from geometry.plain_number import plain
 from hbsolve.errors import ModelError
 
 #: Names of gains begin with this; and the name of the gain of the drive.
@@ -229,4 +230,4 @@ def _thinned(observed: Observation) -> Observation:
 
 def describe_gain(name: str, gain: float, deviation: float) -> str:
     """``gain of tip 1234 +- 5 (0.4 %)``."""
-    return f"{name} {gain:.4g} +- {deviation:.2g} ({100 * deviation / gain:.2g} %)"
+    return f"{name} {gain:.4g} +- {deviation:.2g} ({plain(100 * deviation / gain)} %)"

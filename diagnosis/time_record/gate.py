@@ -21,6 +21,7 @@ from diagnosis.decision.rules import find
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
+from geometry.plain_number import plain
 
 #: Largest share of the excess held-out error that an effect may leave to pass.
 RATIO = 0.8
@@ -131,12 +132,13 @@ def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
-        best = f"the best candidate, {refits[0].name}, leaves {100 * refits[0].held_error:.2g} %"
-    error, noise = f"the held-out error is {100 * gate.before.held_error:.2g} %, and {best}", 100 * np.sqrt(gate.noise)
+        best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_error)} %"
+    error = f"the held-out error is {plain(100 * gate.before.held_error)} %, and {best}"
+    noise = 100 * np.sqrt(gate.noise)
     if finding is Finding.UNKNOWN:
-        return f"Something is missing, and it is none of the known effects: the noise is {noise:.2g} %, {error}."
+        return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."
     if noise:
-        return f"Nothing is missing beyond the noise of {noise:.2g} %: {error}."
+        return f"Nothing is missing beyond the noise of {plain(noise)} %: {error}."
     return f"Nothing passes the gate: {error}; how much of this is noise is not known."
 
 

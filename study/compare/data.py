@@ -124,10 +124,18 @@ def describe_data(compared: Sequence[DataComparison]) -> list[str]:
 def _number(item: DataComparison, row: int) -> str:
     features = item.features
     unit = "" if features.unit[row] == "-" else f" {features.unit[row]}"
+    # A number that is not clear of zero has no relative error.
+    clear = abs(features.value[row]) > CLEAR * features.deviation[row]
+    relative = f" ({item.predicted[row] / features.value[row] - 1:+.2%})" if clear else ""
     return (
         f"{features.label[row]}: measured {features.value[row]:.5g} +- {features.deviation[row]:.2g}{unit}, "
-        f"model {item.predicted[row]:.5g}{unit} ({item.predicted[row] / features.value[row] - 1:+.2%})"
+        f"model {item.predicted[row]:.5g}{unit}{relative}"
     )
+
+
+def without_comparison(compared: Sequence[DataComparison]) -> tuple[str, ...]:
+    """Names of the data that could not be compared, or that the model has no answer to."""
+    return tuple(f"{item.type} {item.name}" for item in compared if not np.isfinite(item.error).any())
 
 
 def data_document(compared: Sequence[DataComparison]) -> list[dict[str, Any]]:

@@ -12,6 +12,7 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
+from geometry.plain_number import plain
 from pipeline.output import replace_file
 from study.case.setup import Setup
 from study.compare.data import (
@@ -21,12 +22,13 @@ from study.compare.data import (
     data_document,
     describe_data,
     format_data_csv,
+    without_comparison,
 )
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
 from study.compare.result import Calibrated
-from study.compare.sentence import AGREES, DIFFERS, Summary
+from study.compare.sentence import Summary, judge
 from study.run_context import RunContext
 
 NEXT = "stickslip compare --calibrate fits the calibration parameters of the case to these data first."
@@ -182,12 +184,7 @@ def summarise_data(data: Sequence[DataComparison]) -> Summary:
         reasons = tuple(dict.fromkeys(item.reason for item in data if item.reason))
         return Summary(tone="ambiguous", tag=tag, sentences=reasons, next=NEXT, cards=())
     size = float(np.sqrt(np.mean(errors**2)))
-    tone = "nothing" if size <= AGREES else "ambiguous" if size <= DIFFERS else "missing"
-    tag = {
-        "nothing": "The model agrees with the measurements",
-        "ambiguous": "The model is close to the measurements",
-        "missing": "The model differs from the measurements",
-    }[tone]
+    tone, tag = judge(size, without_comparison(data))
     sentences = [
         f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations (root mean "
         f"square); {int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."
@@ -213,6 +210,6 @@ def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:
     for quantity, pairs in errors.items():
         clear = [relative for relative, is_clear in pairs if is_clear]
         if clear:
-            low, high = 100 * min(clear), 100 * max(clear)
-            size = f"off by {low:+.3g} to {high:+.3g} %" if len(clear) > 1 else f"off by {low:+.3g} %"
+            ends = dict.fromkeys(plain(100 * end, 3, "+") for end in (min(clear), max(clear)))
+            size = f"off by {' to '.join(ends)} %"
             yield f"The {quantity} of the model is {size} in {len(clear)} of {len(pairs)} readings."

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
+from geometry.plain_number import plain
 from study.compare.families import FamilyCalibration, FamilyComparison
 from study.compare.family_limits import FamilyLimits
 from study.compare.family_pictures import SYMBOL
@@ -170,7 +171,7 @@ def _leaving(comparison: FamilyComparison, name: str, leaving: Sequence[FamilyVe
     listed = "all repeats" if len(repeats) == len({c.repeat for c in verdict.family.curves}) else _listed(repeats)
     size = abs(worst.limit)
     si = next(item.unit for item in comparison.sensors if item.name == verdict.family.sensor)
-    by = f"{100 * worst.distance / size:.3g} % of it" if size > worst.distance else f"{worst.distance:.3g} {si}"
+    by = f"{plain(100 * worst.distance / size, 3)} % of it" if size > worst.distance else f"{worst.distance:.3g} {si}"
     return (
         f"{name} leaves its limits at {_levels(comparison, leaving)} ({count} of {total} readings, in {listed}); the "
         f"surest lies {by} {side} limit at {verdict.family.level:g} {unit} and {worst.frequency:.6g} Hz ({where}), "
@@ -218,7 +219,7 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
     )
     yield (
         f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise, of the "
-        f"frequency of a set-up ({100 * errors.frequency:.2g} %), and of the model's numerical error."
+        f"frequency of a set-up ({plain(100 * errors.frequency)} %), and of the model's numerical error."
     )
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
     if unknown:

@@ -9,6 +9,7 @@ from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
+from geometry.plain_number import plain
 from study.compare.data import data_document, describe_data
 from study.compare.result import SWEEP_WORDS, Compared
 from study.compare.sentence import CLEAR_PEAK, summarise
@@ -187,12 +188,11 @@ def _signed(cell: Share) -> str:
     if not np.isfinite(cell.signed_amplitude_error):
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
-    sentence = (
-        f"; there the model's amplitude is {100 * abs(amplitude):.3g} % too {'large' if amplitude > 0 else 'small'}"
-    )
+    side = "large" if amplitude > 0 else "small"
+    sentence = f"; there the model's amplitude is {plain(100 * abs(amplitude), 3)} % too {side}"
     if not abs(phase) > NO_PHASE:
         return sentence
-    return f"{sentence} and its phase {abs(phase):.3g} deg too {'early' if phase > 0 else 'late'}"
+    return f"{sentence} and its phase {plain(abs(phase), 3)} deg too {'early' if phase > 0 else 'late'}"
 
 
 def _peaks(compared: Compared) -> Iterator[str]:
@@ -224,8 +224,8 @@ def _peaks(compared: Compared) -> Iterator[str]:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
             f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} "
-            f"{unit} is "
-            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
+            f"{unit} is {plain(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
+            f"({deviations:.3g} standard deviations)"
         )
 
 

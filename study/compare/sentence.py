@@ -7,6 +7,9 @@ import numpy as np
 
 from correlation.metric.misfit import Misfit, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
+from diagnosis.fit.unknown_gain import GAIN, describe_gain
+from geometry.plain_number import plain
+from study.compare.data import without_comparison
 from study.compare.result import Compared
 from study.compare.section.overview import left_out
 
@@ -17,6 +20,8 @@ AGREES, DIFFERS = 1.25, 2.0
 CLEAR_PEAK = 4.0
 #: From here on a difference by chance is no agreement [%].
 VAGUE = 25.0
+#: A gain is told from zero by so many of its standard deviations.
+TOLD = 3.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
 NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
@@ -46,12 +51,9 @@ class Summary:
 def summarise(compared: Compared) -> Summary:
     """Verdict of a comparison."""
     difference = whole(compared.train).whitened
-    tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
-    tag = {
-        "nothing": "The model agrees with the measurements",
-        "ambiguous": "The model is close to the measurements",
-        "missing": "The model differs from the measurements",
-    }[tone]
+    tone, tag = judge(difference, without_comparison(compared.data))
+    if tone != "missing" and (vague := _vague(compared)):
+        tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
     cards = [
         (f"{name} data, reduced chi^2 (1 is noise)", format_square(whole(side).whitened))
@@ -59,9 +61,9 @@ def summarise(compared: Compared) -> Summary:
     ]
     share = whole(compared.train)
     if np.isfinite(share.amplitude_error):
-        cards.append(("median error of amplitude", f"{100 * share.amplitude_error:.3g} %"))
+        cards.append(("median error of amplitude", f"{plain(100 * share.amplitude_error, 3)} %"))
     if np.isfinite(share.phase_error):
-        cards.append(("median error of phase", f"{np.degrees(share.phase_error):.3g} deg"))
+        cards.append(("median error of phase", f"{plain(np.degrees(share.phase_error), 3)} deg"))
     return Summary(
         tone=tone,
         tag=tag,
@@ -76,6 +78,38 @@ def summarise(compared: Compared) -> Summary:
     )
 
 
+def judge(difference: float, missing: Sequence[str]) -> tuple[str, str]:
+    """Tone and headline.
+
+    Parameters
+    ----------
+    difference
+        Whitened, root mean square [standard deviations].
+    missing
+        What could not be compared.
+    """
+    tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
+    tag = {
+        "nothing": "The model agrees with the measurements",
+        "ambiguous": "The model is close to the measurements",
+        "missing": "The model differs from the measurements",
+    }[tone]
+    if missing:
+        tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
+    return tone, tag
+
+
+def _vague(compared: Compared) -> str:
+    """Why standard deviations are so wide that numbers within them are no agreement; empty if they are not."""
+    error = whole(compared.train).amplitude_error
+    if 100 * error > VAGUE:
+        return f"the median error of the amplitude is {format_percent(error)} %, and standard deviations are as wide"
+    for item in compared.calibrated:
+        if item.name.startswith(GAIN) and not abs(item.factor) > TOLD * item.deviation:
+            return f"the {describe_gain(item.name, item.factor, item.deviation)} is not told from zero"
+    return ""
+
+
 def _overall(misfit: Misfit) -> str:
     share = whole(misfit)
     noise = (
@@ -84,7 +118,7 @@ def _overall(misfit: Misfit) -> str:
     )
     if not np.isfinite(share.amplitude_error):
         return f"The differences are {noise}; no reading stands out of the noise."
-    phase = f" and of the phase {np.degrees(share.phase_error):.2g} deg" if np.isfinite(share.phase_error) else ""
+    phase = f" and of the phase {plain(np.degrees(share.phase_error))} deg" if np.isfinite(share.phase_error) else ""
     amplitude = f"the median error of the amplitude is {format_percent(share.amplitude_error)} %"
     return f"The differences are {noise}: {amplitude}{phase}."
 
@@ -116,22 +150,34 @@ def describe_resonances(peaks: Sequence[PeakError], unit: str = "N") -> Iterator
 def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequence[PeakError], unit: str) -> str:
     """Errors over the levels in words [%]."""
     if not np.isfinite(deviations).any():
-        return f"is off by {min(errors):+.2g} to {max(errors):+.2g} %, and what chance does is not known"
+        low, high = (plain(end, sign="+") for end in (min(errors), max(errors)))
+        return f"is off by {low} to {high} %, and what chance does is not known"
     clear = [number for number, size in enumerate(deviations) if size > CLEAR_PEAK]
     if not clear:
         largest = max(map(abs, errors))
         verb = "agrees within" if largest < VAGUE else "is off by up to"
-        return f"{verb} {largest:.2g} %, which chance explains"
-    low, high = min(errors[number] for number in clear), max(errors[number] for number in clear)
+        return f"{verb} {plain(largest)} %, which chance explains"
+    least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = (
         "" if len(clear) == len(peaks) else f" at {', '.join(f'{peaks[number].level:g}' for number in clear)} {unit}"
     )
-    if low * high < 0:
-        return f"is off by {low:+.2g} to {high:+.2g} %{where}"
-    word = "high" if high > 0 else "low"
-    small, large = sorted((abs(low), abs(high)))
-    size = f"{large:.2g}" if f"{small:.2g}" == f"{large:.2g}" else f"{small:.2g} to {large:.2g}"
-    return f"is {size} % too {word}{where}"
+    if least * most < 0:
+        return f"is off by {plain(least, sign='+')} to {plain(most, sign='+')} %{where}"
+    word = "high" if most > 0 else "low"
+    small, large = sorted((abs(least), abs(most)))
+    return f"is {_from_to(small, large)} % too {word}{where}"
+
+
+def _from_to(first: float, last: float) -> str:
+    """Both ends of a range, or one number if they are written alike."""
+    ends = plain(first), plain(last)
+    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
+
+
+def _change_of_damping(first: float, last: float) -> str:
+    """Of a damping ratio with the level, in words."""
+    ends = _from_to(100 * first, 100 * last)
+    return f"goes from {ends} %" if " to " in ends else f"stays at {ends} %"
 
 
 def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[str]:
@@ -147,9 +193,9 @@ def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[st
     same = "" if verb == verb_of_model else f"{verb_of_model} "
     sentence = (
         f"From {first.level:g} to {last.level:g} {unit} it {verb} by {abs(measured):.3g} Hz in the measurement and "
-        f"{same}by {abs(predicted):.3g} Hz in the model, and the damping ratio goes from {100 * first.damping:.2g} to "
-        f"{100 * last.damping:.2g} % in the measurement and from {100 * first.predicted_damping:.2g} to "
-        f"{100 * last.predicted_damping:.2g} % in the model"
+        f"{same}by {abs(predicted):.3g} Hz in the model, and the damping ratio "
+        f"{_change_of_damping(first.damping, last.damping)} in the measurement and "
+        f"{_change_of_damping(first.predicted_damping, last.predicted_damping)} in the model"
     )
     if abs(predicted - measured) > CLEAR_PEAK * chance:
         sentence += f": {_compare_trends(measured, predicted)}"
@@ -171,9 +217,8 @@ def format_square(size: float) -> str:
 
 
 def format_percent(ratio: float) -> str:
-    """A ratio in percent, two digits or whole numbers."""
-    percent = 100 * abs(ratio)
-    return f"{percent:.0f}" if percent >= PLAIN else f"{percent:.2g}"
+    """The size of a ratio in percent."""
+    return plain(100 * abs(ratio))
 
 
 def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
@@ -193,5 +238,5 @@ def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
         size += "large" if cell.signed_amplitude_error > 0 else "small"
         phase = np.degrees(cell.signed_phase_error)
         if harmonic and abs(phase) >= 0.1:
-            size += f" and {'leads' if phase > 0 else 'lags'} by {abs(phase):.2g} deg"
+            size += f" and {'leads' if phase > 0 else 'lags'} by {plain(abs(phase))} deg"
     yield f"{sensor}The model is worst at {where}{size} ({cell.deviations:.3g} standard deviations)."

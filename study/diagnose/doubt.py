@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from diagnosis.decision.rules import errs_on_held_out
+from geometry.plain_number import plain
 from study.diagnose.round import Round
 
 #: Standard deviations of its prior beyond which a calibration parameter is in doubt.
@@ -29,15 +30,15 @@ def _harm(result: Round) -> Iterator[str]:
     if rise > WORSE and before.held_error > drawn.held_error:
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
-            f"{what} makes the held-out error worse: {100 * drawn.held_error:.3g} % as drawn, "
-            f"{100 * before.held_error:.3g} % with it."
+            f"{what} makes the held-out error worse: {plain(100 * drawn.held_error, 3)} % as drawn, "
+            f"{plain(100 * before.held_error, 3)} % with it."
         )
 
 
 def _left(result: Round) -> Iterator[str]:
     """A large error of the held-out data that an effect which is named leaves."""
     if result.best is not None and errs_on_held_out(result.best):
-        held_out, others = (f"{100 * error:.2g} %" for error in (result.best.held_error, result.best.error))
+        held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_error, result.best.error))
         yield (
             f"With {result.best.name} the model still errs by {held_out} on the held-out data ({others} on the "
             "others): more is missing, or it stands in for something else."

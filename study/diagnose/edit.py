@@ -12,12 +12,16 @@ from casefile.errors import CaseError, Problem
 if TYPE_CHECKING:
     from tomlkit.items import Item
 
-#: Beginning of a comment with an interval behind a value; a comment of another form is the user's, and stays.
-NOTE = "+- "
+#: Beginnings of a comment on a value: half its interval, or that it is a bound; one of another form is the user's, and
+#: stays.
+NOTE, BOUND = "+- ", "a lower bound"
 
 
 class Written(NamedTuple):
-    """A value as it is written: text with a unit or a bare number, and half its 95 % interval, empty if unknown."""
+    """A value as it is written: text with a unit or a bare number, and a note.
+
+    The note is half its 95 % interval, or begins with BOUND; it is empty if neither is known.
+    """
 
     value: str | float
     note: str = ""
@@ -120,18 +124,22 @@ def _written(table: Any, header: str, values: Values) -> str:
         lines = [header]
         for key, (value, note) in values.items():
             text = f'"{_escaped(value)}"' if isinstance(value, str) else repr(value)
-            lines.append(f"{key} = {text}{f' # {NOTE}{note}' if note else ''}")
+            lines.append(f"{key} = {text}{f' # {_comment(note)}' if note else ''}")
         return "\n" + "".join(f"{line}\n" for line in lines)
     for key, (value, note) in values.items():
         before = table[key].trivia.comment if key in table else ""
         table[key] = value
         item: Item = table[key]
-        is_note = before.lstrip("# ").startswith(NOTE)
+        is_note = before.lstrip("# ").startswith((NOTE, BOUND))
         if note and (not before or is_note):
-            item.comment(NOTE + note)
+            item.comment(_comment(note))
         elif is_note:  # the interval of another value
             item.trivia.comment, item.trivia.comment_ws = "", ""
     return ""
+
+
+def _comment(note: str) -> str:
+    return note if note.startswith(BOUND) else NOTE + note
 
 
 def _table_of(effect: str, tables: Iterable[Any]) -> Any:

@@ -12,6 +12,7 @@ from figure.candidates import CandidateBar, Candidates
 from figure.misfit_map import COLOURS, STEPS
 from figure.registry import pictures
 from figure.waterfall import Waterfall
+from geometry.plain_number import plain
 from study.compare.report import side_by_side
 from study.diagnose.curves import curves, maps
 from study.diagnose.doubt import list_doubts
@@ -141,8 +142,8 @@ def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
         return " → ".join(values)
 
     return [
-        {"label": "held-out error", "value": chain([f"{100 * item.held_out:.3g} %" for item in values])},
-        {"label": "training error", "value": chain([f"{100 * item.training:.3g} %" for item in values])},
+        {"label": "held-out error", "value": chain([f"{plain(100 * item.held_out, 3)} %" for item in values])},
+        {"label": "training error", "value": chain([f"{plain(100 * item.training, 3)} %" for item in values])},
         {
             "label": "held-out reduced χ² (1 is noise)",
             "value": chain([digits(item.held_out_chi2, 3) for item in values]),

@@ -8,6 +8,7 @@ from typing import Any
 
 from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.fit.unknown_gain import describe_gain
+from geometry.plain_number import plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, Errors, Step
@@ -79,7 +80,7 @@ def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
     """Strength of a named effect, and its probability if there are others."""
     yield row.in_words
     if row.effect.name in chance:
-        yield f"probability {100 * chance[row.effect.name]:.2g} %"
+        yield f"probability {plain(100 * chance[row.effect.name])} %"
 
 
 def held_out_falls(before: Errors, after: Errors) -> str:
@@ -109,7 +110,7 @@ def threshold_in_words(result: Round) -> str:
     origin = f"{thresholds.n_trial} simulated ones" if thresholds.n_trial else "linear theory, with a margin"
     return (
         f"detection threshold: chi^2 falls by more than {thresholds.gain:.3g} in "
-        f"{100 * thresholds.false_alarms:.2g} % of campaigns without a missing effect ({origin})"
+        f"{plain(100 * thresholds.false_alarms)} % of campaigns without a missing effect ({origin})"
     )
 
 
@@ -254,7 +255,7 @@ def _candidates(result: Round) -> Iterator[str]:
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
     for row in shown:
         gain = digits(row.fall, 4) if row.gain is not None else f"({digits(row.fall, 4)})"
-        error = f"{100 * row.errors.held_out:.3g} %" if row.errors is not None else ""
+        error = f"{plain(100 * row.errors.held_out, 3)} %" if row.errors is not None else ""
         mark = "*" if row.named else " "
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {row.cosine:5.2f}  {row.in_words}"
     yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the best one"

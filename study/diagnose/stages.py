@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.weighting import leave_out_model_error
 from figure.waterfall import WaterfallStep
+from geometry.plain_number import plain
 from study.compare.run import Side
 from study.diagnose.history import Errors, History
 from study.diagnose.round import Round, as_drawn, errors
@@ -76,7 +77,7 @@ def waterfall(result: Round, history: History) -> list[WaterfallStep]:
 
 def falls(steps: Sequence[WaterfallStep]) -> str:
     """The held-out error from the first step to the last, in words."""
-    return f"held-out error from {100 * steps[0].held_out:.3g} to {100 * steps[-1].held_out:.3g} %"
+    return f"held-out error from {plain(100 * steps[0].held_out, 3)} to {plain(100 * steps[-1].held_out, 3)} %"
 
 
 def _step(name: str, values: Errors, proposed: bool = False) -> WaterfallStep:

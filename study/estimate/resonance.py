@@ -136,7 +136,7 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     yield FirstEstimate(
         parameter="zeta",
         value=resonance.damping,
-        interval=(resonance.damping - 1.96 * deviation, resonance.damping + 1.96 * deviation),
+        interval=(max(resonance.damping - 1.96 * deviation, 0.0), resonance.damping + 1.96 * deviation),
         unit="-",
         model_value=ratio,
         source=resonance.source,

@@ -17,7 +17,7 @@ from correlation.sensor_placement import with_sensors
 from pipeline.output import replace_file
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
-from study.diagnose.edit import Written, difference, edited
+from study.diagnose.edit import BOUND, Written, difference, edited
 from study.diagnose.history import read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose, contradictions
@@ -93,8 +93,9 @@ class Estimated:
         for item in self.estimates:
             low, high = item.interval
             ends = f"{low:.4g} to {high:.4g}" if np.isfinite(high) else f"at least {low:.4g}"
+            unit = "" if item.unit == "-" else f" {item.unit}"
             lines.append(
-                f"{item.parameter:8} {item.value:.4g} {item.unit} ({ends}), {item.factor:.3g} times the model's "
+                f"{item.parameter:8} {item.value:.4g}{unit} ({ends}), {item.factor:.3g} times the model's "
                 f"{item.model_value:.4g}; {item.source}"
             )
             lines += [f"         {sentence}" for sentence in item.bias]
@@ -192,6 +193,6 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
 def _written(item: FirstEstimate) -> Written:
     """A factor with half its interval and where it comes from."""
     low, high = (end / item.model_value for end in item.interval)
-    width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else "a lower bound"
+    width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else BOUND
     source = item.source.replace("\n", " ")
     return Written(value=float(f"{item.factor:.6g}"), note=f"{width}; first estimate from {source}")

@@ -11,6 +11,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.model import DERIVATIVE, Sensor
+from geometry.plain_number import plain
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.stop_reason import StopReason
@@ -259,6 +260,6 @@ def truncation_warning(peaks: Sequence[Peak], highest: int) -> str:
     others = f", on {len(wrong)} of {len(peaks)} curves" if len(wrong) > 1 else ""
     return (
         f'at the highest point of the curve "{worst.label}", {worst.peak_frequency_hz:.5g} Hz, the truncation error is '
-        f"about {100 * worst.peak_truncation_error:.2g} % (above {100 * MOST_TRUNCATION:g} %{others}): "
+        f"about {plain(100 * worst.peak_truncation_error)} % (above {100 * MOST_TRUNCATION:g} %{others}): "
         f"raise harmonics = {highest}"
     )

@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FuncFormatter, NullFormatter
 from PIL import Image
 
 from figure.registry import REGISTRY, FigureKind, pictures
 from figure.response_curves import ResponseCurves
-from figure.style import png
+from figure.style import Headed, add_heading, new_figure, png
 from geometry.errors import InputWarning, RegistryError
 from tests.figure.examples import EXAMPLES
 
@@ -146,3 +147,11 @@ def test_without_figures_from_outside_nothing_is_said() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error", InputWarning)
         assert list(pictures({"x_response": EXAMPLES[ResponseCurves]()})) == ["x_response"]
+
+
+@pytest.mark.parametrize("width", [5.6, 11.2])
+def test_a_long_title_stays_within_its_figure(width: float) -> None:
+    figure = new_figure(width, 4.0)
+    add_heading(figure, Headed(title="A beam with a dry joint, calibrated: force-displacement loops"))
+    title = figure.texts[0].get_window_extent(FigureCanvasAgg(figure).get_renderer())
+    assert title.x1 < figure.bbox.x1

@@ -7,7 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.data_type.registry import Features
 from study.cli import main
+from study.compare.data import DataComparison, describe_data
+from study.compare.data_run import summarise_data
 
 CASE = """schema = 2
 title = "Two masses"
@@ -102,3 +105,22 @@ def test_time_records_alone_are_sent_to_their_page(folder: Path, capfdbinary: py
     (folder / "modal" / "r.csv").write_text("time,a\n0,1\n1,2\n", encoding="utf-8")
     assert main(["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out")]) == 2
     assert b"docs/time_records.md" in capfdbinary.readouterr().err
+
+
+def datum(value: float, predicted: float) -> DataComparison:
+    features = Features(label=("damping ratio",), unit=("-",), value=np.array([value]), deviation=np.array([1e-4]))
+    return DataComparison(
+        name="t1", type="frequency response", held_out=False, features=features, predicted=np.array([predicted])
+    )
+
+
+def test_a_number_that_is_not_clear_of_zero_has_no_relative_error() -> None:
+    assert "%" not in describe_data([datum(2.9e-26, 0.013)])[1]
+    assert "(+30.00%)" in describe_data([datum(0.01, 0.013)])[1]
+
+
+def test_the_headline_names_data_without_a_comparison() -> None:
+    summary = summarise_data([datum(0.01, 0.01), datum(0.01, np.nan)])
+    assert summary.tone == "ambiguous"
+    assert "not frequency response t1" in summary.tag
+    assert summarise_data([datum(0.01, 0.01)]).tone == "nothing"

@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.data_type.registry import Features
 from correlation.metric.peak_error import PeakError
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from correlation.row_table import join_tables
 from study.case.setup import read_case
 from study.compare.curve import Drawing
+from study.compare.data import DataComparison
 from study.compare.page import page
-from study.compare.result import Compared
+from study.compare.result import Calibrated, Compared
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
 from study.compare.section.section import Section, Table
@@ -157,6 +159,33 @@ def test_the_page_begins_with_the_worst_sensor_and_names_it() -> None:
     assert summarise(compared()).tone == "nothing"
 
 
+def test_an_error_of_the_amplitude_within_wide_deviations_is_no_agreement() -> None:
+    of = compared(1.2)
+    wide = replace(of.train, whitened=0 * of.train.whitened, predicted=3 * of.train.measured)
+    summary = summarise(replace(of, train=wide))
+    assert summary.tone == "ambiguous"
+    assert "do not tell" in summary.tag
+    assert "200 %" in summary.tag
+
+
+def test_a_gain_that_is_not_told_from_zero_is_no_agreement() -> None:
+    gain = Calibrated(name="gain of drive", factor=0.046, deviation=0.13)
+    assert "gain of drive 0.046" in summarise(replace(compared(), calibrated=(gain,))).tag
+    told = summarise(replace(compared(), calibrated=(replace(gain, deviation=0.001),)))
+    assert told.tone == "nothing"
+
+
+def test_the_headline_names_what_was_not_compared() -> None:
+    features = Features(label=("kt",), unit=("N/m",), value=np.ones(1), deviation=np.ones(1))
+    loop = DataComparison(
+        name="hysteresis", type="loop", held_out=False, features=features, predicted=np.array([np.nan]),
+        reason='no place "joint"',
+    )  # fmt: skip
+    summary = summarise(replace(compared(), data=(loop,)))
+    assert summary.tone == "ambiguous"
+    assert "not loop hysteresis" in summary.tag
+
+
 def test_sections_of_a_command_are_shown_and_parts_without_data_are_not() -> None:
     section = Section(
         title="Loops", text="Work per cycle.", table=Table(head=("level", "J"), rows=[["1 N", "0.5"]]),
@@ -205,6 +234,12 @@ def test_resonances_are_described_by_what_is_more_than_chance(
     text = " ".join(describe_resonances([peak(*item) for item in peaks], "kN"))
     for word in words:
         assert word in text
+
+
+def test_damping_that_is_written_alike_does_not_change() -> None:
+    text = " ".join(describe_resonances([peak(1.0, 100.0, 101.0, 0.00361), peak(5.0, 99.0, 100.5, 0.00362)], "kN"))
+    assert "the damping ratio stays at 0.36 % in the measurement and stays at 0.36 % in the model" in text
+    assert "is 140 % too high" in " ".join(describe_resonances([peak(1.0, 100.0, 237.2)]))
 
 
 def test_a_resonance_without_a_known_deviation_is_not_called_an_error() -> None:

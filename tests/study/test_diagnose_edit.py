@@ -80,3 +80,12 @@ def test_a_layout_that_cannot_be_edited_is_refused() -> None:
         edited(inline, MASS, {}, "my.toml")
     changed = edited(inline, {"gap of left at left.1": {"gap": Written(value="2 um")}}, {})
     assert changed == inline.replace("1 um", "2 um")
+
+
+def test_a_lower_bound_is_not_written_as_an_interval() -> None:
+    bound = {"mu": Written(1.01179, "a lower bound; first estimate from loop")}
+    text = edited("[calibrated]\nmu = 1.0\n", {}, bound)
+    assert text == "[calibrated]\nmu = 1.01179 # a lower bound; first estimate from loop\n"
+    # The next interval takes its place.
+    assert edited(text, {}, {"mu": Written(1.0, "0.1")}) == "[calibrated]\nmu = 1.0 # +- 0.1\n"
+    assert "# a lower bound" in edited("", {}, bound)

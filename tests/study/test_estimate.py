@@ -242,3 +242,16 @@ def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
         manifest.write(SINE)
     suspicions: list[str] = run(folder, capfdbinary)["suspicions"]  # type: ignore[assignment]
     assert any("174 rad" in sentence and "sine.csv" in sentence for sentence in suspicions)
+
+
+def test_text_has_no_sign_for_a_missing_unit_and_damping_is_not_below_zero(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    manifest = folder / "tests" / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    manifest.write_text(text.replace('damping_deviation = "0.001 %"', 'damping_deviation = "0.5 %"'), encoding="utf-8")
+    assert main(["estimate", str(folder / "chain.toml"), str(folder / "tests")]) == 0
+    lines = capfdbinary.readouterr().out.decode().splitlines()
+    # 0.6 % less 1.96 times 0.5 %, and 3 % of 0.6 %, would be below zero.
+    assert [line for line in lines if line.startswith("zeta     0.006 (0 to 0.01581)")]
+    assert not [line for line in lines if " - (" in line]
