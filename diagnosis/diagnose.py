@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
@@ -102,6 +102,15 @@ class Diagnosis(Generic[P]):
     thresholds: Thresholds = NO_THRESHOLDS
 
 
+class Choice(NamedTuple):
+    """Choice of effects."""
+
+    rank: Callable[[Sequence[Score]], Sequence[Score]] = list
+    """Scores in the order, and with the gains, by which those that deserve a fit are chosen."""
+    cost: Callable[[Fit], float] = attrgetter("chi2")
+    """Cost of a fit by which those that deserve a thorough fit are chosen."""
+
+
 def screen_and_refit(
     problem: Problem,
     effects: Sequence[Effect],
@@ -109,8 +118,7 @@ def screen_and_refit(
     report: Report,
     shares: Shares,
     starts: Sequence[tuple[Effect, Values]] = (),
-    rank: Callable[[Sequence[Score]], Sequence[Score]] = list,
-    cost: Callable[[Fit], float] = attrgetter("chi2"),
+    choice: Choice | None = None,
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
 
@@ -126,16 +134,14 @@ def screen_and_refit(
         Shares of the round that are done when its parts begin.
     starts
         Effects with values from which their fits may begin as well.
-    rank
-        Scores in the order, and with the gains, by which the promising effects are chosen.
-    cost
-        Cost of a fit by which the best are chosen.
+    choice
+        How effects are chosen.
 
     Returns
     -------
     Scores, best first; the test of the model without a further effect; the refits.
     """
-    lost = is_lost(problem)
+    lost, choice = is_lost(problem), choice or Choice()
     report("screening", shares.screening)
 
     def report_screening(done: int, total: int) -> None:
@@ -143,14 +149,14 @@ def screen_and_refit(
 
     scores = run_step("scores", lambda: screen(problem, effects, report_screening))
     before = run_step("held-out error", lambda: baseline_fit(problem))
-    ranked = run_step("ranked scores", lambda: list(rank(scores)))
+    ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
     fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
     fits = fit_from_starts(problem, scores, fits, starts, run_step)
-    costs = [run_step(f"cost of {score.effect.name}", partial(cost, fit)) for score, fit in fits]
+    costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
     refits, last = [], choose_finalists(fits, costs, problem.effort)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
@@ -217,16 +223,8 @@ def diagnose(
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
-    scores, before, refits = screen_and_refit(
-        searched,
-        effects,
-        run_step,
-        report,
-        shares,
-        starts,
-        partial(rank_by_suited_gains, searched),
-        searched.settled_cost,
-    )
+    choice = Choice(partial(rank_by_suited_gains, searched), searched.settled_cost)
+    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     before = before if searched is arrangement else baseline_fit(arrangement)

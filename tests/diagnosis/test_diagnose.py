@@ -29,7 +29,7 @@ CUBIC, RATE = "cubic at tip z", 1e6  # N/m^3
 #: Kinds that are left out where others compete.
 FRICTION = ("dashpot", "air damping", "friction coefficient", "tangential stiffness")
 #: What every round does, whatever comes out; refits are of what was shortlisted.
-STEPS = ("arrangement", "scores", "held-out error", "places")
+STEPS = ("arrangement", "scores", "ranked scores", "held-out error", "places")
 
 
 class Kept:
@@ -146,7 +146,9 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     # The mass moves the resonance by many widths: other starts are sought.
     starts = pickle.loads(kept.results["starts under response control"])
     begun = {"starts under response control", "branches"} | {f"fit of {e.name} from another start" for e, _ in starts}
-    assert set(kept.asked) == {*STEPS, *fits, *refits, *own, *begun, left_of(heavy), wide}
+    begun_from = {effect.name for effect, _ in starts}
+    costs = {f"cost of {name}" for name in {name.removeprefix("fit of ") for name in fits} | begun_from}
+    assert set(kept.asked) == {*STEPS, *fits, *costs, *refits, *own, *begun, left_of(heavy), wide}
     assert len(kept.asked) == len(set(kept.asked))
 
 
