@@ -12,6 +12,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Finding
+from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit import finalist
 from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -112,6 +113,11 @@ def test_an_effect_leaves_less_model_error(
     np.testing.assert_array_equal(*faded)
     assert found.arrangement.left.frequency < 0.2 * without.left.frequency
     assert found.arrangement.left.reading < without.left.reading
+    # By the covariance with this error the mass seems to gain less than with a model error that suits it.
+    (seen,) = screen(without, [true.effect])
+    (suited,) = rank_by_suited_gains(without, [seen])
+    assert suited.gain > 1.2 * seen.gain
+    assert without.settled_cost(first.fit) < without.cost - found.refit.gain / 2
     # Model error takes up what is missing: less is gained than by the covariance of noise alone, but as clearly.
     plain = leave_out_model_error(without.train)
     left = [float(np.sum(plain.residual(each.fit.prediction) ** 2)) for each in (before, first)]
