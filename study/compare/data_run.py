@@ -67,7 +67,8 @@ class DataCompared:
     def text(self) -> str:
         """For people."""
         summary = self.summary
-        lines = [f"{side_by_side(self.title, self.campaign)}: {len(self.data)} sets of data", ""]
+        count = "1 set" if len(self.data) == 1 else f"{len(self.data)} sets"
+        lines = [f"{side_by_side(self.title, self.campaign)}: {count} of data", ""]
         if self.calibrated:
             values = ", ".join(f"{item.name} x {item.factor:.4f} +- {item.deviation:.2g}" for item in self.calibrated)
             lines += [f"Calibrated on the training data: {values}", ""]
