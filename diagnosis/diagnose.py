@@ -223,7 +223,7 @@ def diagnose(
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
-    choice = Choice(partial(rank_by_suited_gains, searched), searched.settled_cost)
+    choice = Choice(partial(rank_by_suited_gains, searched), searched.cost_with_error_left)
     scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)

@@ -4,7 +4,7 @@ What is missing may have been taken for model error. It then leaves less of that
 the covariance that suits it best.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -64,17 +64,26 @@ def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> l
     """Scores with the largest gain by any of these covariances, best first."""
     if arrangement.left == NO_ERROR:
         return list(scores)
-    gains = compute_suited_gains(arrangement, [score.effect for score in scores]).max(axis=0)
+    # Screening has the slopes already, but of effects that the covariance with all model error hides.
+    hidden = iter(compute_slopes(arrangement, [score.effect for score in scores if not score.slope.any()]))
+    slopes = [score.slope if score.slope.any() else next(hidden) for score in scores]
+    gains = _compute_gains(arrangement, [score.effect for score in scores], slopes).max(axis=0)
     suited = [replace(score, gain=max(score.gain, float(gain))) for score, gain in zip(scores, gains, strict=True)]
     return sorted(suited, key=lambda score: -score.gain)
 
 
 def compute_suited_gains(arrangement: Arrangement, effects: Sequence[Effect]) -> Float[NDArray[np.float64], "w e"]:
     """Gain of each effect to first order by each of these covariances, that with all model error first [-]."""
+    return _compute_gains(arrangement, effects, compute_slopes(arrangement, effects))
+
+
+def _compute_gains(
+    arrangement: Arrangement, effects: Sequence[Effect], slopes: Iterable[Vector]
+) -> Float[NDArray[np.float64], "w e"]:
     weights, m = list_weights(arrangement), arrangement.fit.n_number
     gains = np.zeros((len(weights), len(effects)))
-    for number, slope in enumerate(compute_slopes(arrangement, effects)):
+    for number, (effect, slope) in enumerate(zip(effects, slopes, strict=True)):
         change = arrangement.train.whitening.undo(slope[:m, None])
         for each, row in zip(weights, gains, strict=True):
-            row[number] = find_least(effects[number], each.across(change)[:, 0], each.residual).gain - each.surplus
+            row[number] = find_least(effect, each.across(change)[:, 0], each.residual).gain - each.surplus
     return gains

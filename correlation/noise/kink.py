@@ -29,8 +29,6 @@ Vector = Float[NDArray[np.float64], " m"]
 REACH, WEIGHT = sqrt(3.0), 1 / 6
 #: Standard deviations, of all numbers of a state together, below which a remainder does not matter.
 SEEN = 1.0
-
-
 #: A change is smooth if its quadratic and cubic parts tell it but for this share. Near a resonance the share is 0.5
 #: where the jitter at an end is 0.9 of half the resonance's width, d = -x^2 / (1 + i x); at a kink it is less in one of
 #: six places of the kink between the ends [-].

@@ -97,7 +97,7 @@ class Arrangement:
         held_out, settled = resize_model_error(self.held_out, size), resize_model_error(self.settled, size)
         return replace(self, train=train, fit=fit, held_out=held_out, settled=settled)
 
-    def settle(self, fit: Fit) -> "Arrangement":
+    def refit_with_error_left(self, fit: Fit) -> "Arrangement":
         """The same with a fit of other parameters, from its values on, and the model error that it leaves."""
         begun = calibrate(self.train, fit.unknowns, fit.values, fit.prediction, quick=True)
         train, settled = _settle(self.train, begun)
@@ -105,7 +105,7 @@ class Arrangement:
             train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
         )
 
-    def settled_cost(self, fit: Fit) -> float:
+    def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any [-]."""
         if _size(self.train) == NO_ERROR:
             return fit.chi2

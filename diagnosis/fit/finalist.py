@@ -61,7 +61,7 @@ def weigh_each(
     def weigh(refit: Refit) -> Finalist:
         assert refit.effect is not None
         beside = weigh_beside(campaign, arrangement, refit.effect, refit.fit, catalogue_of)
-        settled, lacking = arrangement.settle(refit.fit), beside.settle(before.fit)
+        settled, lacking = arrangement.refit_with_error_left(refit.fit), beside.refit_with_error_left(before.fit)
         falls = [arrangement.cost - settled.cost, lacking.cost - beside.cost]
         with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
         without = [before, lacking.tested(None, lacking.fit)]

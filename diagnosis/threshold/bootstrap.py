@@ -78,7 +78,7 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     fits = [(score, quick_fit(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
     refits = [
         refit(drawn, score, fit)
-        for score, fit in choose_finalists(fits, [drawn.settled_cost(fit) for _, fit in fits], drawn.effort)
+        for score, fit in choose_finalists(fits, [drawn.cost_with_error_left(fit) for _, fit in fits], drawn.effort)
     ]
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
     finalists = weigh_each(campaign, drawn, before, refits, find_catalogue)

@@ -117,7 +117,7 @@ def test_an_effect_leaves_less_model_error(
     (seen,) = screen(without, [true.effect])
     (suited,) = rank_by_suited_gains(without, [seen])
     assert suited.gain > 1.2 * seen.gain
-    assert without.settled_cost(first.fit) < without.cost - found.refit.gain / 2
+    assert without.cost_with_error_left(first.fit) < without.cost - found.refit.gain / 2
     # Model error takes up what is missing: less is gained than by the covariance of noise alone, but as clearly.
     plain = leave_out_model_error(without.train)
     left = [float(np.sum(plain.residual(each.fit.prediction) ** 2)) for each in (before, first)]
