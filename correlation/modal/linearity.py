@@ -40,7 +40,7 @@ class Linearity:
     noise
         Index that noise alone would give, shape (l,) [-].
     significant
-        Whether noise does not explain the difference, shape (l,).
+        Whether noise explains neither the difference nor the index, shape (l,).
     sentence
         The result in words.
     """
@@ -99,9 +99,11 @@ def check_linearity(level: Any, responses: Any, deviation: Any, unit: str = "N")
         size = float((np.abs(values[0, both]) ** 2).sum())
         known = variance > 0
         statistic = float((square[known] / variance[known]).sum())
-        significant[place] = bool(statistic > chdtri(parts * known.sum(), CHANCE) if known.any() else square.sum() > 0)
         noise[place] = np.sqrt(parts * variance.sum() / size)
         index[place] = np.sqrt(max(square.sum() - parts * variance.sum(), 0.0) / size)
+        beyond = statistic > chdtri(parts * known.sum(), CHANCE) if known.any() else square.sum() > 0
+        # A few readings of little noise may differ where the responses as a whole do not.
+        significant[place] = bool(beyond) and index[place] > 0
     return Linearity(
         level=levels, index=index, noise=noise, significant=significant,
         sentence=_sentence(levels, index, noise, significant, unit),
