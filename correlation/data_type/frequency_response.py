@@ -356,9 +356,8 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
     sensors
         Sensors of its rows.
     """
-    factor = np.array([(2j * np.pi * response.frequency) ** DERIVATIVE[sensor.quantity] for sensor in sensors])
     try:
-        found = fit_modes(response.frequency, response.value / factor, quantity="displacement")
+        found = fit_modes(response.frequency, response.value, quantity=[sensor.quantity for sensor in sensors])
     except CampaignError as error:
         return replace(response, suspicions=(*response.suspicions, f"no mode was read: {error}"))
     # A shape needs two sensors, each in its own unit.

@@ -1,5 +1,6 @@
 """Modes of a structure from its measured frequency responses: poles, shapes, and how well they are known."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +9,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.modal.modal_model import ModalFit, fit_poles
+from correlation.modal.modal_model import ModalFit, Powers, fit_poles
 from correlation.modal.stabilisation import MOST_DAMPING, Stabilisation, find_poles, select_modes
 from correlation.model import DERIVATIVE
 from geometry.plain_number import plain
@@ -47,7 +48,7 @@ class Modes:
     residual
         Root mean square of what the modes leave over that of each response, shape (c,) [-].
     fitted
-        Responses of the modes, shape (c, f).
+        Responses of the modes as those that were measured, shape (c, f).
     stabilisation
         All poles that were looked at.
     suspicions
@@ -78,7 +79,7 @@ def fit_modes(
     frequency: Any,
     responses: Any,
     *,
-    quantity: str = "acceleration",
+    quantity: str | Sequence[str] = "acceleration",
     deviation: Any | None = None,
     band: tuple[float, float] | None = None,
     n_mode: int | None = None,
@@ -92,9 +93,9 @@ def fit_modes(
     frequency
         Rising, evenly spaced or not, shape (f,) [Hz].
     responses
-        Of all sensors, shape (f,) or (c, f) [quantity / N].
+        Of all sensors as they were measured, shape (f,) or (c, f) [quantity / N]: their noise is then known best.
     quantity
-        "displacement", "velocity" or "acceleration".
+        "displacement", "velocity" or "acceleration", of all sensors or of each.
     deviation
         Standard deviation of real and imaginary part, shape (c, f); by default equal along each response.
     band
@@ -111,12 +112,11 @@ def fit_modes(
     CampaignError
         Shapes that do not fit, too few lines, an unknown quantity, or no mode in the band.
     """
-    lines, values, spread = _checked(frequency, responses, quantity, deviation, band)
-    power = DERIVATIVE[quantity]
-    receptance = values / (2j * np.pi * lines) ** power
-    scale = np.sqrt((np.abs(receptance) ** 2).mean(axis=1, keepdims=True))
+    lines, values, spread = _checked(frequency, responses, deviation, band)
+    power = _count_derivatives(quantity, len(values))
+    scale = np.sqrt((np.abs(values) ** 2).mean(axis=1, keepdims=True))
     order = int(np.clip(len(lines) // LINES_PER_ORDER, 2, HIGHEST_ORDER))
-    diagram = find_poles(lines, receptance / scale, order)
+    diagram = find_poles(lines, values / scale, order)
     fit = _choose(lines, values, spread, power, select_modes(diagram), n_mode)
     if not len(fit.poles):
         raise CampaignError(
@@ -127,15 +127,24 @@ def fit_modes(
     return _describe(lines, values, fit, diagram, (power, driving_point, decay))
 
 
+def _count_derivatives(quantity: str | Sequence[str], n_sensor: int) -> Powers:
+    """Time derivatives of the displacement that each sensor measures, shape (c,)."""
+    quantities = [quantity] * n_sensor if isinstance(quantity, str) else list(quantity)
+    for each in quantities:
+        if each not in DERIVATIVE:
+            raise CampaignError(f'"{each}" is no quantity of a frequency response: give {", ".join(DERIVATIVE)}')
+    if len(quantities) != n_sensor:
+        raise CampaignError(f"{len(quantities)} quantities for {n_sensor} responses: give one, or one for each")
+    return np.array([DERIVATIVE[each] for each in quantities], dtype=np.int64)
+
+
 def _checked(
-    frequency: Any, responses: Any, quantity: str, deviation: Any | None, band: tuple[float, float] | None
+    frequency: Any, responses: Any, deviation: Any | None, band: tuple[float, float] | None
 ) -> tuple[
     Float[NDArray[np.float64], " f"], Complex[NDArray[np.complex128], "c f"], Complex[NDArray[np.complex128], "c f"] |
     None
 ]:  # fmt: skip
     """Lines of the band, responses and deviations there."""
-    if quantity not in DERIVATIVE:
-        raise CampaignError(f'"{quantity}" is no quantity of a frequency response: give {", ".join(DERIVATIVE)}')
     lines, values = np.asarray(frequency, dtype=np.float64), np.atleast_2d(np.asarray(responses, dtype=np.complex128))
     if lines.ndim != 1 or values.ndim != 2 or values.shape[1] != len(lines):
         raise CampaignError(
@@ -165,7 +174,7 @@ def _choose(
     lines: Float[NDArray[np.float64], " f"],
     values: Complex[NDArray[np.complex128], "c f"],
     spread: Complex[NDArray[np.complex128], "c f"] | None,
-    power: int,
+    power: Powers,
     poles: Complex[NDArray[np.complex128], " m"],
     n_mode: int | None,
 ) -> ModalFit:
@@ -212,7 +221,7 @@ def _without_impossible(
     lines: Float[NDArray[np.float64], " f"],
     values: Complex[NDArray[np.complex128], "c f"],
     spread: Complex[NDArray[np.complex128], "c f"] | None,
-    power: int,
+    power: Powers,
     fit: ModalFit,
 ) -> ModalFit:
     while not (possible := _possible(lines, fit)).all():
@@ -225,7 +234,7 @@ def _describe(
     values: Complex[NDArray[np.complex128], "c f"],
     fit: ModalFit,
     diagram: Stabilisation,
-    settings: tuple[int, int | None, float],
+    settings: tuple[Powers, int | None, float],
 ) -> Modes:
     """Frequencies, damping and shapes of the poles and residues."""
     power, driving_point, decay = settings
@@ -256,9 +265,10 @@ def _describe(
             f"an exponential window of {decay:.4g} 1/s leaves no damping: its rate is not that of the data"
         )
     s = 2j * np.pi * lines
+    turned = s ** power[:, None]
     alone = [
-        residues[:, k : k + 1] / (s - fit.poles[order[k]]) * s**power
-        + residues[:, k : k + 1].conj() / (s - fit.poles[order[k]].conj()) * s**power
+        residues[:, k : k + 1] / (s - fit.poles[order[k]]) * turned
+        + residues[:, k : k + 1].conj() / (s - fit.poles[order[k]].conj()) * turned
         for k in range(m)
     ]
     total = (np.abs(values) ** 2).sum(axis=1)

@@ -10,13 +10,14 @@ with residual terms of the modes below and above the band; mobility and accelera
 method moves the poles alone (variable projection).
 
 Noise of a sensor is a part that is the same at all lines and one that grows with the response,
-:math:`v = a^2 |H|^2 + b^2`; both are estimated from what the modes leave.
+:math:`v = a^2 |H|^2 + b^2`; both are estimated from what the modes leave. H is the response as it was measured: noise
+of an accelerometer that is the same at all lines grows as :math:`1 / \omega^2` towards low frequencies in receptance.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.noise.variance import fit_two_shares
@@ -26,6 +27,7 @@ Responses = Complex[NDArray[np.complex128], "c f"]
 Frequencies = Float[NDArray[np.float64], " f"]
 Matrix = Float[NDArray[np.float64], "n p"]
 Noise = Float[NDArray[np.float64], "c f"]
+Powers = Int[NDArray[np.int64], " c"]
 
 #: Steps, and the step of a pole, as a share of its distance from the imaginary axis, that ends them.
 ROUNDS, ENOUGH = 40, 1e-7
@@ -84,7 +86,7 @@ def columns(frequency: Frequencies, poles: Poles, power: int) -> Matrix:
 
 
 def fit_poles(
-    frequency: Frequencies, responses: Responses, poles: Poles, power: int, deviation: Responses | None = None
+    frequency: Frequencies, responses: Responses, poles: Poles, power: Powers, deviation: Responses | None = None
 ) -> ModalFit:
     """Poles and residues from first guesses of the poles.
 
@@ -97,7 +99,7 @@ def fit_poles(
     poles
         First guesses, shape (m,) [rad/s].
     power
-        Of i omega by which the responses exceed a receptance: 0, 1 or 2.
+        Of i omega by which each response exceeds a receptance: 0, 1 or 2, shape (c,).
     deviation
         Of real and imaginary part of the responses, shape (c, f); equal along each response by default.
     """
@@ -135,21 +137,23 @@ def fit_poles(
 class _project:  # noqa: N801  # a step of the search, not a thing of the field
     """Residues at given poles, and the normal equations of a step of the poles."""
 
-    def __init__(self, frequency: Frequencies, values: Matrix, weight: Matrix, poles: Poles, power: int) -> None:
-        self.poles, self.power, self.weight = poles, power, weight
+    def __init__(self, frequency: Frequencies, values: Matrix, weight: Matrix, poles: Poles, power: Powers) -> None:
+        self.poles, self.weight = poles, weight
         m, f = len(poles), len(frequency)
-        basis = columns(frequency, poles, power)
         s = 2j * np.pi * frequency[:, None]
-        first, second = s**power / (s - poles) ** 2, s**power / (s - poles.conj()) ** 2
+        by_pole = 1 / (s - poles) ** 2, 1 / (s - poles.conj()) ** 2
+        bases = {each: columns(frequency, poles, each) for each in set(power.tolist())}
         self.normal, self.right, self.square = np.zeros((2 * m, 2 * m)), np.zeros(2 * m), 0.0
         self.amplitudes, self.inverses = [], []
         self.fitted, self.left = np.empty_like(values), np.empty_like(values)
-        self.freedom = max(2 * f - basis.shape[1], 1)
+        self.freedom = max(2 * (f - m) - RESIDUAL_TERMS, 1)
         even = np.ptp(weight, axis=1) == 0
-        shared = np.linalg.qr(basis)
+        shared = {each: np.linalg.qr(basis) for each, basis in bases.items()}
         for row, (value, w) in enumerate(zip(values, weight, strict=True)):
+            basis, (q, r) = bases[int(power[row])], shared[int(power[row])]
+            first, second = (s ** power[row] * part for part in by_pole)
             # Equal weights along a response leave the directions of its columns as they are.
-            q, r = np.linalg.qr(basis * w[:, None]) if not even[row] else (shared[0], shared[1] * w[0])
+            q, r = np.linalg.qr(basis * w[:, None]) if not even[row] else (q, r * w[0])
             amplitude = np.linalg.lstsq(r, q.T @ (value * w), rcond=None)[0]
             self.fitted[row] = basis @ amplitude
             self.left[row] = value - self.fitted[row]

@@ -159,14 +159,17 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
         # The fit leaves out lines without a value.
         there = np.isfinite(response.value).all(axis=0)
         line = response.frequency[there]
-        receptance = np.abs(response.value[:, there]) / (2 * np.pi * line) ** order
+        measured, fitted = (
+            np.sqrt((np.abs(values / (2 * np.pi * line) ** order) ** 2).mean(axis=0))
+            for values in (response.value[:, there], fit.fitted)
+        )
         drawn[f"stabilisation{_suffix(number, len(view.responses))}"] = StabilisationDrawing(
             order=diagram.order,
             frequency=diagram.frequency,
             stable=diagram.stable,
             line=line,
-            response=np.sqrt((receptance**2).mean(axis=0)),
-            fitted=np.sqrt((np.abs(fit.fitted) ** 2).mean(axis=0)),
+            response=measured,
+            fitted=fitted,
             chosen=fit.frequency,
             response_label=f"displacement, r.m.s. [m per {response.units[0].partition(' per ')[2]}]",
             title=f"{title}: {response.name}",

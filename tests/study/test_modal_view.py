@@ -1,10 +1,15 @@
 """Modes and free decays of a campaign beside those of the model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import MeasuredSensor
+from correlation.data_type.frequency_response import MeasuredResponse, predict_linear_response, read_modes
 from correlation.data_type.mode import MeasuredMode
 from correlation.model import Model, Sensor
+from figure.stabilisation import StabilisationDrawing
 from reduction.jointed_system import JointedSystem
 from study.compare.data import compare_data
 from study.compare.modal_view import view_modes
@@ -64,3 +69,21 @@ def test_modes_without_shapes_have_no_pairs() -> None:
     view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
     assert not view.sets
     assert not view.figures
+
+
+def test_a_fit_of_accelerations_is_drawn_as_displacement_beside_what_was_measured() -> None:
+    frequency = np.linspace(20.0, 70.0, 401)
+    chain = model()
+    chain = replace(chain, sensors=tuple(replace(sensor, quantity="acceleration") for sensor in chain.sensors))
+    response = MeasuredResponse(
+        name="H", test=-1, configuration="jointed", sensors=("a", "b"), frequency=frequency,
+        value=np.zeros((2, 401)), units=("m/s^2 per N",) * 2, coherence=np.ones((2, 401)), level=None, repeat=1,
+    )  # fmt: skip
+    response = replace(response, value=predict_linear_response(chain, response))
+    sensors = [MeasuredSensor(name=name, quantity="acceleration") for name in "ab"]
+    data = [read_modes(response, sensors)]
+    drawn = view_modes(chain, data, compare_data(chain, data), "Chain").figures["stabilisation"]
+    assert isinstance(drawn, StabilisationDrawing)
+    np.testing.assert_allclose(drawn.fitted, drawn.response, rtol=1e-5)
+    receptance = response.value / (2 * np.pi * frequency) ** 2
+    np.testing.assert_allclose(drawn.response, np.sqrt((np.abs(receptance) ** 2).mean(axis=0)), rtol=1e-12)

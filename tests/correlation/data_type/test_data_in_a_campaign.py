@@ -306,3 +306,20 @@ def test_modes_are_read_from_noisy_responses(tmp_path: Path, oscillator: Callabl
     assert kind.panels is not None
     (panel,) = kind.panels(oscillator(), frf)
     assert len(panel.measured) == len(panel.predicted) == 1
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_noise_of_an_accelerometer_is_even_in_acceleration(tmp_path: Path, seed: int) -> None:
+    frequency = np.arange(4.0, 400.0, 0.25)
+    omega, random = 2 * np.pi * frequency, np.random.default_rng(seed)
+    response = -(omega**2) / (STIFFNESS - MASS * omega**2 + 2j * omega * RATIO * np.sqrt(STIFFNESS * MASS))
+    size = 0.01 * np.abs(response).max() / np.sqrt(2)
+    written = (response + size * (random.standard_normal((2, len(omega))).T @ [1, 1j])) / 9.80665
+    folder = write(tmp_path, FRF.format(sign="+"), frf=columns("f,re,im", frequency, written.real, written.imag))
+    (frf,) = read_campaign(folder).data
+    # As a receptance its noise at 4 Hz would be 600 times that at the resonance, which then is known to 0.5 %.
+    (mode,) = frf.modes
+    natural = np.sqrt(STIFFNESS / MASS) / (2 * np.pi)
+    assert abs(mode.frequency - natural) < 1e-4 * natural
+    # 2e-4 is the least that a test is given, noise adds 3e-5.
+    assert mode.frequency_deviation < 2.1e-4 * natural

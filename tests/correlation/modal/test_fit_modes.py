@@ -83,6 +83,18 @@ def test_modes_without_noise_are_exact(quantity: str, power: int) -> None:
     assert (result.residual < 1e-6).all()
 
 
+def test_sensors_of_different_quantities_are_fitted_as_they_were_measured() -> None:
+    modes, damping, shapes = random_system(np.random.default_rng(0))
+    quantities = ["displacement", "velocity", "acceleration"] * 2
+    values = np.array(
+        [responses(FREQUENCY, modes, damping, shapes, row % 3)[row] for row in range(len(quantities))]
+    )  # fmt: skip
+    result = fit_modes(FREQUENCY, values, quantity=quantities)
+    np.testing.assert_allclose(result.frequency, modes, rtol=1e-9)
+    assert (np.diag(modal_assurance(shapes, result.shapes)) > 1 - 1e-9).all()
+    np.testing.assert_allclose(result.fitted, values, rtol=1e-5)
+
+
 def test_unit_modal_mass_comes_back_from_the_driving_point() -> None:
     modes, damping, shapes = random_system(np.random.default_rng(1))
     result = fit_modes(FREQUENCY, responses(FREQUENCY, modes, damping, shapes), driving_point=0)
@@ -185,6 +197,7 @@ def test_noise_has_no_modes() -> None:
         (FREQUENCY, np.zeros((1, len(FREQUENCY))), {}, "zero"),
         (FREQUENCY, np.ones((1, len(FREQUENCY))), {"band": (1.0, 2.0)}, "0 lines"),
         (FREQUENCY, np.ones((1, len(FREQUENCY))), {"quantity": "force"}, "force"),
+        (FREQUENCY, np.ones((2, len(FREQUENCY))), {"quantity": ["velocity"]}, "1 quantities for 2"),
     ],
 )
 def test_unusable_responses_are_refused(frequency: Array, values: Array, changes: dict[str, object], word: str) -> None:
