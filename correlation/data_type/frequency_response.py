@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY
-from correlation.campaign.measured_files import take_rows
+from correlation.campaign.measured_files import take_rows, with_rows
 from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Measurement
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
@@ -61,7 +61,8 @@ class MeasuredResponse:
     frequency
         Rising, shape (f,) [Hz].
     value
-        Response per unit of the drive, e^{+i Omega t}, shape (c, f) [unit of each sensor per unit of the drive].
+        Response per unit of the drive, e^{+i Omega t}, shape (c, f) [unit of each sensor per unit of the drive]; NaN
+        where a sensor has no value.
     units
         Unit of each row of `value`, in words.
     coherence
@@ -128,10 +129,10 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
             "frequency", "name the column of the frequency (responses of an analyser) or of the time (a record to "
             "estimate them from), one of them", show=False,
         )  # fmt: skip
-    names = [
-        name for entry in (*own.values(), *signals.values(), *coherent.values()) for name in entry.columns.values()
-    ]
-    file = take_rows(table, context.files.read(table.take("file", str)), names)
+    names = _columns(*own.values(), *signals.values(), *coherent.values())
+    # A line that one sensor lacks is one of the others; a sample is one of all channels.
+    needed = None if "time" in own else _columns(*own.values())
+    file = take_rows(table, context.files.read(table.take("file", str)), names, needed=needed)
     level = table.values.get("level")
     table.known.add("level")
     if level is not None and (isinstance(level, bool) or not isinstance(level, int | float) or not level > 0):
@@ -143,17 +144,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
     suspicions: tuple[str, ...] = ()
     if "frequency" in own:
-        frequency = own["frequency"].or_unit(file, "Hz").real_values(file, "Hz")
-        force = own.get("force")
-        value = np.array([_per_force(signals[sensor.name], force, file, sensor, context) for sensor in sensors])
-        coherence = np.array(
-            [
-                _coherence(coherent[sensor.name], file) if sensor.name in coherent else np.ones(len(frequency))
-                for sensor in sensors
-            ]
-        )
-        if context.units.time_sign < 0:
-            value = value.conj()
+        frequency, value, coherence = _read_lines(table, own, signals, coherent, file, sensors, context)
     else:
         with table.reading(file.path.name):
             result = _estimate(table, own, signals, file, sensors, context)
@@ -171,12 +162,60 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         level=None if level is None else float(level) * context.units.level_factor,
         repeat=table.take("repeat", int, 1),
         held_out=table.take("held_out", bool, False),
-        suspicions=suspicions,
+        suspicions=suspicions + _describe_gaps(value[:, there], sensors),
     )
     if response.level is not None and test < 0:
         raise table.problem("level", "makes steady states of the response: name their test as well")
     table.finish()
     return read_modes(response, sensors)
+
+
+def _columns(*entries: SignalEntry) -> list[str]:
+    """Names of all columns of some entries."""
+    return [name for entry in entries for name in entry.columns.values()]
+
+
+def _read_lines(
+    table: TomlTable,
+    own: Mapping[str, SignalEntry],
+    signals: Mapping[str, SignalEntry],
+    coherent: Mapping[str, SignalEntry],
+    file: MeasuredFile,
+    sensors: Sequence[MeasuredSensor],
+    context: DataContext,
+) -> tuple[Frequencies, NDArray[np.complex128], NDArray[np.float64]]:
+    """Frequency responses of an analyser; NaN where ``missing = "skip"`` leaves out a value of a sensor."""
+    frequency = own["frequency"].or_unit(file, "Hz").real_values(file, "Hz")
+    value = np.full((len(sensors), len(frequency)), np.nan, dtype=np.complex128)
+    coherence = np.ones(value.shape)
+    for row, sensor in enumerate(sensors):
+        names = _columns(*(given[sensor.name] for given in (signals, coherent) if sensor.name in given))
+        columns = {name: file.column(name) for name in (*names, *_columns(*own.values()))}
+        if any(len(column.values) != len(frequency) for column in columns.values()):
+            raise signals[sensor.name].problem("its columns are not as long as that of the frequency")
+        there = np.all([np.isfinite(columns[name].values) for name in names], axis=0)
+        if not there.any() or table.values.get("missing") != "skip":
+            there[:] = True  # what is missing is refused below
+        present = with_rows(file, columns, there)
+        value[row, there] = _per_force(signals[sensor.name], own.get("force"), present, sensor, context)
+        if sensor.name in coherent:
+            coherence[row, there] = _coherence(coherent[sensor.name], present)
+    return frequency, value if context.units.time_sign > 0 else value.conj(), coherence
+
+
+def _describe_gaps(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[MeasuredSensor]) -> tuple[str, ...]:
+    """Which sensors lack values, and how many lines are left to the modes."""
+    there = np.isfinite(value)
+    if there.all():
+        return ()
+    lacking = zip(sensors, (~there).sum(axis=1).tolist(), strict=True)
+    sentence = ", ".join(f'"{item.name}" has no number at {n} of {value.shape[1]} lines' for item, n in lacking if n)
+    if len(sensors) > 1:
+        sentence += (
+            f"; the modes are fitted to the {there.all(axis=0).sum()} lines where all sensors have one: give a sensor "
+            "that lacks many an [[frf]] of its own"
+        )
+    return (sentence,)
 
 
 def _per_force(
@@ -260,19 +299,19 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
     wanted = np.linspace(0, way[-1], MOST_STATES)
     chosen = np.unique(np.searchsorted(way, wanted).clip(max=len(way) - 1))
     chosen = chosen[coherent[chosen]]
-    n, c = len(chosen), len(response.sensors)
-    one = np.ones(n * c, dtype=np.int64)
-    level = np.full(n * c, float(response.level))
+    value = response.value[:, chosen]
+    row, state = np.nonzero(np.isfinite(value))
+    one = np.ones(len(row), dtype=np.int64)
     return Measurement(
         test=response.test * one,
-        order=np.tile(np.arange(n), c),
+        order=state,
         repeat=response.repeat * one,
         sweep=0 * one,
-        level=level,
-        frequency=np.tile(response.frequency[chosen], c),
-        sensor=np.repeat([sensors.index(name) for name in response.sensors], n),
+        level=np.full(len(row), float(response.level)),
+        frequency=response.frequency[chosen[state]],
+        sensor=np.array([sensors.index(name) for name in response.sensors])[row],
         harmonic=one,
-        value=(response.level * response.value[:, chosen]).ravel(),
+        value=response.level * value[row, state],
     )
 
 
@@ -303,13 +342,13 @@ def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[
 
 def response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
     """Modulus of the response of each sensor beside that of the model, linear with its closed contacts stuck."""
-    predicted = predict_linear_response(model, response)
+    predicted, there = predict_linear_response(model, response), np.isfinite(response.value)
     return [
         Panel(
             title=f"{response.name}: {name}",
             x_label="frequency [Hz]",
             y_label=f"|H| [{response.units[row]}]",
-            measured=((response.frequency, np.abs(response.value[row])),),
+            measured=((response.frequency[there[row]], np.abs(response.value[row, there[row]])),),
             predicted=((response.frequency, np.abs(predicted[row])),),
             is_curve=True,
             log_y=True,

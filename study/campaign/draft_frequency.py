@@ -184,16 +184,16 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
         if drive is not None and is_response_controlled(judged, drive, pairs[0][0], rows):
             why = "the force varies with the frequency and the response does not"
             run["control"] = Marked(value="response", assumed=why)
-        lacking = _missing_values(judged, rows)
+        lacking = _missing_values(judged, judged.mask(rows))
         if lacking:
             run["missing"] = Marked(value="skip", assumed=lacking)
         draft.entries["run"].append({**run, "columns": columns})
 
 
-def _missing_values(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
-    """Which columns of a series hold no number in some rows, and in how many; empty if none does."""
-    mask = judged.mask(rows)
-    used = [*judged.of_role(Role.FREQUENCY)[:1], *judged.of_role(Role.RESPONSE, Role.FORCE, Role.PHASE)]
+def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
+    """Which columns hold no number in some of the rows of a series, and in how many; empty if none does."""
+    others = judged.of_role(Role.RESPONSE, Role.FORCE, Role.PHASE, Role.COHERENCE)
+    used = [*judged.of_role(Role.FREQUENCY)[:1], *others]
     missing = {column.name: int((~np.isfinite(column.values[mask])).sum()) for column in used}
     listed = [f'"{name}" has no number in {count} of {mask.sum()} rows' for name, count in missing.items() if count]
     return f"{', '.join(listed)}; all other values are used" if listed else ""
@@ -322,6 +322,7 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
         if reference != main
     ]
     report_unused_phases(draft, judged)
+    lacking = _missing_values(judged, np.ones(len(frequency.values), dtype=np.bool_))
     entries: list[dict[str, Any]] = []
     for column, partner in responses_with_phases(judged):
         if _reference(column) != main or (partner is None and not np.iscomplexobj(column.values)):
@@ -337,6 +338,7 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
                 "name": f"{judged.table.label}" + (f" repeat {len(entries) + 1}" if entries else ""),
                 "file": file,
                 "configuration": ask_configuration(draft, judged.table.label),
+                **({"missing": Marked(value="skip", assumed=lacking)} if lacking else {}),
                 "columns": {"frequency": reading(draft, judged, frequency)},
                 "coherence": {},
             }

@@ -143,6 +143,35 @@ def test_the_response_of_a_rotation_is_in_radians(tmp_path: Path, oscillator: Ca
     assert panel.y_label == "|H| [rad/s^2 per N]"
 
 
+@pytest.mark.parametrize("lacking", ["value", "coherence"])
+def test_a_missing_value_of_one_sensor_leaves_the_others_theirs(
+    tmp_path: Path, oscillator: Callable[..., Model], lacking: str
+) -> None:
+    frequency = np.linspace(80, 120, 401)
+    omega = 2 * np.pi * frequency
+    response = -(omega**2) / (STIFFNESS - MASS * omega**2 + 2j * omega * RATIO * np.sqrt(STIFFNESS * MASS)) / 9.80665
+    gap = np.where((frequency > 97) & (frequency < 98), np.nan, 1.0)  # 9 lines on the flank, where states are
+    other, coherence = (gap * response, np.ones(401)) if lacking == "value" else (response, gap)
+    data = columns("f,re,im,re2,im2,c", frequency, response.real, response.imag, other.real, other.imag, coherence)
+    manifest = FRF.format(sign="+").replace("level = 0.5", 'level = 0.5\nmissing = "skip"')
+    second = manifest[manifest.index("[[sensor]]") : manifest.index("[[test]]")].replace("accelerometer", "second")
+    manifest += 'second = { real = "re2", imag = "im2", unit = "g_n/N" }\n[frf.coherence]\nsecond = "c"\n' + second
+    campaign = read_campaign(write(tmp_path, manifest, frf=data))
+    (frf,) = campaign.data
+    assert np.isnan(frf.value).sum(axis=1).tolist() == [0, 9]
+    assert [mode.frequency for mode in frf.modes] == pytest.approx([np.sqrt(STIFFNESS / MASS) / (2 * np.pi)])
+    assert any('"second" has no number at 9 of 401 lines' in str(item) and "392" in str(item)
+               for item in campaign.suspicions)  # fmt: skip
+    table = campaign.measurement
+    whole, rest = (set(table.frequency[table.sensor == number].tolist()) for number in (0, 1))
+    assert rest < whole
+    assert all(97 < lost < 98 for lost in whole - rest)
+    model = oscillator()
+    model = replace(model, sensors=(*model.sensors, replace(model.sensors[1], name="second")))
+    panels = response_panels(model, frf)
+    assert [len(panel.measured[0][0]) for panel in panels] == [401, 392]
+
+
 def test_spectra_of_response_and_force_make_a_frequency_response(tmp_path: Path) -> None:
     frequency = np.linspace(80, 120, 41)
     response, force = np.exp(1j * frequency / 7), 3 - 4j * frequency / 100

@@ -74,6 +74,18 @@ def test_frequency_responses_of_a_uff_have_sensors_places_and_coherences(tmp_pat
     np.testing.assert_allclose(datum.value, [h, 0.5 * h], rtol=1e-15)
 
 
+def test_a_frequency_response_with_gaps_is_drafted_without_them(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    gaps = np.where(np.arange(41) % 20 == 3, np.nan, h.real)
+    write_csv(tmp_path / "frf.csv", "f [Hz],a re [m/N],a im [m/N],b re [m/N],b im [m/N]", FREQUENCY, h.real, h.imag,
+              gaps, h.imag)  # fmt: skip
+    campaign, manifest = drafted(tmp_path)
+    (frf,) = manifest["frf"]
+    assert frf["missing"] == "skip"
+    assert any('"b re [m/N]" has no number in 2 of 41 rows' in sentence for sentence in campaign.draft.assumptions())
+    assert np.isfinite(read_campaign(tmp_path).data[0].value).sum(axis=1).tolist() == [41, 39]
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("degrees", [True, False])
 def test_a_stepped_sine_gives_its_response_back(tmp_path: Path, sign: int, degrees: bool) -> None:
