@@ -17,6 +17,8 @@ from correlation.campaign.measurement_unit import si_factor, si_quantity
 from correlation.campaign.run_entry import RunEntry, read_run
 from correlation.campaign.run_table import RunUnits
 from correlation.campaign.sensor_entry import read_sensor
+from correlation.campaign.signal_entry import read_sign
+from correlation.campaign.time_record import TIME
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataType
 from correlation.errors import CampaignError, Mistakes
@@ -43,6 +45,8 @@ class RecordEntry:
         Its name and its file.
     units
         Units of its columns.
+    signs
+        Signs of its columns; 1 for those that are not in it [-].
     force
         Column that drives; None for a ring-down.
     held_out
@@ -56,6 +60,7 @@ class RecordEntry:
     name: str
     file: str
     units: Mapping[str, str]
+    signs: Mapping[str, int]
     force: str | None
     held_out: bool
     rate: float | None = None
@@ -252,14 +257,12 @@ def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:
 
 
 def _record(table: TomlTable) -> RecordEntry:
-    units = table.take("units", dict, {})
-    for column, unit in units.items():
-        if not isinstance(unit, str):
-            raise table.problem("units", f'the unit of "{column}" must be text, e.g. {column} = "m"')
+    units, signs = _channels(table)
     entry = RecordEntry(
         name=table.take("name", str),
         file=table.take("file", str),
         units=units,
+        signs=signs,
         force=table.take("force", str, None),
         held_out=table.take("held_out", bool, False),
         rate=table.converted("rate", partial(_positive, "Hz")) if "rate" in table.values else None,
@@ -270,6 +273,23 @@ def _record(table: TomlTable) -> RecordEntry:
     if entry.end <= entry.start:
         raise table.problem("end", f"must be after start = {entry.start:g} s")
     return entry
+
+
+def _channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
+    """Units and signs of the columns of a record: each a unit, or a table of unit and sign."""
+    given, units, signs = table.table("units", required=False), dict[str, str](), dict[str, int]()
+    for column, value in given.values.items():
+        if isinstance(value, str):
+            units[column] = value
+            continue
+        if not isinstance(value, dict):
+            raise table.problem("units", f'the unit of "{column}" must be text, e.g. {column} = "m"')
+        entry = TomlTable(file=table.file, path=f"{given.path}.{column}", values=value)
+        units[column] = entry.take("unit", str)
+        if column != TIME:
+            signs[column] = read_sign(entry)
+        entry.finish()
+    return units, signs
 
 
 def _positive(si: str, value: object) -> float:

@@ -216,16 +216,28 @@ def read_signal(table: TomlTable, key: str) -> SignalEntry:
         phase_unit=entry.take("phase_unit", str, ""),
         sensitivity=entry.take("sensitivity", str, ""),
         harmonic=entry.take("harmonic", int, 1),
-        sign=entry.take("sign", int, 1),
+        sign=read_sign(entry),
     )
-    if result.sign not in {1, -1}:
-        raise entry.problem("sign", "must be 1 or -1")
     if result.harmonic < 0:
         raise entry.problem("harmonic", "must be 0 (the mean), 1, 2, ...")
     if result.phase_unit and result.phase_unit not in PHASE:
         raise entry.problem("phase_unit", 'must be "deg" or "rad"')
     entry.finish()
     return result
+
+
+def read_sign(table: TomlTable) -> int:
+    """Sign of a channel: -1 for a sensor that is mounted the other way round, 1 by default.
+
+    Raises
+    ------
+    CampaignError
+        Another number.
+    """
+    sign: int = table.take("sign", int, 1)
+    if sign not in {1, -1}:
+        raise table.problem("sign", "must be 1 or -1")
+    return sign
 
 
 def _require_measurable(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:

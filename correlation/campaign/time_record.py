@@ -106,6 +106,7 @@ def record_of_columns(
     *,
     name: str,
     units: Mapping[str, str],
+    signs: Mapping[str, int] | None = None,
     force: str | None = None,
     held_out: bool = False,
     rate: float | None = None,
@@ -121,6 +122,8 @@ def record_of_columns(
     units
         Columns of the record with their units; "time" among them for a time that is neither in seconds nor in the unit
         that the file states.
+    signs
+        -1 for each column of a sensor that is mounted the other way round [-].
     rate
         Sampling rate of a file without a column "time" [Hz].
 
@@ -142,7 +145,9 @@ def record_of_columns(
             si.append(base_unit(units[column])[1])
         except ValueError as error:
             raise CampaignError(f'record "{name}": units.{column}: {error}') from None
-        entry = SignalEntry(where=f'record "{name}"', columns={"column": column}, unit=units[column])
+        entry = SignalEntry(
+            where=f'record "{name}"', columns={"column": column}, unit=units[column], sign=(signs or {}).get(column, 1)
+        )
         values.append(entry.real_values(file, si[-1]))
     if len({len(signal) for signal in values}) > 1:
         raise CampaignError(f'record "{name}": its channels in {file.path.name} have different lengths: mend one')

@@ -44,8 +44,8 @@ def draft_loops(draft: Draft, judged: JudgedTable) -> None:
     for number, rows in enumerate(judged.rows(), start=1):
         mask = judged.mask(rows)
         columns = {
-            "displacement": _with_unit(draft, judged, displacement, "m"),
-            "force": _with_unit(draft, judged, force, "N"),
+            "displacement": with_sign(_with_unit(draft, judged, displacement, "m"), direction_sign(displacement)),
+            "force": with_sign(_with_unit(draft, judged, force, "N"), direction_sign(force)),
         }
         place = draft.ask(
             f"Whose displacement is imposed in {judged.table.file.path.name} (a place of the case)?", "joint",
@@ -106,7 +106,9 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
         guess = judged.columns[column.name]
         si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(guess.quantity, "V")
         reason = guess.evidence if guess.unit else "the file says no unit"
-        units[column.name] = column.unit or Marked(value=guess.unit or si, assumed=reason)
+        unit = column.unit or Marked(value=guess.unit or si, assumed=reason)
+        sign = direction_sign(column)
+        units[column.name] = unit if sign == 1 else {"unit": unit, "sign": sign}
         if column.name != plain(drive):
             _add_channel(draft, judged, column)
     entry: dict[str, Any] = {"name": judged.table.label, "file": file, "rate": rate}

@@ -63,8 +63,8 @@ def read_folder(folder: Path) -> Campaign:
 
 def _record(files: MeasuredFiles, entry: RecordEntry) -> TimeRecord:
     record = record_of_columns(
-        files.read(entry.file), name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
-        rate=entry.rate,
+        files.read(entry.file), name=entry.name, units=entry.units, signs=entry.signs, force=entry.force,
+        held_out=entry.held_out, rate=entry.rate,
     )  # fmt: skip
     return record.between(entry.start, entry.end)
 

@@ -107,6 +107,39 @@ def test_time_records_alone_make_a_campaign(tmp_path: Path) -> None:
     assert campaign.records[0].channel("y") == pytest.approx([2e-3, 3e-3])
 
 
+SIGNED = (
+    'schema = 1\n[[sensor]]\nname = "y"\nquantity = "acceleration"\ndirection = "z"\nplace = "mass"\n'
+    '[[record]]\nname = "train"\nfile = "train.csv"\nforce = "u"\n[record.units]\ntime = {time}\nu = "N"\ny = {y}\n'
+)
+
+
+def test_a_channel_of_a_record_that_is_mounted_the_other_way_round_is_turned(tmp_path: Path) -> None:
+    manifest = SIGNED.format(time='{ unit = "ms" }', y='{ unit = "g_n", sign = -1 }')
+    (tmp_path / "campaign.toml").write_text(manifest)
+    (tmp_path / "train.csv").write_text("time,u,y\n0,1.0,2.0\n1,0.5,-3.0\n")
+    (read,) = read_campaign(tmp_path).records
+    assert read.time == pytest.approx([0, 1e-3])
+    assert read.channel("u") == pytest.approx([1.0, 0.5])
+    # 1 g_n is 9.80665 m/s^2 by definition.
+    assert read.channel("y") == pytest.approx([-2 * 9.80665, 3 * 9.80665])
+
+
+@pytest.mark.parametrize(
+    ("time", "y", "message"),
+    [
+        ('"s"', '{ unit = "g_n", sign = 2 }', r"record\[1\]\.units\.y\.sign = 2: must be 1 or -1"),
+        ('"s"', "{ sign = -1 }", r"record\[1\]\.units\.y\.unit: is missing"),
+        ('"s"', '{ unit = "g_n", phase = 1 }', r"record\[1\]\.units\.y\.phase = 1: unknown key"),
+        ('"s"', "1.0", r"record\[1\]\.units.*the unit of \"y\" must be text"),
+        ('{ unit = "s", sign = -1 }', '"g_n"', r"record\[1\]\.units\.time\.sign = -1: unknown key"),
+    ],
+)
+def test_a_bad_sign_of_a_record_is_refused(tmp_path: Path, time: str, y: str, message: str) -> None:
+    (tmp_path / "campaign.toml").write_text(SIGNED.format(time=time, y=y))
+    with pytest.raises(CampaignError, match=message):
+        read_campaign(tmp_path)
+
+
 def record(folder: Path, text: str, units: dict[str, str] | None = None, force: str | None = None) -> TimeRecord:
     path = folder / "record.csv"
     path.write_text(text, encoding="utf-8")

@@ -155,6 +155,41 @@ def test_a_channel_against_its_axis_is_turned(tmp_path: Path, kind: str, of_forc
     np.testing.assert_allclose(table.value[table.harmonic == 1], value, rtol=1e-5)
 
 
+def write_histories(path: Path, time: NDArray[np.float64], **channels: tuple[NDArray[np.float64], str, str]) -> None:
+    """A universal file of channels: values along the axis, unit and the direction in which each reads."""
+    columns = [Column(name="time", values=time, unit="s")]
+    for node, (name, (values, unit, direction)) in enumerate(channels.items(), start=1):
+        columns.append(
+            Column(
+                name=name, values=-values if direction[0] == "-" else values, unit=unit, abscissa="time",
+                function="time", response=Point(node=node, direction=direction),
+            )
+        )  # fmt: skip
+    nodes = {1: np.array([0.0, 0.0, 0.1]), 2: np.array([0.5, 0.0, 0.1])}
+    write_uff(MeasuredFile(path=path, format="", columns=tuple(columns), nodes=nodes), path, binary=True)
+
+
+def test_channels_of_a_record_against_their_axes_are_turned(tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).standard_normal((2, 2048))
+    time = np.arange(2048) / 1024
+    write_histories(tmp_path / "data.uff", time, F=(noise[0], "N", "-z"), a=(noise[1], "m/s^2", "-z"))
+    _, manifest = drafted(tmp_path)
+    assert manifest["sensor"][0]["direction"] == "z"
+    (record,) = read_campaign(tmp_path).records
+    np.testing.assert_allclose(record.values, noise, rtol=1e-12)
+
+
+@pytest.mark.parametrize("against", ["displacement", "force"])
+def test_channels_of_a_loop_against_their_axes_are_turned(tmp_path: Path, against: str) -> None:
+    time = np.arange(4000) / 1000
+    of_motion, of_force = ("-z" if name == against else "+z" for name in ("displacement", "force"))
+    moved, force = 1e-3 * np.cos(2 * np.pi * time), np.cos(2 * np.pi * time + 0.5)
+    write_histories(tmp_path / "loop.uff", time, x=(moved, "m", of_motion), F=(force, "N", of_force))
+    _, manifest = drafted(tmp_path)
+    assert manifest["loop"][0]["columns"][against]["sign"] == -1
+    assert not any("wrong sign" in str(item) for item in read_campaign(tmp_path).suspicions)
+
+
 def test_sweeps_and_levels_of_one_file_are_apart_and_two_branches_are_suspected(tmp_path: Path) -> None:
     up, down = 1.0 + 0 * FREQUENCY, np.where((FREQUENCY > 99) & (FREQUENCY < 104), 3.0, 1.0)
     rows = [(level, word, f, a * level) for level in (1.0, 2.0) for word, size in (("up", up), ("down", down))
