@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from correlation.campaign.csv_table import CsvTable, read_table
 from correlation.campaign.manifest import MANIFEST, Manifest
 from correlation.campaign.measurable import REMEDY, is_beyond, is_too_large
-from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Measurement
+from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Measurement, number_frequencies
 from correlation.campaign.measurement_unit import si_factor
 from correlation.errors import CampaignError
 
@@ -97,7 +98,18 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
 
 def sorting(measurement: Measurement) -> Int[NDArray[np.int64], " k"]:
     """Row numbers that sort a table by `KEY`, shape (k,)."""
-    return np.lexsort([getattr(measurement, name) for name in reversed(KEY)])
+    return np.lexsort(_key(measurement)[::-1])
+
+
+def find_same(measurement: Measurement, order: Sequence[int] | NDArray[np.int64]) -> Bool[NDArray[np.bool_], " k-1"]:
+    """Whether each row of a table in the order of `sorting` measures the same as the next, shape (k - 1,)."""
+    return np.asarray(np.all([np.diff(column[order]) == 0 for column in _key(measurement)], axis=0))
+
+
+def _key(measurement: Measurement) -> list[NDArray[Any]]:
+    """Columns of `KEY`; a campaign makes frequencies equal that differ by rounding alone, so that they are one here."""
+    columns = {name: getattr(measurement, name) for name in KEY}
+    return [*(columns | {"frequency": number_frequencies(measurement.frequency)}).values()]
 
 
 def _check_header(table: CsvTable) -> None:
@@ -170,10 +182,7 @@ def _refuse_contact_when_free(
 
 
 def _refuse_duplicates(table: CsvTable, measurement: Measurement, order: Sequence[int] | NDArray[np.int64]) -> None:
-    same = np.ones(max(len(measurement) - 1, 0), dtype=bool)
-    for name in KEY:
-        column = getattr(measurement, name)[order]
-        same &= column[1:] == column[:-1]
+    same = find_same(measurement, order)
     if same.any():
         at = int(np.argmax(same))
         first, second = sorted((int(order[at]), int(order[at + 1])))

@@ -14,7 +14,7 @@ from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import LOAD_CELL, Campaign, Measurement, Suspicion, same_level
 from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
-from correlation.campaign.stepped_sine import KEY, read_csv, sorting
+from correlation.campaign.stepped_sine import find_same, read_csv, sorting
 from correlation.campaign.time_record import TimeRecord, record_of_columns
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, DataContext, Datum
@@ -111,8 +111,8 @@ def _check_runs(manifest: Manifest, measurement: Measurement) -> None:
     """Refuse a point that two runs give; within a table this is refused where it is read."""
     if not manifest.runs:
         return
-    table = measurement.where(sorting(measurement))
-    same = np.all([np.diff(getattr(table, name)) == 0 for name in KEY], axis=0) if len(table) > 1 else np.zeros(0)
+    order = sorting(measurement)
+    table, same = measurement.where(order), find_same(measurement, order)
     if same.any():
         row = int(np.argmax(same))
         raise CampaignError(

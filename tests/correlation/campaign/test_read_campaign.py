@@ -179,9 +179,11 @@ def test_a_wrong_header_is_refused(tmp_path: Path, header: str, message: str) ->
         read_campaign(campaign_folder(tmp_path, stepped=[header, *rows()[1:]]))
 
 
-def test_a_row_given_twice_is_refused_with_both_lines(tmp_path: Path) -> None:
+@pytest.mark.parametrize("frequency", ["99.5", "99.5000001"])
+def test_a_row_given_twice_is_refused_with_both_lines(tmp_path: Path, frequency: str) -> None:
+    again = rows()[1].replace("9.51", "9.52").replace("99.5", frequency)
     with pytest.raises(CampaignError, match=r"stepped\.csv:38: measures the same as line 2 .*number its repeat"):
-        read_campaign(campaign_folder(tmp_path, stepped=[*rows(), rows()[1].replace("9.51", "9.52")]))
+        read_campaign(campaign_folder(tmp_path, stepped=[*rows(), again]))
 
 
 def test_a_sensor_without_rows_is_refused(tmp_path: Path) -> None:

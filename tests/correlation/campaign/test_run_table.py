@@ -344,6 +344,20 @@ def test_two_runs_of_one_repeat_are_refused(tmp_path: Path) -> None:
     assert np.unique(read_campaign(folder).measurement.repeat).tolist() == [1, 2]
 
 
+def test_frequencies_of_two_runs_that_differ_by_rounding_alone_are_one(tmp_path: Path) -> None:
+    rows = "f,a,p,n\n10,2,90,1\n11,1,180,1\n10.00000001,2,90,2\n10.99999999,1,180,2\n"
+    folder = write(tmp_path, rows, "level = 3.0\nrows = { n = 1.0 }", AMPLITUDES)
+    once = (folder / "campaign.toml").read_text(encoding="utf-8")
+    run_again(folder, ("n = 1.0", "n = 2.0"))
+    with pytest.raises(CampaignError, match=r'two runs of test "stepped".*"tip" at 3, 10 Hz as repeat 1'):
+        read_campaign(folder)
+    (folder / "campaign.toml").write_text(once, encoding="utf-8")
+    run_again(folder, ("n = 1.0 }", "n = 2.0 }\nrepeat = 2"))
+    table = read_campaign(folder).measurement
+    assert table.frequency.tolist() == [10.0, 10.0, 10.99999999, 10.99999999]
+    assert table.repeat.tolist() == [1, 2, 1, 2]
+
+
 def test_degrees_that_are_called_radians_are_suspected(tmp_path: Path) -> None:
     rows = "".join(f"{10 + n},2,{-n * 9}\n" for n in range(20))
     columns = AMPLITUDES.replace('phase_unit = "deg"', 'phase_unit = "rad"')
