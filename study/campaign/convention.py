@@ -109,7 +109,7 @@ def _units(tables: Sequence[JudgedTable]) -> list[str]:
 
 def _time(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
     """Sign of time from the phases, where they tell it."""
-    evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for _, item in phase_evidence(table)]
+    evidence = [item for table in tables if table.of_role(Role.FREQUENCY) for *_, item in phase_evidence(table)]
     falls, rises = (sum(item.time_sign == sign for item in evidence) for sign in (1, -1))
     if not evidence:
         return TIMES[0]  # without phases it has no meaning
@@ -117,5 +117,5 @@ def _time(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
         why = "the phases do not tell it"
         return draft.ask("Do amplitudes belong to exp(+i omega t) or exp(-i omega t)?", TIMES[0], why, *TIMES)
     way = "falls" if falls > rises else "rises"
-    why = f"the phase {way} over the resonance in {max(falls, rises)} of {len(evidence)} responses"
+    why = f"the phase {way} over the resonance in {max(falls, rises)} of {len(evidence)} curves"
     return Marked(value=TIMES[0] if falls > rises else TIMES[1], assumed=why)

@@ -11,7 +11,7 @@ from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX, MOTION_WORDS, Part, Role, name_words
 from study.campaign.draft import Draft, plain
-from study.campaign.level import ask_levels, levels_of_force
+from study.campaign.level import ask_levels, levels_of_force, number_passes
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import add_sensor, direction_sign, reading, sensor_name, with_sign
@@ -121,19 +121,46 @@ def report_unused_phases(draft: Draft, judged: JudgedTable) -> None:
     ]
 
 
-def phase_evidence(judged: JudgedTable) -> list[tuple[Column, PhaseEvidence]]:
-    """What the phases of the responses of a table say."""
-    frequency, force = judged.of_role(Role.FREQUENCY)[0], complex_force(judged)
+def phase_evidence(judged: JudgedTable) -> list[tuple[str, Column, PhaseEvidence]]:
+    """What the phases of each sensor say, by its name and column, one item per pass.
+
+    Levels that stand in one file are not judged together: beside a high one, all of a low one is small.
+    """
+    frequency, force = judged.of_role(Role.FREQUENCY)[0].values, complex_force(judged)
     # At a constant response only the ratio to the force has a peak, and phases may count from another signal.
-    drive = np.ones(len(frequency.values)) if force is None else np.where(force == 0, np.nan, force)
+    drive = np.ones(len(frequency)) if force is None else np.where(force == 0, np.nan, force)
     evidence = []
-    for column, partner in responses_with_phases(judged):
-        values = complex_response(judged, column, partner)
-        if values is not None:
-            mask = judged.mask(judged.rows()[-1])
-            judgement = judge_phase(frequency.values[mask], (values / drive)[mask])
-            evidence += [(column, judgement)] if judgement is not None else []
+    for rows in judged.rows():
+        if any(judged.columns[one.name].role is Role.HARMONIC and rows[one.name] != 1 for one in judged.settings):
+            continue
+        own = np.flatnonzero(judged.mask(rows) & np.isfinite(frequency))
+        of_pass = number_passes(frequency[own], _stated_sweep(judged, own))
+        passes = [own[of_pass == number] for number in range(int(of_pass.max(initial=-1)) + 1)]
+        for column, partner in responses_with_phases(judged):
+            values = complex_response(judged, column, partner)
+            if values is None:
+                continue
+            ratio = values / drive
+            judgements = [judge_phase(frequency[one], ratio[one]) for one in passes]
+            if all(item is None for item in judgements):  # frequencies in no order have passes of few points each
+                judgements = [judge_phase(frequency[own], ratio[own])]
+            name = _row_name(judged, rows) or sensor_name(judged, column)
+            evidence += [(name, column, item) for item in judgements if item is not None]
     return evidence
+
+
+def _row_name(judged: JudgedTable, rows: Mapping[str, Any]) -> str:
+    """Name of a sensor that the rows of a series give; empty if they give none."""
+    return next((str(rows[one.name]) for one in judged.settings if one.words), "")
+
+
+def _stated_sweep(judged: JudgedTable, rows: NDArray[Any]) -> NDArray[np.int64] | None:
+    """Sweep (+1 up, -1 down, 0 none) of some rows, shape (n,), if the file says it in words."""
+    for column in judged.of_role(Role.SWEEP):
+        if column.words:
+            signs = np.array([SWEEP_WORDS.get(word.lower(), 0) for word in column.words])
+            return np.asarray(signs[column.values[rows].astype(np.int64)])
+    return None
 
 
 def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapping[str, Marked]) -> None:
@@ -148,7 +175,7 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
     test
         Name of its test.
     signs
-        Signs of sensors that read the other way round, by `sensor_name`.
+        Signs of sensors that read the other way round, by their names in `phase_evidence`.
     """
     add_test(draft, test)
     report_unused_phases(draft, judged)
@@ -169,13 +196,13 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
                 columns[role.value] = column.name
         for column, partner in pairs:
             real_only = partner is None and not np.iscomplexobj(column.values)
-            word = next((str(rows[one.name]) for one in judged.settings if one.words), "")
+            word = _row_name(judged, rows)
             sensor = add_sensor(draft, judged, column, has_phase=not real_only, needs_unit=False, name=word)
             entry = reading(draft, judged, column, sensor=sensor, phase=partner)
             if real_only:
                 rest = entry if isinstance(entry, dict) else {}
                 entry = {"amplitude": column.name, **{key: rest[key] for key in rest if key in {"unit"}}}
-            sign = -1 if direction_sign(column) < 0 else signs.get(sensor_name(judged, column), 1)
+            sign = -1 if direction_sign(column) < 0 else signs.get(word or sensor_name(judged, column), 1)
             columns[sensor] = entry if real_only else with_sign(entry, sign)
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
         run |= _level(draft, judged, rows, force)
@@ -230,7 +257,7 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
 
     Returns
     -------
-    -1 by `sensor_name`, with the evidence.
+    -1 by the names of `phase_evidence`, with the evidence.
     """
     clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
     at_force: set[tuple[str, str]] = set()
@@ -238,14 +265,14 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
         force = force_column(judged)
         if force is not None and judged.columns[force.name].quantity == "acceleration":
             continue  # to a shaken base all motions have another phase
-        for column, evidence in phase_evidence(judged):
+        for name, column, evidence in phase_evidence(judged):
             if direction_sign(column) < 0:
                 continue  # the file says the sign
             quantity = judged.columns[column.name].quantity
             same_point = column.response is None or column.reference is None or is_driving_point(column)
             if evidence.stands_out and quantity in AT_RESONANCE and same_point:
-                clear.setdefault((sensor_name(judged, column), quantity), []).append(evidence)
-                at_force |= {(sensor_name(judged, column), quantity)} if is_driving_point(column) else set()
+                clear.setdefault((name, quantity), []).append(evidence)
+                at_force |= {(name, quantity)} if is_driving_point(column) else set()
     signs: dict[str, Marked] = {}
     for (name, quantity), items in clear.items():
         opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
@@ -289,10 +316,7 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
         return {}
     mask = judged.mask(rows)
     frequency = judged.of_role(Role.FREQUENCY)[0].values[mask]
-    stated = next((one for one in judged.of_role(Role.SWEEP) if one.words), None)
-    sweep = None
-    if stated is not None:
-        sweep = np.array([SWEEP_WORDS.get(word.lower(), 0) for word in stated.words])[stated.values[mask].astype(int)]
+    sweep = _stated_sweep(judged, mask)
     if force is not None:
         return levels_of_force(frequency, sweep, np.abs(force.values[mask]))
     sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]

@@ -38,7 +38,7 @@ def ask_levels(
     sizes
         Sizes of each response, shape (n,) each.
     """
-    of_pass = _passes(frequency, sweep)
+    of_pass = number_passes(frequency, sweep)
     factors = find_common_factors(_by_pass(frequency, of_pass, sizes))
     n = 1 if factors is None else int(of_pass.max()) + 1
     text, why = f"At which level was {label} measured (a number)?", WHY
@@ -54,14 +54,15 @@ def ask_levels(
 
 def levels_of_force(frequency: Series, sweep: Whole | None, force: Series) -> dict[str, Any]:
     """Levels of sweeps whose measured forces differ by a factor; empty if all have one level."""
-    of_pass = _passes(frequency, sweep)
+    of_pass = number_passes(frequency, sweep)
     if find_common_factors(_by_pass(frequency, of_pass, [force])) is None:
         return {}
     medians = [float(f"{np.nanmedian(force[of_pass == one]):.{DIGITS}g}") for one in range(int(of_pass.max()) + 1)]
     return {"levels": Marked(value=medians, assumed="the median force of each sweep")}
 
 
-def _passes(frequency: Series, sweep: Whole | None) -> Whole:
+def number_passes(frequency: Series, sweep: Whole | None) -> Whole:
+    """Number of the pass, from 0, of each row, shape (n,); parameters as in `ask_levels`."""
     return find_passes(frequency)[1] if sweep is None else number_stated_passes(frequency, sweep)
 
 

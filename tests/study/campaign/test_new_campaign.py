@@ -24,10 +24,10 @@ FREQUENCY = np.linspace(90.0, 110.0, 41)
 ONES = np.ones(41)
 
 
-def receptance(frequency: NDArray[np.float64], natural: float = 100.0) -> NDArray[np.complex128]:
-    """Displacement per force of 1 kg with 1 % damping, for e^{+i Omega t} [m/N]."""
+def receptance(frequency: NDArray[np.float64], natural: float = 100.0, ratio: float = 0.01) -> NDArray[np.complex128]:
+    """Displacement per force of 1 kg, for e^{+i Omega t} [m/N]."""
     omega, omega_0 = 2 * np.pi * frequency, 2 * np.pi * natural
-    return 1.0 / (omega_0**2 - omega**2 + 2j * 0.01 * omega_0 * omega)
+    return 1.0 / (omega_0**2 - omega**2 + 2j * ratio * omega_0 * omega)
 
 
 def drafted(folder: Path) -> tuple[NewCampaign, dict[str, Any]]:
@@ -99,6 +99,45 @@ def test_a_stepped_sine_gives_its_response_back(tmp_path: Path, sign: int, degre
     np.testing.assert_allclose(measurement.value, force * h, rtol=1e-12)
     np.testing.assert_allclose(measurement.force, force, rtol=1e-15)
     assert any("phase_unit" in sentence or "reaches" in sentence for sentence in campaign.draft.assumptions())
+
+
+@pytest.mark.parametrize("way", ["up", "up and down", "stated"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_sign_of_time_is_judged_pass_by_pass(tmp_path: Path, sign: int, way: str) -> None:
+    """Friction lowers the resonance of a high level: the phases of two levels together turn back and forth."""
+    second = FREQUENCY if way == "up" else FREQUENCY[::-1]
+    x = np.concatenate([receptance(FREQUENCY), 20 * receptance(second, 98.0, 0.03)])
+    x = x if sign > 0 else x.conj()
+    header, columns = "f [Hz],x [m],phase [deg]", [np.append(FREQUENCY, second), np.abs(x), np.degrees(np.angle(x))]
+    if way == "stated":
+        header, columns = f"{header},sweep", [*columns, ["up"] * 41 + ["down"] * 41]
+    write_csv(tmp_path / "sine.csv", header, *columns)
+    told = draft_campaign(read_folder(tmp_path), Assumptions()).single["convention"]["time"]
+    assert told.value == ("exp(+i omega t)" if sign > 0 else "exp(-i omega t)")
+    assert "in 2 of 2 curves" in told.assumed
+
+
+def test_the_sign_of_time_is_judged_also_where_the_frequencies_are_in_no_order(tmp_path: Path) -> None:
+    order = np.random.default_rng(2).permutation(41)
+    x = receptance(FREQUENCY)[order].conj()
+    write_csv(tmp_path / "sine.csv", "f [Hz],x re [m],x im [m]", FREQUENCY[order], x.real, x.imag)
+    assert draft_campaign(read_folder(tmp_path), Assumptions()).single["convention"]["time"].value == "exp(-i omega t)"
+
+
+def test_each_sensor_and_the_first_harmonic_of_a_long_table_have_phases_of_their_own(tmp_path: Path) -> None:
+    x = receptance(FREQUENCY)
+    series = [("tip", 1, x), ("back", 1, -x), ("back", 3, 0.01 * x.conj())]
+    rows = [
+        (name, harmonic, f, value.real, value.imag)
+        for name, harmonic, values in series
+        for f, value in zip(FREQUENCY, values, strict=True)
+    ]
+    write_csv(tmp_path / "sine.csv", "sensor,harmonic,f [Hz],x re [m],x im [m]", *zip(*rows, strict=True))
+    draft = draft_campaign(read_folder(tmp_path), Assumptions())
+    told = draft.single["convention"]["time"]
+    assert told.value == "exp(+i omega t)"
+    assert "in 2 of 2 curves" in told.assumed
+    assert [sentence.split(":")[0] for sentence in draft.suspicions if "opposite to" in sentence] == ['sensor "back"']
 
 
 @pytest.mark.parametrize("names", [("F", "phi_F", "x", "phi_x"), ("force", "phase force", "disp", "phase disp")])
