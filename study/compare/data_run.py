@@ -117,7 +117,8 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         )
     model = with_sensors(setup.complete, campaign)
     calibrated: tuple[Calibrated, ...] = ()
-    with run.progress.step("comparison", expected=5):
+    name, seconds = name_step(5, fitted)
+    with run.progress.step(name, expected=seconds):
         if fitted:
             model, calibrated = calibrate_on_data(setup, campaign)
         data = compare_data(model, campaign.data)
@@ -146,6 +147,14 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
     for file, content in files.items():
         replace_file(file, content)
     return replace(result, files=tuple(files))
+
+
+def name_step(seconds: float, fitted: bool) -> tuple[str, float | None]:
+    """Name of the step that compares, and its duration until a run knows better [s].
+
+    A calibration takes many comparisons, as many as its parameters and the model's errors ask for: only a run knows.
+    """
+    return ("calibration and comparison", None) if fitted else ("comparison", seconds)
 
 
 def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Calibrated, ...]]:

@@ -34,7 +34,7 @@ from pipeline.store import stage
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
-from study.compare.data_run import DataCompared, run_data_comparison
+from study.compare.data_run import DataCompared, name_step, run_data_comparison
 from study.compare.data_view import show_data
 from study.compare.page import page
 from study.compare.pictures import pictures
@@ -101,7 +101,8 @@ def run_compare(
     # What was read counts, not from which folder.
     measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
     key = fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
-    compared = run.step("comparison", expected=15).run(comparison, key, setup, campaign, calibrate)
+    step, seconds = name_step(15, calibrate)
+    compared = run.step(step, expected=seconds).run(comparison, key, setup, campaign, calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"

@@ -91,6 +91,16 @@ def test_calibration_parameters_are_fitted_to_the_training_data(
     assert upper["root_mean_square_error"] < 2
 
 
+def test_a_calibration_is_not_announced_with_the_time_of_a_comparison(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    words = ["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out")]
+    assert main(words) == 0
+    assert b"comparison ... about 5.0 s" in capfdbinary.readouterr().err
+    assert main([*words, "--calibrate"]) == 0
+    assert b"comparison ... about" not in capfdbinary.readouterr().err
+
+
 @pytest.mark.parametrize("option", ["--limits", "--calibrate-families"])
 def test_families_need_steady_states(folder: Path, capfdbinary: pytest.CaptureFixture[bytes], option: str) -> None:
     words = ["compare", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out"), option]
