@@ -109,6 +109,7 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed)
     assert len(mapped["labels"]) == len(mapped["images"][0]) == len(mapped["images"][1])
     # Without the mass the model clearly differs, whatever of it the calibration takes up.
     assert mapped["whole"][1] < 1.5 < DIFFERS < mapped["whole"][0]
+    assert '" (root mean square " + label(map.whole[side])' in text  # what this number is, above each map
 
 
 def test_the_waterfall_goes_on_from_the_history(diagnosed: Diagnosed, kept_rounds: Store) -> None:
