@@ -143,8 +143,13 @@ class Configuration:
         frequency: float,
         slider: NDArray[np.float64],
         guesses: Sequence[SteadyState | NDArray[np.float64] | None],
+        *,
+        near: bool = False,
     ) -> SteadyState | None:
-        """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
+        """The steady state that is found from the first guess that leads to one; none if there is none to be found.
+
+        It is sought `near` the first guess and the linear motion alone, or from many starts as well, which takes long.
+        """
         condensed, recovery = self.at(frequency), self.linear.recovery(frequency)
         balance = self._at_level(self.forced(level, frequency))
         sliders = slider_start(balance, slider)
@@ -155,6 +160,8 @@ class Configuration:
             track = self._newton(balance, condensed, slider, start)
             if np.isfinite(track.norm[0]):
                 return self.state(level, frequency, track, 0)
+        if near:
+            return None
         try:
             return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
         except NoSteadyState:

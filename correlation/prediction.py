@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
 from correlation.row_table import RowTable
-from correlation.sweep_path import SweepPath, has_wide_steps
+from correlation.sweep_path import SweepPath, has_wide_steps, is_same
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.follow import Track
@@ -160,9 +160,8 @@ class Predictor:
             one, steps = self._on_branches(compiled)
             jumps += steps
             for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
-                if np.isfinite(one.track.norm[number]):
-                    key = (one.free, one.level, frequency)
-                    states[sweep][key] = one.solver.state(one.level, frequency, one.track, number)
+                if (state := one.state(number)) is not None:
+                    states[sweep][(one.free, one.level, frequency)] = state
             self._read(one, by_sweep)
         return Prediction(
             points=self.points, value=self._value(by_sweep), states=states[0], others=states[1], by_sweep=by_sweep,
@@ -195,8 +194,10 @@ class Predictor:
         sweep = np.array(one.sweep)
         for number, way in enumerate(self.sweeps):
             own = np.flatnonzero(sweep == number)
-            states, steps = path.follow([one.frequencies[state] for state in own])
-            one.solver.write(one.level, one.track, own, states)
+            found = [one.state(state) for state in own.tolist()]
+            states, steps = path.follow([one.frequencies[state] for state in own], found)
+            other = [place for place, pair in enumerate(zip(found, states, strict=True)) if not is_same(*pair)]
+            one.solver.write(one.level, one.track, own[other], [states[place] for place in other])
             jumps += [Jump(one.free, one.level, way, *step) for step in steps]
         return one, jumps
 
@@ -337,6 +338,12 @@ class _Track(NamedTuple):
     rows: list[NDArray[np.int64]]
     """Rows of the points that each state is read at."""
     track: Track
+
+    def state(self, number: int) -> SteadyState | None:
+        """A state with its full response; None where there is none."""
+        if not np.isfinite(self.track.norm[number]):
+            return None
+        return self.solver.state(self.level, self.frequencies[number], self.track, number)
 
 
 def _alike(state: SteadyState, other: SteadyState) -> bool:

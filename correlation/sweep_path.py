@@ -51,13 +51,18 @@ class SweepPath:
     def __post_init__(self) -> None:
         self._sliders = self.solver.slider
 
-    def follow(self, frequencies: Sequence[float]) -> tuple[list[SteadyState | None], list[Step]]:
+    def follow(
+        self, frequencies: Sequence[float], found: Sequence[SteadyState | None] | None = None
+    ) -> tuple[list[SteadyState | None], list[Step]]:
         """Steady states along one sweep, in its order, and its jumps.
 
         Parameters
         ----------
         frequencies
             Frequencies of the sweep, the same in all sweeps [Hz].
+        found
+            States that were found in steps of the sweep, each from the one before; they are taken as long as the way
+            leads through them.
         """
         states: list[SteadyState | None] = [None] * len(frequencies)
         jumps: list[Step] = []
@@ -66,23 +71,31 @@ class SweepPath:
             first = self._first.get(frequency)
             before = None if last is None else frequencies[last]
             here = None if last is None else states[last]
+            known = None if found is None else found[number]
+            at = None if found is None or number == 0 else found[number - 1]
             if first is not None and self._on_first(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
-                state, jump = self._next(here, before, frequency)
+                state, jump = self._next(here, before, frequency, known if self._leads_on(here, at, known) else None)
                 if jump is not None:
                     jumps.append(jump)
                     self._cliffs.add(frozenset((frequency, before)))
-                if first is not None and state is not None and _is_same(first, state):
+                if first is not None and is_same(first, state):
                     state = first
             if state is None:
                 continue
+            if known is not None and state is not first and is_same(known, state):
+                state = known
             states[number], last = state, number
             self._sliders = state.slider_at_start
         for frequency, state in zip(frequencies, states, strict=True):
             if state is not None:
                 self._first.setdefault(frequency, state)
         return states, jumps
+
+    def _leads_on(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
+        """Whether the way leads to the next state that was found: it is at the last one, with the same sliders."""
+        return found is not None and (here is None or here is last) and np.array_equal(found.slider, self._sliders)
 
     def _on_first(self, here: SteadyState | None, before: float | None, frequency: float, first: SteadyState) -> bool:
         """Whether the way back is that of the first sweep: with its sliders, and no jump in between."""
@@ -93,37 +106,38 @@ class SweepPath:
         return here is self._first.get(before) and frozenset((frequency, before)) not in self._cliffs
 
     def _next(
-        self, here: SteadyState | None, before: float | None, target: float
+        self, here: SteadyState | None, before: float | None, target: float, found: SteadyState | None
     ) -> tuple[SteadyState | None, Step | None]:
-        """The state after the last one, and the jump that leads to it."""
-        state = self._solve(target, here)
+        """The state after the last one, and the jump that leads to it; `found` is what one step leads to, if known."""
+        state = self._solve(target, here) if found is None else found
         if here is None or before is None or state is None or not self._may_jump(here, before, state, target):
             return state, None
-        return self._in_small_steps(here, before, target)
+        return self._in_small_steps(here, before, state, target)
 
     def _in_small_steps(
-        self, here: SteadyState, frequency: float, target: float
-    ) -> tuple[SteadyState | None, Step | None]:
-        """The same, with steps as small as the branch wants."""
+        self, here: SteadyState, frequency: float, there: SteadyState, target: float
+    ) -> tuple[SteadyState, Step | None]:
+        """The same, with steps as small as the branch wants; `there` is what one step leads to."""
         state, share, step = here, 0.0, 0.5
         jump: Step | None = None
         while share < 1:
             to = min(share + step, 1.0)
             ends = [frequency + each * (target - frequency) if each < 1 else target for each in (share, to)]
-            following = self._solve(ends[1], state)
-            if following is None:
-                return None, jump
-            wide = self._may_jump(state, ends[0], following, ends[1])
+            following = self._solve(ends[1], state, near=True)
+            wide = following is None or self._may_jump(state, ends[0], following, ends[1])
             if wide and to - share > LEAST_STEP:
                 step = (to - share) / 2
                 continue
+            if following is None:
+                # The branch ends, and the one that follows is not near: one step has found it.
+                return there, Step((ends[0] + ends[1]) / 2, _size(there) < _size(state))
             if wide:
                 jump = Step((ends[0] + ends[1]) / 2, _size(following) < _size(state))
             state, share, step = following, to, 2 * (to - share)
         return state, jump
 
-    def _solve(self, frequency: float, start: SteadyState | None) -> SteadyState | None:
-        return self.solver.solve(self.level, frequency, self._sliders, [start])
+    def _solve(self, frequency: float, start: SteadyState | None, *, near: bool = False) -> SteadyState | None:
+        return self.solver.solve(self.level, frequency, self._sliders, [start], near=near)
 
     def _may_jump(self, here: SteadyState, frequency: float, there: SteadyState, target: float) -> bool:
         """Whether two states are so far apart, and so far from linear, that a branch may have ended between them."""
@@ -166,7 +180,10 @@ def _are_wide(
     return np.asarray((apart > FAR * np.maximum(size[1:], size[:-1])) & (bent[1:] | bent[:-1]))
 
 
-def _is_same(first: SteadyState, state: SteadyState) -> bool:
+def is_same(first: SteadyState | None, state: SteadyState | None) -> bool:
+    """Whether two states are one: with the same sliders at first, and motions that differ by less than `SAME`."""
+    if first is None or state is None:
+        return first is state
     if not np.array_equal(first.slider, state.slider):
         return False
     apart = np.abs(first.displacement - state.displacement).max(initial=0.0)
