@@ -82,7 +82,11 @@ class LinearStructure:
         if self.base is not None:
             return self.base.at(frequency)._replace(static=self._static)
         if frequency not in self._condensed:
-            self._condensed[frequency] = self.balance.at(2 * np.pi * frequency * (1 + self.shift))
+            omega = 2 * np.pi * frequency * (1 + self.shift)
+            if self.balance.is_dense:
+                self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(omega)
+            else:
+                self._condensed[frequency] = self.balance.at(omega)
         return self._condensed[frequency]
 
     def stacked(self, frequencies: tuple[float, ...]) -> Stack:
@@ -133,7 +137,10 @@ class LinearStructure:
         source = self.base or self
         known = source._seen.setdefault(rows.tobytes(), {})
         if frequency not in known:
-            known[frequency] = source.balance.structure.seen(source.at(frequency), rows)
+            condensed = source.at(frequency)
+            own = source._recovery.get(frequency)
+            seen = source.balance.structure.seen(condensed, rows) if own is None else own.seen(rows)
+            known[frequency] = seen
         return known[frequency]
 
     @property

@@ -127,6 +127,8 @@ class HarmonicBalance:
             mass=system.mass,
             damping=system.damping,
             stiffness=system.stiffness,
+            # A structure that has grown by a body is no longer near.
+            basis=system.basis if system.basis is not None and system.basis.shape == system.mass.shape else None,
             directions=np.vstack(rows) if rows else np.zeros((0, system.n_dof)),
             reference=table.reference,
             static=static,
@@ -225,6 +227,10 @@ class HarmonicBalance:
             A frequency that is not positive, or too high to compute with.
         """
         return self.structure.at(_checked_frequency(angular_frequency))
+
+    def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, Recovery]:
+        """As `at`, with what gives full responses, of a structure that takes dense solves."""
+        return self.structure.at_with_recovery(_checked_frequency(angular_frequency))
 
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
         """As `at`, with derivatives in Omega."""

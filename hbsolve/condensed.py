@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float
 
-from hbsolve.dynamic_stiffness import DynamicStiffness
+from hbsolve.dynamic_stiffness import DynamicStiffness, beside
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
 from reduction.array_type import Array, Real, Vector
@@ -65,6 +65,10 @@ class Recovery(NamedTuple):
     contact: Array
     """... under a unit force along each joint direction, shape (H + 1, r, d) [m/N]."""
 
+    def seen(self, rows: Float[Real, "s r"]) -> tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]:
+        """What some rows of the displacement see: under the harmonic force, and under unit joint forces."""
+        return self.dynamic @ rows.T, rows @ self.contact
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CondensedStructure:
@@ -87,6 +91,8 @@ class CondensedStructure:
     static: Coefficients
     dynamic: Coefficients
     """Coefficients of the loads, shape (H + 1, r) [N]."""
+    basis: Float[Real, "r r"] | None = None
+    """Mode shapes of a structure without the joints nearby; none by default."""
 
     def __post_init__(self) -> None:
         stuck = self.stuck
@@ -112,7 +118,7 @@ class CondensedStructure:
         """The structure without joints, if that is what uncouples the damping."""
         if not self.stuck.damping_couples_modes:
             return None
-        free = DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=self.stiffness)
+        free = DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=self.stiffness, basis=self.basis)
         return None if free.damping_couples_modes else free
 
     @cached_property
@@ -150,6 +156,16 @@ class CondensedStructure:
             moved = _with_stiffness(A, np.concatenate([A, x[..., None]], axis=2), self.reference)
             A, x = np.ascontiguousarray(moved[..., :-1]), moved[..., -1]
         return self._joined(angular_frequency, A, x)
+
+    def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, "Recovery"]:
+        """`at` and `recovery` of a structure that takes dense solves, by one of them."""
+        omega = harmonics(angular_frequency, len(self.dynamic))
+        moved = self.stuck.moved(omega[1:], beside(self.directions, self.dynamic[1:]))
+        seen = self.directions @ moved
+        condensed = self._joined(angular_frequency, np.ascontiguousarray(seen[..., :-1]), seen[..., -1])
+        dynamic = np.concatenate([np.zeros_like(moved[:1, :, -1]), moved[..., -1]])
+        contact = np.concatenate([self._rest[0][None].astype(np.complex128), moved[..., :-1]])
+        return condensed, Recovery(self.static_motion, dynamic, contact)
 
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s], with derivatives in it."""
@@ -193,8 +209,7 @@ class CondensedStructure:
         Under the harmonic force at level 1 [m], and under a unit force along each joint direction [m/N].
         """
         if self.is_dense:
-            recovery = self.recovery(condensed)
-            return recovery.dynamic @ rows.T, rows @ recovery.contact
+            return self.recovery(condensed).seen(rows)
         omega, free = harmonics(condensed.angular_frequency, len(self.dynamic)), self._free
         contact, dynamic = (free or self.stuck).seen(omega[1:], rows, self.directions, self.dynamic[1:])
         if free is not None:

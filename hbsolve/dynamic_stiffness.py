@@ -12,6 +12,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fe.dense_modes import DenseModes, compute_dense_modes
 from hbsolve.coupled_damping import proportional_but_few
+from hbsolve.diagonal_but_few import MOST, diagonal_but_few
 from hbsolve.errors import ForceError, ModelError
 from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
 from reduction.array_type import Array, Matrix, Real, Whole
@@ -53,6 +54,9 @@ class DynamicStiffness:
         Shape (r, r) [N s/m].
     stiffness
         Symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body that contacts alone hold.
+    basis
+        Mode shapes of a structure nearby, shape (r, r), in which all three matrices may be diagonal but for few
+        directions where its own modes are coupled; none by default.
 
     Raises
     ------
@@ -67,11 +71,13 @@ class DynamicStiffness:
     mass: Matrix
     damping: Matrix
     stiffness: Matrix
+    basis: Matrix | None = None
     _modes: DenseModes = field(init=False, repr=False)
-    #: Damping of each mode by itself, shape (r,).
-    _modal_damping: Frequencies = field(init=False, repr=False)
-    #: What couples the modes beside it: V^T U, shape (r, k), and s, shape (k,).
-    _coupling: tuple[Matrix, Frequencies] = field(init=False, repr=False)
+    #: V, shape (r, r), and the diagonals of V^T K V, V^T M V and V^T C V, shape (3, r).
+    _shapes: Matrix = field(init=False, repr=False)
+    _diagonals: Matrix = field(init=False, repr=False)
+    #: What couples the modes beside it: V^T U, shape (r, k), and its strength in K, M and C, shape (3, k).
+    _coupling: tuple[Matrix, Matrix] = field(init=False, repr=False)
     #: Whether each frequency takes a dense solve, because the damping couples all modes.
     damping_couples_modes: bool = field(init=False)
     #: The directions that were asked for last, and the modes as these see them: at each frequency they are the same.
@@ -98,7 +104,8 @@ class DynamicStiffness:
             ) from error
         object.__setattr__(self, "_modes", modes)
         modal_damping = modes.shapes.T @ self.damping @ modes.shapes
-        own, coupling = np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros(0))
+        shapes, own, coupling = modes.shapes, np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros((3, 0)))
+        diagonals = np.array([1 - modes.shift * modes.mu, modes.mu, own])
         coupled = _is_coupled(modal_damping)
         if coupled and (result := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
             proportional = result.mass_factor * modes.mu + result.stiffness_factor * (1 - modes.shift * modes.mu)
@@ -106,10 +113,27 @@ class DynamicStiffness:
             # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, show it.
             coupled = _is_coupled(modal_damping - (U * s) @ U.T, np.diag(modal_damping))
             if not coupled:
-                own, coupling = proportional, (U, s)
-        object.__setattr__(self, "_modal_damping", own)
+                diagonals[2], coupling = proportional, (U, np.array([0 * s, 0 * s, s]))
+        if coupled and self.basis is not None and (found := self._in_basis(self.basis)) is not None:
+            coupled, shapes, (diagonals, coupling) = False, self.basis, found
+        object.__setattr__(self, "_shapes", shapes)
+        object.__setattr__(self, "_diagonals", diagonals)
         object.__setattr__(self, "_coupling", coupling)
         object.__setattr__(self, "damping_couples_modes", coupled)
+
+    def _in_basis(self, basis: Matrix) -> tuple[Matrix, tuple[Matrix, Matrix]] | None:
+        """Diagonals of the matrices in a basis, and the few directions beside; None where there are more."""
+        parts = [diagonal_but_few(basis.T @ matrix @ basis) for matrix in (self.stiffness, self.mass, self.damping)]
+        found = [part for part in parts if part is not None]
+        count = np.array([len(part.strength) for part in found])
+        if len(found) < len(parts) or count.sum() > MOST:
+            return None
+        strength = np.zeros((3, count.sum()))
+        strength[np.repeat(np.arange(3), count), np.arange(count.sum())] = np.concatenate(
+            [part.strength for part in found]
+        )
+        directions = np.concatenate([part.directions for part in found], axis=1)
+        return np.array([part.diagonal for part in found]), (directions, strength)
 
     @classmethod
     def of(cls, model: "ReducedModel | DynamicStiffness") -> "DynamicStiffness":
@@ -154,7 +178,7 @@ class DynamicStiffness:
             unit = np.eye(self.n_dof)[:, chosen_columns]
             full = np.linalg.solve(self._matrices(omega), np.broadcast_to(unit, (len(omega), *unit.shape)))
             return np.asarray(full[:, chosen_rows])
-        V = self._modes.shapes
+        V = self._shapes
         moved = self._modal_response(
             omega, np.broadcast_to(V[chosen_columns][:, None, :], (len(chosen_columns), len(omega), self.n_dof))
         )
@@ -191,9 +215,21 @@ class DynamicStiffness:
             moved = np.linalg.solve(self._matrices(omega), columns)
             displacement[..., loaded, :] = np.moveaxis(moved, 2, 0).reshape(force.shape)
         else:
-            V = self._modes.shapes
+            V = self._shapes
             displacement[..., loaded, :] = _times(self._modal_response(omega, _times(force, V)), V.T)
         return displacement
+
+    def moved(self, angular_frequency: Frequencies, columns: Complex[Array, "p r n"]) -> Complex[Array, "p r n"]:
+        """Displacement under several forces at each frequency by one dense solve, whatever the damping [m].
+
+        Parameters
+        ----------
+        angular_frequency
+            omega, shape (p,) [rad/s].
+        columns
+            Forces, shape (p, r, n) [N].
+        """
+        return np.asarray(np.linalg.solve(self._matrices(np.asarray(angular_frequency, dtype=np.float64)), columns))
 
     def static_response(self, force: Complex[Array, "... r"]) -> Amplitudes:
         """Displacement K^-1 f of a supported body, shape (n, r) [m].
@@ -247,7 +283,7 @@ class DynamicStiffness:
         ForceError
             As `response`.
         """
-        omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
+        omega, V = np.asarray(angular_frequency, dtype=np.float64), self._shapes
         seen = self._seen(directions)
         alone = self._modal_response(omega, _times(force, V))
         return _times(alone - self._modal_response(omega, _times(reaction(_times(alone, seen.T)), seen)), V.T)
@@ -277,7 +313,7 @@ class DynamicStiffness:
         ForceError
             As `receptance`.
         """
-        omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
+        omega, V = np.asarray(angular_frequency, dtype=np.float64), self._shapes
         unit = np.broadcast_to((rows @ V)[:, None, :], (len(rows), len(omega), self.n_dof))
         moved = np.moveaxis(self._modal_response(omega, unit), 0, 1)
         return _times(moved, self._seen(directions).T), (moved @ _times(force, V)[..., None])[..., 0]
@@ -315,10 +351,10 @@ class DynamicStiffness:
         """
         omega, B = np.asarray(angular_frequency, dtype=np.float64), np.asarray(directions)
         if self.damping_couples_modes:
-            value = B @ np.linalg.solve(self._matrices(omega), _beside(B, force))
+            value = B @ np.linalg.solve(self._matrices(omega), beside(B, force))
             return value[..., :-1], value[..., -1]
-        seen, modal_force = self._seen(B), _times(force, self._modes.shapes)
-        if not len(self._coupling[1]):
+        seen, modal_force = self._seen(B), _times(force, self._shapes)
+        if not self._coupling[1].size:
             moves = 1 / self._diagonal(omega)
             return _between(seen, moves), _times(moves * modal_force, seen.T)
         value = np.swapaxes(_times(self._moved(omega, seen, modal_force), seen.T), 1, 2)
@@ -350,22 +386,22 @@ class DynamicStiffness:
         if self.damping_couples_modes:
             matrices = self._matrices(omega)
             slopes = 1j * self.damping - 2 * omega[:, None, None] * self.mass
-            moved = np.linalg.solve(matrices, _beside(B, force))
+            moved = np.linalg.solve(matrices, beside(B, force))
             value = B @ moved
             slope = -B @ np.linalg.solve(matrices, slopes @ moved)
             return value[..., :d], slope[..., :d], value[..., d], slope[..., d]
-        seen, modal_force = self._seen(B), _times(force, self._modes.shapes)
+        seen, modal_force = self._seen(B), _times(force, self._shapes)
         # The matrix is symmetric, and so is what it moves: alpha (dZ / domega) alpha needs no solution more.
-        slope = 1j * self._modal_damping - 2 * omega[:, None, None] * self._modes.mu
-        U, s = self._coupling
-        if not len(s):
+        slope, (U, s) = _slope(omega, self._diagonals), self._coupling
+        if not s.size:
             moves = 1 / self._diagonal(omega)
             turns = -slope[:, 0] * moves**2
             pairs = ((_between(seen, item), _times(item * modal_force, seen.T)) for item in (moves, turns))
             (value, x), (rate, dx) = pairs
             return value, rate, x, dx
         moved = self._moved(omega, seen, modal_force)
-        mixed, back = moved * slope + 1j * _times(_times(moved, U) * s, U.T), np.swapaxes(moved[:, :d], 1, 2)
+        mixed = moved * slope + _times(_times(moved, U) * _slope(omega, s), U.T)
+        back = np.swapaxes(moved[:, :d], 1, 2)
         value, rate = np.swapaxes(_times(moved, seen.T), 1, 2), -np.swapaxes(mixed @ back, 1, 2)
         return value[..., :d], rate[..., :d], value[..., d], rate[..., d]
 
@@ -377,7 +413,7 @@ class DynamicStiffness:
     def _seen(self, directions: Matrix) -> Matrix:
         """The modes as some directions see them, B V."""
         if self._last_seen is None or self._last_seen[0] is not directions:
-            object.__setattr__(self, "_last_seen", (directions, directions @ self._modes.shapes))
+            object.__setattr__(self, "_last_seen", (directions, directions @ self._shapes))
         assert self._last_seen is not None
         return self._last_seen[1]
 
@@ -387,18 +423,17 @@ class DynamicStiffness:
         """(V^T Z V)^-1 f of modal forces: a division for each mode, and what couples them by Woodbury's formula."""
         diagonal, (U, s) = self._diagonal(omega), self._coupling
         alone = force / diagonal
-        if not len(s):
+        if not s.size:
             return np.asarray(alone)
-        strength = 1j * omega[:, None, None] * s[:, None]
-        small = np.eye(len(s)) + strength * ((U.T / diagonal[:, None, :]) @ U)
+        strength = _at(omega, s)[:, :, None]
+        small = np.eye(U.shape[1]) + strength * ((U.T / diagonal[:, None, :]) @ U)
         pushed = np.linalg.solve(small, strength * (alone @ U)[..., None])[..., 0]
         return np.asarray(alone - pushed @ U.T / diagonal)
 
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
-        """V^T Z V but for what couples the modes, which is 1 - (sigma + omega^2) mu + i omega c, shape (p, r) [-]."""
+        """V^T Z V but for what couples the modes, k - omega^2 m + i omega c, shape (p, r)."""
         self._refuse_free_static(omega)
-        modes = self._modes
-        diagonal = 1 - np.outer(modes.shift + omega**2, modes.mu) + 1j * np.outer(omega, self._modal_damping)
+        diagonal = _at(omega, self._diagonals)
         resonant = np.abs(diagonal) < RESONANCE
         if resonant.any():
             frequency, mode = np.argwhere(resonant)[0]
@@ -428,15 +463,27 @@ class DynamicStiffness:
         return chosen
 
 
+def _at(omega: Frequencies, parts: Matrix) -> Amplitudes:
+    """K - omega^2 m + i omega c of parts of K, M and C, shape (3, n), at each frequency, shape (p, n)."""
+    stiffness, mass, damping = parts
+    return np.asarray(stiffness - np.outer(omega**2, mass) + 1j * np.outer(omega, damping))
+
+
+def _slope(omega: Frequencies, parts: Matrix) -> Complex[Array, "p 1 n"]:
+    """Its derivative in omega."""
+    _, mass, damping = parts
+    return np.asarray(1j * damping - 2 * omega[:, None, None] * mass)
+
+
 def _times(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> Array:
     """Complex vectors times a real matrix, part by part: half the work of a complex product."""
-    rows = vectors.reshape(-1, vectors.shape[-1])
+    rows = vectors.reshape(int(np.prod(vectors.shape[:-1])), vectors.shape[-1])
     result = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
     result.real, result.imag = np.ascontiguousarray(rows.real) @ matrix, np.ascontiguousarray(rows.imag) @ matrix
     return result.reshape(*vectors.shape[:-1], matrix.shape[1])
 
 
-def _beside(B: Matrix, force: Amplitudes) -> Complex[Array, "p r d"]:
+def beside(B: Matrix, force: Amplitudes) -> Complex[Array, "p r d"]:
     """A unit force along each direction, and last the force, as columns at each frequency, shape (p, r, d + 1)."""
     return np.concatenate([np.broadcast_to(B.T, (len(force), *B.T.shape)), force[..., None]], axis=2)
 

@@ -58,6 +58,9 @@ class JointedSystem:
     harmonic_force
         Coefficients f_k of e^{i k Omega t} in the sum above, row k for harmonic k, shape (n_harmonic, r) [N]; row 0 is
         zero, since a constant force is `static_load`. None by default.
+    basis
+        Mode shapes of a structure that differs from this one in few directions, shape (r, r): a short cut for
+        damping that couples the modes. None by default.
 
     Raises
     ------
@@ -72,6 +75,7 @@ class JointedSystem:
     joints: Sequence[Joint] = ()
     static_load: Row | None = None
     harmonic_force: Complex[Array, "harmonic r"] | None = None
+    basis: Matrix | None = None
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness"):

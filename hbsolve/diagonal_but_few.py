@@ -1,0 +1,84 @@
+r"""A symmetric matrix that is diagonal but for few directions, told from its entries off the diagonal alone.
+
+.. math:: A = \mathrm{diag}(d) + U \, \mathrm{diag}(s) \, U^T
+
+with few columns in U. Entries off the diagonal are those of the second part, and determine it: of indices in three
+sets, those of one with the second, and of the third with both, give what this part adds to the diagonal of the first,
+
+.. math:: L_{ii} = A_{iQ} A_{PQ}^{+} A_{Pi}, \qquad i, P, Q \text{ in different sets} .
+
+References
+----------
+Jolliffe, Principal Component Analysis (2002), section 7.2: factor analysis, the same with noise.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from reduction.array_type import Matrix, Real
+
+#: Most directions: with more of them a dense solve is not much dearer.
+MOST = 24
+#: Least size of a matrix: two indices in each of three sets.
+LEAST = 6
+#: Entries that are round-off, as a share of sqrt(a_ii a_jj) and of the largest entry.
+OWN_ROUND_OFF, ROUND_OFF = 1e-10, 1e-14
+#: Seed of the sets, and rounds in which both parts are refined.
+SEED, ROUNDS = 0, 8
+
+
+class DiagonalButFew(NamedTuple):
+    """Both parts of a matrix of shape (r, r)."""
+
+    diagonal: Float[Real, " r"]
+    directions: Float[Real, "r k"]
+    strength: Float[Real, " k"]
+
+
+def diagonal_but_few(matrix: Matrix) -> DiagonalButFew | None:
+    """Both parts of a symmetric matrix, shape (r, r); None if it has no such parts, or too few entries to tell them."""
+    size = np.abs(np.diag(matrix))
+    if not size.all():
+        return None
+    root = np.sqrt(size)
+    scaled = matrix / np.outer(root, root)
+    allowed = OWN_ROUND_OFF + ROUND_OFF * np.abs(matrix).max() / np.outer(root, root)
+    apart = ~np.eye(len(matrix), dtype=bool)
+    if not (apart & (np.abs(scaled) > allowed)).any():
+        return DiagonalButFew(np.diag(matrix).copy(), np.zeros((len(matrix), 0)), np.zeros(0))
+    found = _complete(scaled, allowed)
+    if found is None:
+        return None
+    added, count = found
+    for _ in range(ROUNDS):
+        rest = np.where(apart, scaled, 0.0) + np.diag(added)
+        values, vectors = np.linalg.eigh(rest)
+        few = np.argsort(-np.abs(values), kind="stable")[:count]
+        part = (vectors[:, few] * values[few]) @ vectors[:, few].T
+        if not (apart & (np.abs(scaled - part) > allowed)).any():
+            diagonal = size * (np.diag(scaled) - np.diag(part))
+            return DiagonalButFew(diagonal, root[:, None] * vectors[:, few], values[few])
+        added = np.diag(part).copy()
+    return None
+
+
+def _complete(scaled: Matrix, allowed: Matrix) -> tuple[Float[Real, " r"], int] | None:
+    """What the few directions add to the diagonal, and how many there are."""
+    r = len(scaled)
+    if r < LEAST:
+        return None
+    sets = [part.astype(np.int64) for part in np.array_split(np.random.default_rng(SEED).permutation(r), 3)]
+    added, count = np.zeros(r), 0
+    for own, other, third in (sets, (sets[1], sets[2], sets[0]), (sets[2], sets[0], sets[1])):
+        block = scaled[np.ix_(third, other)]
+        left, values, right = np.linalg.svd(block, full_matrices=False)
+        noise = allowed[np.ix_(third, other)].max() * np.sqrt(max(block.shape))
+        rank = int((values > noise).sum())
+        if rank > MOST or 2 * rank > len(values):
+            return None
+        inverse = (right[:rank].T / values[:rank]) @ left[:, :rank].T
+        added[own] = np.einsum("iq,qp,pi->i", scaled[np.ix_(own, other)], inverse, scaled[np.ix_(third, own)])
+        count = max(count, rank)
+    return added, count
