@@ -5,7 +5,7 @@ direction) names the same motion in each.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -139,14 +139,16 @@ class Plate:
         Elements along them in the coarse mesh.
     section
         Bending stiffness [N m], Poisson's ratio [-] and mass of an area [kg/m^2].
-    fixed, springs
+    clamped
+        Axes, 0 for x and 1 for y, at whose zero the edge is clamped, between the nodes of any mesh as well.
+    springs
         As for `Frame`.
     """
 
     size: tuple[float, float]
     n_element: tuple[int, int]
     section: tuple[float, float, float]
-    fixed: Sequence[Spot]
+    clamped: Sequence[int]
     springs: Mapping[Spot, float]
 
     def build(self, refine: int) -> Skeleton:
@@ -159,7 +161,8 @@ class Plate:
             for j in range(ny):
                 corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
                 assembly.add("plate", [np.array([a * p, b * q, 0.0]) for p, q in corners], *matrices)
-        return assembly.finish(self.fixed, self.springs, ())
+        edge = [spot for spot in assembly.spots if any(spot.point[axis] == 0 for axis in self.clamped)]
+        return assembly.finish([replace(spot, direction="*") for spot in edge], self.springs, ())
 
 
 class _Assembly:

@@ -96,16 +96,13 @@ def _mesh(kind: str, random: np.random.Generator) -> tuple[Mesh, int]:
         count = int(random.integers(3, 8)), int(random.integers(3, 7))
         thick = float(log_uniform(random, 1.5e-3, 6e-3))
         section = steel * thick**3 / 12 / (1 - 0.3**2), 0.3, density * thick
-        at = [
-            (size[0] * i / count[0], size[1] * j / count[1]) for i in range(count[0] + 1) for j in range(count[1] + 1)
-        ]
-        support = random.choice(["edge", "edges", "springs"])
-        edge = [Spot("plate", (x, y, 0.0), "*") for x, y in at if x == 0 or (support == "edges" and y == 0)]
+        support = str(random.choice(["edge", "edges", "springs"]))
         corners = [Spot("plate", (x, y, 0.0), "z") for x in (0.0, size[0]) for y in (0.0, size[1])]
         modal = section[2] * size[0] * size[1] * (2 * np.pi * 20) ** 2
         springs = {spot: float(modal * random.uniform(0.5, 2)) for spot in corners}
+        clamped = {"edge": (0,), "edges": (0, 1), "springs": ()}[support]
         return Plate(
-            size=size, n_element=count, section=section, fixed=() if support == "springs" else edge,
+            size=size, n_element=count, section=section, clamped=clamped,
             springs=springs if support == "springs" else {},
         ), 2  # fmt: skip
     length, height, width = float(random.uniform(0.25, 0.8)), float(log_uniform(random, 4e-3, 1.5e-2)), 0.03
