@@ -11,7 +11,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.closeness import find_far_resonance
+from diagnosis.decision.closeness import find_absent_peak, find_far_resonance
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
@@ -38,6 +38,7 @@ from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from fe.blas_threads import on_one_blas_thread
+from fe.dense_modes import compute_dense_modes
 
 P = TypeVar("P", bound=Problem, covariant=True)
 
@@ -209,6 +210,7 @@ def diagnose(
         An unknown kind of effect, or an invalid effect of the user's own.
     """
     report = report or (lambda _step, _share: None)
+    base = _with_basis(base)
     names = {each.effect.name for each in added}
     catalogue = list_campaign_effects(campaign, base, without=without, extra=extra)
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
@@ -219,7 +221,8 @@ def diagnose(
     )
     searched = _choose_searched(arrangement, run_step)
     shares = LONG if is_lost(searched) else USUAL
-    far = find_far_resonance(arrangement.train.observed, arrangement.fit.model)
+    seen, fit = arrangement.train.observed, arrangement.fit
+    far = find_far_resonance(seen, fit.model) or find_absent_peak(seen, fit.prediction.value)
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
@@ -228,7 +231,7 @@ def diagnose(
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     before = before if searched is arrangement else baseline_fit(arrangement)
-    finalists = weigh_each(campaign, arrangement, before, refits, find_catalogue, run_step)
+    finalists = weigh_each(campaign, arrangement, searched, before, refits, find_catalogue, run_step)
     nothing = Finalist(refit=before, arrangement=arrangement)
     report("unknown forces", shares.places)
     places = run_step("places", lambda: localise(arrangement))
@@ -242,6 +245,12 @@ def diagnose(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
+
+
+def _with_basis(model: Model) -> Model:
+    """The model with its modes without joints: fits change it in few directions, and these modes serve all of them."""
+    modes = compute_dense_modes(model.system.mass, model.system.stiffness)
+    return model.with_system(basis=modes.shapes)
 
 
 def _widen(

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.noise.covariance import Whitening
-from correlation.noise.model_error import NO_ERROR
+from correlation.noise.error_size import NO_ERROR
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix, Vector

@@ -1,14 +1,14 @@
 """Whether a model is near enough to a structure for one effect to be what it lacks.
 
 A resonance that is far from all those of the calibrated model is no matter of one effect: a support, a mass or a unit
-is wrong, and many effects could mend that resonance alone.
+is wrong, and many effects could mend that resonance alone. So it is if the measured one is not in the band at all.
 """
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
@@ -19,8 +19,8 @@ from reduction.stuck import stick_at_rest
 
 #: Relative distance of a measured resonance from those of a model that is far [-].
 FAR = 0.1
-#: Least ratio of a peak to both ends of its curve [-].
-PEAK = 1.5
+#: Least ratio of a peak to both ends of its curve, and of a predicted peak to what was measured there [-].
+PEAK, ABOVE = 1.5, 3.0
 
 
 class FarResonance(NamedTuple):
@@ -39,6 +39,47 @@ class FarResonance(NamedTuple):
             f"{self.measured:.4g} Hz, and the nearest one of the calibrated model, at {self.nearest:.4g} Hz, is "
             f"{off:+.2g} % off."
         )
+
+
+class AbsentPeak(NamedTuple):
+    """A resonance of the model in a band whose measured responses only rise or only fall [Hz]."""
+
+    configuration: str
+    predicted: float
+    lower: float
+    upper: float
+
+    @property
+    def sentence(self) -> str:
+        """It in words."""
+        return (
+            f"The model is not close enough to be diagnosed: the calibrated model has a resonance near "
+            f"{self.predicted:.4g} Hz in the {self.configuration} structure, and what was measured from "
+            f"{self.lower:.4g} to {self.upper:.4g} Hz has none. Measure a wider band, or correct the model."
+        )
+
+
+def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.complex128], " k"]) -> AbsentPeak | None:
+    """A predicted peak far above measured responses that are largest at an end of the band; None if there is none.
+
+    Parameters
+    ----------
+    observed
+        Measurements; the lowest level of each configuration counts.
+    predicted
+        Predictions of the same readings, shape (k,).
+    """
+    for free, rows, curve in _list_curves(observed):
+        size = np.abs(predicted[rows]) / np.where(observed.points.force[rows] > 0, observed.points.force[rows], 1.0)
+        if len(rows) < 3 or not np.isfinite(size).all():
+            continue
+        top, end = int(np.argmax(size)), int(np.argmax(curve))
+        at_end = end in (0, len(curve) - 1) and curve[end] > PEAK * curve[len(curve) - 1 - end]
+        if at_end and size[top] > PEAK * max(size[0], size[-1]) and size[top] > ABOVE * curve[top]:
+            frequency = observed.points.frequency[rows]
+            name = "free" if free else "jointed"
+            return AbsentPeak(name, float(frequency[top]), float(frequency[0]), float(frequency[-1]))
+    return None
 
 
 def find_far_resonance(observed: Observation, model: Model) -> FarResonance | None:
@@ -62,7 +103,16 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
 
 
 def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:
-    """Configuration and frequency of the highest peak at its lowest level, of the sensor that moves most [Hz]."""
+    """Configuration and frequency of the highest peak of each curve [Hz]."""
+    for free, rows, curve in _list_curves(observed):
+        if curve.max() > PEAK * max(curve[0], curve[-1]):
+            yield free, float(observed.points.frequency[rows[np.argmax(curve)]])
+
+
+def _list_curves(
+    observed: Observation,
+) -> Iterator[tuple[bool, NDArray[np.int64], Float[NDArray[np.float64], " n"]]]:
+    """Of each configuration the rows of the sensor that moves most at the lowest level, and its size per force."""
     points = observed.points
     size = np.abs(observed.value) / np.where(points.force > 0, points.force, 1.0)
     seen = observed.motion & (points.harmonic == 1) & np.isfinite(size)
@@ -72,9 +122,7 @@ def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:
         own &= points.sensor == points.sensor[own][np.argmax(size[own])]
         own &= points.sweep == points.sweep[own][0]
         rows = np.flatnonzero(own)[np.argsort(points.frequency[own])]
-        curve = size[rows]
-        if curve.max() > PEAK * max(curve[0], curve[-1]):
-            yield bool(free), float(points.frequency[rows[np.argmax(curve)]])
+        yield bool(free), rows, size[rows]
 
 
 def _bracket(system: JointedSystem) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], " r"]]:

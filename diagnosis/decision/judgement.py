@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.closeness import FarResonance
+from diagnosis.decision.closeness import AbsentPeak, FarResonance
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
@@ -21,7 +21,7 @@ class Criteria:
     catalogue: Catalogue
     scores: Sequence[Score]
     thresholds: Thresholds
-    far: FarResonance | None = None
+    far: FarResonance | AbsentPeak | None = None
 
 
 def judge(

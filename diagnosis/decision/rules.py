@@ -3,10 +3,12 @@ r"""Rules that lead from refits to a verdict.
 An effect passes if chi^2 of the training data falls by more than the detection threshold, and that of the held-out
 data falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked
 by both falls together. Effects so close to the best that the data cannot distinguish them are named with it. Then the
-remaining residual is examined: if an unknown force or another effect explains a good part of the gain of the best one,
-that one only stands in for it, and none of the known effects is the cause. The same holds if a linear effect leaves an
-unknown force that is no known effect: a force that varies with the amplitude has a linear part, and what takes up this
-part may gain a great deal. An effect that varies with the amplitude as well is the known one that is nearest.
+remaining residual is examined. If another effect explains a good part of it, and both together leave no unknown force,
+both are missing; at one place both together are one force whose law is not known. If an unknown force explains a good
+part of the gain of the best one, that one only stands in for it, and none of the known effects is the cause. The same
+holds if a linear effect leaves an unknown force that is no known effect: a force that varies with the amplitude has a
+linear part, and what takes up this part may gain a great deal. An effect that varies with the amplitude as well is the
+known one that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,13 +20,14 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from correlation.noise.model_error import NO_ERROR, ErrorSize
+from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.closeness import FarResonance
+from diagnosis.decision.closeness import AbsentPeak, FarResonance
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.calibration import Fit
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
@@ -43,6 +46,10 @@ STAND_IN = 0.15
 KNOWN = 0.5
 #: Held-out error that is large [-], and reduced chi-squared by noise and stated errors that these do not explain.
 LARGE, UNEXPLAINED = 0.1, 2.0
+#: |cos| of the changes by two effects from which on they are alike.
+ALIKE = 0.99
+#: Fall of -2 ln p by which held-out data refute an effect: odds of one in twenty.
+REFUTED = 2 * np.log(20)
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
 
@@ -61,12 +68,15 @@ class Leftover:
         Places where an unknown force would explain the rest, best first.
     known
         Largest gain of a known effect by the covariances of `places`, to first order.
+    further
+        That effect beside the first one, where it was fitted.
     """
 
     gain: float
     name: str
     places: tuple[Place, ...]
     known: float
+    further: Refit | None = None
 
 
 def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
@@ -92,21 +102,33 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
         Gain that matters [-].
     """
     by_covariance = compute_suited_gains(arrangement, effects)
-    gains = by_covariance[0].copy()
-    promising = [number for number in np.argsort(-gains) if gains[number] > worth]
+    gains, fits = by_covariance.max(axis=0, initial=0.0), dict[int, Fit]()
+    promising = [number for number in np.argsort(-gains).tolist() if gains[number] > worth]
     for place, number in enumerate(promising):
         if place < CHECKED:
             (score,) = screen(arrangement, [effects[number]])
-            gains[number] = arrangement.fit.chi2 - quick_fit(arrangement, score).chi2
+            fits[number] = quick_fit(arrangement, score)
+            gains[number] = arrangement.cost - arrangement.cost_with_error_left(fits[number])
         else:
             gains[number] = worth
     best = int(np.argmax(gains)) if len(gains) else -1
+    further = None
+    if best in fits:
+        tested = arrangement.tested(effects[best], fits[best])
+        alone = arrangement.tested(None, arrangement.fit)
+        further = replace(tested, gain=float(gains[best]), held_gain=alone.held_cost - tested.held_cost)
     return Leftover(
         gain=float(gains[best]) if best >= 0 else 0.0,
         name=effects[best].name if best >= 0 else "",
         places=tuple(localise(arrangement)),
         known=float(by_covariance.max(initial=0.0)),
+        further=further,
     )
+
+
+def find_force_beside(arrangement: Arrangement, refit: Refit) -> float:
+    """Excess gain of an unknown force beside an effect that is added to those of an arrangement."""
+    return max((misfit(place) for place in localise(with_effect(arrangement, refit))), default=0.0)
 
 
 class Gate(Protocol):
@@ -154,7 +176,12 @@ def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64],
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether an effect is significant in the training data and improves the held-out data."""
-    return refit.gain > thresholds.gain and refit.held_gain > 0
+    return refit.gain > thresholds.gain and refit.held_gain > 0 and not refit.worsens
+
+
+def is_rival(refit: Refit, thresholds: Thresholds) -> bool:
+    """Whether an effect is significant in the training data, and the held-out data do not refute it."""
+    return refit.gain > thresholds.gain and refit.held_gain > -REFUTED and not refit.worsens
 
 
 def errs_on_held_out(refit: Refit) -> bool:
@@ -176,7 +203,7 @@ def decide(
     thresholds: Thresholds,
     run_step: RunStep,
     left: ErrorSize = NO_ERROR,
-    far: FarResonance | None = None,
+    far: FarResonance | AbsentPeak | None = None,
 ) -> Verdict:
     """Verdict.
 
@@ -191,11 +218,12 @@ def decide(
     left
         Model error that is left without an effect; where one passes, that which is left beside it counts.
     far
-        A measured resonance that is far from those of the model.
+        A measured resonance that is far from those of the model, or a predicted one that is absent.
     """
     arrangements = {each.name: each.arrangement for each in finalists}
     refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
-    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, max(refuted, 0.0))
+    rivals = [each.refit for each in finalists if is_rival(each.refit, thresholds)]
+    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, max(refuted, 0.0), rivals)
     finding, effects = find(gate, [each.refit for each in finalists])
     passed = [each for each in finalists if gate.passes(each.refit)]
     left, reason = passed[0].arrangement.left if passed else left, ""
@@ -213,9 +241,20 @@ def decide(
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=places[0] if found else None, nearest=passed[0].refit if found and passed else None, model_error=left,
-        reason=reason,
-        probabilities=compute_probabilities([each.refit for each in passed])[: len(effects)].tolist(),
+        reason=reason, further=gate.further if effects else None,
+        alike=_find_alike(scores, effects, finalists),
+        probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
     )  # fmt: skip
+
+
+def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Sequence[Finalist]) -> list[str]:
+    """Effects that change the data as the best does and were not fitted to the end, where all that were are named."""
+    directions = {score.effect.name: score.direction for score in scores}
+    best = directions.get(effects[0].name) if effects else None
+    if best is None or len(effects) < max(2, len(finalists)):
+        return []
+    fitted = {each.name for each in finalists}
+    return [name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > ALIKE]
 
 
 def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
@@ -246,26 +285,55 @@ class _ChanceGate:
     run_step: RunStep
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
+    rivals: Sequence[Refit]
+    """Effects that the held-out data do not refute."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
+    together: dict[str, Refit] = field(default_factory=dict)
+    """Effects that are missing as well, by the name of the first one."""
+
+    @property
+    def further(self) -> Refit | None:
+        """An effect that is missing beside the one that was asked for."""
+        return next(iter(self.together.values()), None)
 
     def passes(self, refit: Refit) -> bool:
         return passes(refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
+        others = [each for each in self.catalogue.candidates if each.name != refit.name]
         rest = self.run_step(
             f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
-            lambda: find_leftover(
-                with_effect(self.arrangements[refit.name], refit), self.catalogue.candidates, self.thresholds.gain
-            ),
+            lambda: find_leftover(with_effect(self.arrangements[refit.name], refit), others, self.thresholds.gain),
         )
         self.left[refit.name] = rest
         assert refit.effect is not None
         linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
-        return not _stand_in(refit, rest, self.thresholds, linear)
+        return not _stand_in(refit, rest, self.thresholds, linear) or self._explains_with(refit, rest.further)
+
+    def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
+        """Whether an effect and a further one explain together what either does not."""
+        if further is None or not passes(further, self.thresholds) or _share_place(refit, further):
+            return False
+        force = self.run_step(
+            f"force beside {refit.name} and {further.name}",
+            lambda: find_force_beside(with_effect(self.arrangements[refit.name], refit), further),
+        )
+        if force - self.thresholds.misfit > STAND_IN * (refit.gain + further.gain):
+            return False
+        self.together[refit.name] = further
+        return True
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
-        return [*passed[: 1 + int(np.searchsorted(np.cumsum(compute_probabilities(passed)), CREDIBLE))]]
+        ranked = self.rank(passed[0])
+        count = 1 + int(np.searchsorted(np.cumsum([*ranked.values()]), CREDIBLE))
+        by_name = {each.name: each for each in self.rivals}
+        return [by_name[name] for name in ranked][:count]
+
+    def rank(self, best: Refit) -> dict[str, float]:
+        """Probabilities by name: of the best effect, then of all others that are not refuted, the largest first."""
+        ranked = [best, *sorted((each for each in self.rivals if each is not best), key=lambda each: -support(each))]
+        return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 
     def is_unexplained(self) -> bool:
         return bool(self.places) and misfit(self.places[0]) - self.refuted > self.thresholds.misfit
@@ -281,6 +349,12 @@ def is_linear(effect: Effect, model: Model) -> bool:
     changed = effect.apply(model, [parameter.typical for parameter in effect.parameters])
     before, after = model.system.joints, changed.system.joints
     return len(before) == len(after) and all(one is other for one, other in zip(before, after, strict=True))
+
+
+def _share_place(refit: Refit, other: Refit) -> bool:
+    """Whether two effects act at one place."""
+    places = [each.name.partition(" at ")[2] for each in (refit, other)]
+    return bool(places[0]) and places[0] == places[1]
 
 
 def _stand_in(refit: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:

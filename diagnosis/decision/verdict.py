@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from correlation.noise.model_error import NO_ERROR, ErrorSize
+from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -62,6 +62,10 @@ class Verdict(Tabular):
         The best of the known effects that pass, if the cause is unknown all the same.
     model_error
         Model error that is left beside noise: beside the effect that passes, or without any.
+    further
+        An effect that is missing beside the first of them as well.
+    alike
+        Names of other effects that change the data as the first of them does.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
     reason
@@ -77,6 +81,8 @@ class Verdict(Tabular):
     place: Place | None = None
     nearest: Refit | None = None
     model_error: ErrorSize = NO_ERROR
+    further: Refit | None = None
+    alike: Sequence[str] = ()
     probabilities: Sequence[float] = ()
     reason: str = ""
 
@@ -116,9 +122,13 @@ class Verdict(Tabular):
             return f"Something is missing, and it is none of the known effects{where}.{near}"
         named = [self._named(each) for each in self.effects]
         fall = self._fall(self.effects[0])
+        more = (
+            f" Beside it {self.further.name} is missing as well: add the first, and diagnose." if self.further else ""
+        )
         if self.finding is Finding.AMBIGUOUS:
-            return f"{' or '.join(named)}: these data cannot tell which ({fall})."
-        return f"{named[0]} is missing; {fall}."
+            alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
+            return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{more}"
+        return f"{named[0]} is missing; {fall}.{more}"
 
     @property
     def smallest(self) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from correlation.data_type.indication import CLEAR, Indication, name_causes
 from correlation.data_type.registry import DATA_TYPES, Datum
 from correlation.model import Model
-from correlation.noise.model_error import FAR
+from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
 from diagnosis.decision.rules import find

@@ -10,14 +10,14 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_sweep_directions, split_held_out
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
-from correlation.noise.model_error import NO_ERROR, ErrorSize
+from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
 from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import Added
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Fit, Matrix, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.controlled_start import fit_under_control
@@ -26,18 +26,18 @@ from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.jitter import list_jitter
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.weighting import (
-    DRAWS,
+    FEW,
     Measured,
     allow_model_error,
     fade_other_branch,
+    join_measured,
     leave_out_model_error,
     resize_model_error,
     update_model_error,
+    weigh_together,
     weighted,
 )
 
-#: Friction histories in the covariance of each calibration; each covariance is that at the model of the one before.
-HISTORIES = (4, DRAWS)
 #: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
 ROUNDS, SETTLED = 6, 0.1
 #: Reduced chi-squared beyond which a calibration may have missed the minimum.
@@ -97,20 +97,32 @@ class Arrangement:
         held_out, settled = resize_model_error(self.held_out, size), resize_model_error(self.settled, size)
         return replace(self, train=train, fit=fit, held_out=held_out, settled=settled)
 
-    def refit_with_error_left(self, fit: Fit) -> "Arrangement":
-        """The same with a fit of other parameters, from its values on, and the model error that it leaves."""
-        begun = calibrate(self.train, fit.unknowns, fit.values, fit.prediction, quick=True)
-        train, settled = _settle(self.train, begun)
+    def refit_with_error_left(self, fit: Fit, by: Comparison) -> "Arrangement":
+        """The same with a fit of other parameters, from its values on, and the model error that it leaves.
+
+        Parameters
+        ----------
+        fit
+            The fit.
+        by
+            Comparison that it was fitted to.
+        """
+        # The error of another fit would pull the values astray first.
+        train = update_model_error(self.train, fit.prediction)
+        slopes = _reweigh(fit, by, train)
+        begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
+        train, settled = _settle(train, begun)
         return self.refitted(
             train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
         )
 
     def cost_with_error_left(self, fit: Fit) -> float:
-        """Cost of a fit with the model error that it leaves, where there is any [-]."""
+        """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
         if _size(self.train) == NO_ERROR:
-            return fit.chi2
-        train, settled = _settle(self.train, fit)
-        return settled.chi2 + train.log_weight
+            return fit.chi2 + self.train.log_weight
+        train = update_model_error(self.train, fit.prediction)
+        residual, m = train.residual(fit.prediction), fit.n_number
+        return float(residual @ residual + fit.residual[m:] @ fit.residual[m:]) + train.log_weight
 
     @property
     def cost(self) -> float:
@@ -122,10 +134,13 @@ class Arrangement:
         unseen = self.held_out.predictor.predict(model)
         train = fade_other_branch(self.train, self.train.predictor.predict(model))
         held_out, settled = fade_other_branch(self.held_out, unseen), fade_other_branch(self.settled, unseen)
-        fit = self.fit
-        if train is not self.train:
-            fit = calibrate(train, fit.unknowns, fit.values, fit.prediction, exact=True)
-        return replace(self, train=train, held_out=held_out, settled=settled, fit=fit)
+        faded = replace(self, held_out=held_out, settled=settled)
+        if train is self.train:
+            return faded
+        fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, quick=True)
+        # The points that have no weight now were a part of the model error.
+        train, fit = _settle(train, fit)
+        return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, exact=True))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors."""
@@ -205,27 +220,23 @@ def _compared(
     finer: Sequence[FinerModel],
 ) -> dict[str, Any]:
     """Fields of an arrangement that depend on the campaign: comparisons, jitter and fit."""
-    train, held_out = _sides(campaign)
-    model, fit = unknowns.compose(values), None
+    sides = _sides(campaign)
+    model = unknowns.compose(values)
     # The error of a mesh does not depend on the measurements.
     known = all(each.shift is not None for each in finer)
-    prediction = train.predictor.predict(model)
+    prediction = sides[0].predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
-    for n_draw in HISTORIES:
-        refined = [each.compose(values) for each in finer]
-        comparison, _ = weighted(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
-        comparison, fit = _fit_with_model_error(comparison, unknowns, values, model, prediction, budget.model)
-        model, prediction, values = fit.model, fit.prediction, fit.values
-        if not known:
-            finer = [each.calibrated(comparison, fit) for each in finer]
-    assert fit is not None
     refined = [each.compose(values) for each in finer]
-    return {
-        "train": comparison,
-        "fit": fit,
-        "finer": tuple(finer),
-        **_unseen(held_out, model, prediction, budget, refined, _size(comparison)),
-    }
+    first, _ = weighted(sides[0], model, prediction, budget, refined, FEW, fitted=False)
+    first, fit = _fit_with_model_error(first, unknowns, values, model, prediction, budget.model)
+    if not known:
+        finer = [each.calibrated(first, fit) for each in finer]
+    refined = [each.compose(fit.values) for each in finer]
+    (train, _), unseen = _weigh_sides(sides, fit, budget, refined)
+    train, fit = _fit_with_model_error(train, unknowns, fit.values, fit.model, fit.prediction, budget.model, anew=False)
+    if not known:
+        finer = [each.calibrated(train, fit) for each in finer]
+    return {"train": train, "fit": fit, "finer": tuple(finer), **_unseen(unseen, fit, budget, _size(train))}
 
 
 def expect_usual_error(arrangement: Arrangement) -> Arrangement:
@@ -257,15 +268,13 @@ def weigh_beside(
         As in `arrange`.
     """
     of = arrangement
-    train, held_out = _sides(campaign)
     finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
-    comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined, like=of.train)
-    comparison, fit = _fit_with_model_error(
-        comparison, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, of.left
+    (train, _), unseen = _weigh_sides(_sides(campaign), fit, of.budget, refined, [of.train, of.held_out])
+    train, fit = _fit_with_model_error(
+        train, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, anew=False
     )
-    rest = _unseen(held_out, fit.model, fit.prediction, of.budget, refined, _size(comparison), of.held_out)
-    return replace(of, train=comparison, fit=fit, **rest)
+    return replace(of, train=train, fit=fit, **_unseen(unseen, fit, of.budget, _size(train)))
 
 
 def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
@@ -275,21 +284,25 @@ def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
     return Measured.prepare(seen, sweeps), Measured.prepare(unseen, sweeps)
 
 
-def _unseen(
-    held_out: Measured,
-    model: Model,
-    near: Prediction,
+def _weigh_sides(
+    sides: Sequence[Measured],
+    fit: Fit,
     budget: Budget,
     refined: Sequence[Model],
-    size: ErrorSize,
-    like: Comparison | None = None,
-) -> dict[str, Any]:
+    likes: Sequence[Comparison] | None = None,
+) -> list[tuple[Comparison, Scatter]]:
+    """Comparisons of training and held-out data by the covariance of a fitted model, which solves each state once."""
+    prediction = join_measured(sides).predictor.predict(fit.model, fit.prediction)
+    return weigh_together(sides, fit.model, prediction, budget, refined, likes=likes)
+
+
+def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:
     """Fields of an arrangement for the held-out data, with model error of a size that others have told."""
-    prediction = held_out.predictor.predict(model, near)
-    tested, apart = weighted(held_out, model, prediction, budget, refined, like=like)
-    tested = allow_model_error(tested, model, prediction, budget.model, size)
-    settled, shifts = _settled(tested, apart, model)
-    return {"held_out": tested, "settled": settled, "jitter": tuple(shifts)}
+    comparison, scatter = unseen
+    prediction = comparison.predictor.predict(fit.model, fit.prediction)
+    held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
+    settled, shifts = _settled(held_out, scatter, fit.model)
+    return {"held_out": held_out, "settled": settled, "jitter": tuple(shifts)}
 
 
 def _fit_with_model_error(
@@ -299,18 +312,22 @@ def _fit_with_model_error(
     model: Model,
     prediction: Prediction,
     usual: float,
-    size: ErrorSize | None = None,
+    *,
+    anew: bool = True,
 ) -> tuple[Comparison, Fit]:
     """Fit, and the comparison with the model error that it leaves.
 
     Where a fit without model error ends badly, another one begins with the error of the start, so that it need not
-    explain what it cannot; the more probable of both is taken. One size alone is begun with where it is given.
+    explain what it cannot; the more probable of both is taken. A start that is a fit already is not searched `anew`,
+    and begins with the error that it leaves.
     """
-    plain = allow_model_error(comparison, model, prediction, usual, size or NO_ERROR)
+    plain = allow_model_error(comparison, model, prediction, usual)
+    if not anew:
+        plain = update_model_error(plain, prediction)
     if usual:
         fit = calibrate(plain, unknowns, values, prediction, quick=True)
         found = [_settle(plain, fit)]
-        if size is None and fit.chi2 > ASTRAY * fit.n_number:
+        if anew and fit.chi2 > ASTRAY * fit.n_number:
             wide = update_model_error(plain, prediction)
             found.append(_settle(wide, calibrate(wide, unknowns, values, prediction, quick=True)))
             start = fit_under_control(comparison, unknowns, values, usual).fit.values
@@ -328,12 +345,15 @@ def _settle(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
         resized = update_model_error(comparison, fit.prediction)
         if _size(resized).is_near(_size(comparison), SETTLED):
             break
-        m = fit.n_number
-        data = resized.whitening(comparison.whitening.undo(fit.jacobian[:m]))
-        slopes = np.concatenate([data, fit.jacobian[m:]])
-        comparison = resized
+        slopes, comparison = _reweigh(fit, comparison, resized), resized
         fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
     return comparison, fit
+
+
+def _reweigh(fit: Fit, before: Comparison, after: Comparison) -> Matrix:
+    """Jacobian of a fit by another covariance, shape (m + p, p): it is that of the same predictions."""
+    m = fit.n_number
+    return np.concatenate([after.whitening(before.whitening.undo(fit.jacobian[:m])), fit.jacobian[m:]])
 
 
 def _size(comparison: Comparison) -> ErrorSize:

@@ -16,7 +16,8 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import find_measured_jumps, list_swept_rows
 from correlation.model import Model
-from correlation.noise.model_error import ErrorSize, compute_moduli
+from correlation.noise.error_patterns import compute_moduli
+from correlation.noise.error_size import ErrorSize
 from correlation.response_control import ControlledPrediction, ControlledPredictor, Fold
 from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
 from diagnosis.fit.comparison import NOT_FOUND, Comparison

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from correlation.noise.model_error import ErrorSize
+from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Fit, Matrix, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_comparison import ControlledComparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -69,14 +69,16 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
         Usual error of readings [-]; zero for what is usual elsewhere.
     """
     size, values, misfit, fit = ErrorSize.usual(usual or USUAL), unknowns.clipped(start), 1.0, None
-    for _ in range(ROUNDS):
+    weighed = ControlledComparison.beside(comparison, unknowns.compose(values), size)
+    for number in range(ROUNDS):
         model = unknowns.compose(values)
-        plain = ControlledComparison.beside(comparison, model, size)
+        plain = ControlledComparison.beside(comparison, model, size) if number else weighed
         if fit is None:
             # A large error first, so that priors count.
             misfit = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
-        weighed = plain.scaled(misfit)
-        fit = calibrate(weighed, unknowns, values, quick=True)
+        weighed, before = plain.scaled(misfit), weighed
+        slopes = None if fit is None else _reweigh(fit, before, weighed)
+        fit = calibrate(weighed, unknowns, values, slopes=slopes, quick=True)
         values = fit.values
         misfit *= _root_mean_square(fit.residual[: fit.n_number])
         misfit = max(misfit, 1.0)
@@ -115,6 +117,12 @@ def find_controlled_starts(
         except ModelError:
             continue  # a structure with so much of it is not supported
     return [(effect, each.fit.values) for effect, each in sorted(found, key=lambda pair: pair[1].misfit)]
+
+
+def _reweigh(fit: Fit, before: ControlledComparison, after: ControlledComparison) -> Matrix:
+    """Jacobian of a fit by other deviations, shape (m + p, p): it is that of the same predictions."""
+    m = fit.n_number
+    return np.concatenate([fit.jacobian[:m] * (before.deviation / after.deviation)[:, None], fit.jacobian[m:]])
 
 
 def _root_mean_square(residual: Values) -> float:

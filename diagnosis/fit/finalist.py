@@ -18,8 +18,8 @@ from diagnosis.fit.arrangement import Arrangement, weigh_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
 
-#: An effect that makes the held-out error larger by this factor gains nothing there, whatever chi^2 says: an engineer
-#: would not add it. Less is what the jitter of held-out repeats does to an error [-].
+#: An effect that makes the held-out error larger by this factor is not named, whatever it gains: an engineer would not
+#: add it. Less is what the jitter of held-out repeats does to an error [-].
 WORSE = 1.1
 
 
@@ -39,19 +39,22 @@ class Finalist:
 def weigh_each(
     campaign: Campaign,
     arrangement: Arrangement,
+    searched: Arrangement,
     before: Refit,
     refits: Sequence[Refit],
     catalogue_of: Callable[[Model], Catalogue],
     run_step: RunStep = compute_step,
 ) -> list[Finalist]:
-    """Fit effects anew, each by the covariance of its own model.
+    """Fit effects anew, each by the covariance of its own model, until the rest is too far behind one that gains.
 
     Parameters
     ----------
     campaign, arrangement
         Measurements and model.
+    searched
+        Arrangement that the effects were fitted by.
     before, refits
-        Fit without an effect by `arrangement`, and fits with each.
+        Fit without an effect by `arrangement`, and fits with each, the best first.
     catalogue_of
         As in `diagnosis.fit.arrangement.arrange`.
     run_step
@@ -61,7 +64,8 @@ def weigh_each(
     def weigh(refit: Refit) -> Finalist:
         assert refit.effect is not None
         beside = weigh_beside(campaign, arrangement, refit.effect, refit.fit, catalogue_of)
-        settled, lacking = arrangement.refit_with_error_left(refit.fit), beside.refit_with_error_left(before.fit)
+        settled = arrangement.refit_with_error_left(refit.fit, searched.train)
+        lacking = beside.refit_with_error_left(before.fit, arrangement.train)
         falls = [arrangement.cost - settled.cost, lacking.cost - beside.cost]
         with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
         without = [before, lacking.tested(None, lacking.fit)]
@@ -70,8 +74,14 @@ def weigh_each(
             without[1].held_cost - with_effect[1].held_cost,
         ]
         own = with_effect[1]
-        if own.held_error > WORSE * without[1].held_error:
-            held_falls.append(0.0)
-        return Finalist(refit=replace(own, gain=min(falls), held_gain=min(held_falls)), arrangement=beside)
+        worsens = own.held_error > WORSE * without[1].held_error
+        weighed = replace(own, gain=min(falls), held_gain=min(held_falls), worsens=worsens)
+        return Finalist(refit=weighed, arrangement=beside)
 
-    return [run_step(f"{each.name} by its own covariance", partial(weigh, each)) for each in refits]
+    found: list[Finalist] = []
+    costs = [searched.cost_with_error_left(each.fit) for each in refits]
+    for each, cost in zip(refits, costs, strict=True):
+        gains = any(min(other.refit.gain, other.refit.held_gain) > 0 and not other.refit.worsens for other in found)
+        if not gains or cost < min(costs) + searched.effort.far_behind:
+            found.append(run_step(f"{each.name} by its own covariance", partial(weigh, each)))
+    return found

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from correlation.noise.model_error import compute_moduli
+from correlation.noise.error_patterns import compute_moduli
 from correlation.noise.nuisance import REACHED, Budget, ModelFeatures, highest_frequency, make_mode_errors
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import MOST_PULLED, CalibrationParameter

@@ -73,6 +73,8 @@ class Refit:
     gain, held_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
         the smaller ones of the falls of -2 ln p by both.
+    worsens
+        Whether the effect makes the held-out error larger, whatever it gains.
     """
 
     effect: Effect | None
@@ -89,6 +91,7 @@ class Refit:
     held_cost: float = 0.0
     gain: float = 0.0
     held_gain: float = 0.0
+    worsens: bool = False
 
     @property
     def name(self) -> str:

@@ -12,8 +12,10 @@ from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import compute_jump_errors, find_other_branch, find_rows_between_jumps
 from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
+from correlation.noise.error_patterns import ErrorPatterns, compute_moduli
+from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.noise.kink import REACH, Remainder, Shift, compute_remainder, make_curvature_modes, make_kink_modes
-from correlation.noise.model_error import NO_ERROR, ErrorPatterns, ErrorSize, ModelError, compute_moduli
+from correlation.noise.model_error import ModelError
 from correlation.noise.nuisance import (
     N_COMMON,
     Budget,
@@ -61,7 +63,6 @@ def weighted(
     n_draw: int = DRAWS,
     *,
     fitted: bool = True,
-    like: Comparison | None = None,
 ) -> tuple[Comparison, Scatter]:
     """Comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
@@ -79,11 +80,8 @@ def weighted(
         Number of friction histories.
     fitted
         Whether the model is calibrated, so that states far from their neighbours get less weight.
-    like
-        Another comparison of the same measurements, whose outliers count.
     """
-    likes = None if like is None else [like]
-    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted, likes=likes)[0]
+    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
 
 
 def weigh_together(
@@ -111,7 +109,7 @@ def weigh_together(
     model, budget, refined, n_draw, fitted
         As for `weighted`.
     likes
-        `like` of each set.
+        Other comparisons of the same sets, whose outliers count.
     """
     together = join_measured(sides)
     nominal = ModelFeatures(together.predictor.share(model), together.features, model, prediction)

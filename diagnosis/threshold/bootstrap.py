@@ -25,11 +25,12 @@ from scipy.special import chdtri
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import misfit
+from diagnosis.diagnose import USUAL, Choice, screen_and_refit
+from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
 from diagnosis.fit.finalist import weigh_each
-from diagnosis.fit.refit import baseline_fit, choose_finalists, quick_fit, refit, shortlist
 from diagnosis.localisation import localise
-from diagnosis.screening import screen
+from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
 
@@ -74,15 +75,11 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     """
     campaign = simulation.draw(np.random.default_rng(seed))
     drawn = arrange_anew(simulation.arrangement, campaign)
-    before = baseline_fit(drawn)
-    fits = [(score, quick_fit(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
-    refits = [
-        refit(drawn, score, fit)
-        for score, fit in choose_finalists(fits, [drawn.cost_with_error_left(fit) for _, fit in fits], drawn.effort)
-    ]
+    choice = Choice(partial(rank_by_suited_gains, drawn), drawn.cost_with_error_left)
+    _, before, refits = screen_and_refit(drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice)
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
-    finalists = weigh_each(campaign, drawn, before, refits, find_catalogue)
-    gains = [each.refit.gain for each in finalists if each.refit.held_gain > 0]
+    finalists = weigh_each(campaign, drawn, drawn, before, refits, find_catalogue)
+    gains = [each.refit.gain for each in finalists if each.refit.held_gain > 0 and not each.refit.worsens]
     misfits = [misfit(place) for place in localise(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from diagnosis.screening import Score
 
@@ -44,8 +45,13 @@ NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
 def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
-    """Detection thresholds of the linear theory with a margin, for a layout without a bootstrap."""
-    gain = MARGIN * find_threshold(draw_null_gains(scores), false_alarms)
+    """Detection thresholds of the linear theory with a margin, for a layout without a bootstrap.
+
+    Where model error hides all effects at first, one alone is expected to gain as much as a chi-square of one degree of
+    freedom.
+    """
+    least = float(chdtri(1, false_alarms))
+    gain = MARGIN * max(find_threshold(draw_null_gains(scores), false_alarms), least)
     return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)
 
 

@@ -17,7 +17,8 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.model_error import NO_ERROR, ErrorPatterns
+from correlation.noise.error_patterns import ErrorPatterns
+from correlation.noise.error_size import NO_ERROR
 from correlation.noise.nuisance import highest_frequency, make_error_tangents, sliders_after_history
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import join_tables

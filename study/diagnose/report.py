@@ -126,6 +126,8 @@ def document(result: Round) -> dict[str, Any]:
         "model_error": vars(diagnosis.verdict.model_error),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
+        "alike": [*diagnosis.verdict.alike],
+        "further": None if diagnosis.verdict.further is None else diagnosis.verdict.further.name,
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
         "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},

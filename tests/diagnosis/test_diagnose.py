@@ -117,7 +117,7 @@ def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
     found = [support(each) for each in heavy.refits]
-    assert len(found) > 1
+    assert found
     assert found == sorted(found, reverse=True)
     for each in heavy.refits:
         assert each.fit.chi2 < heavy.arrangement.fit.chi2
@@ -136,7 +136,6 @@ def left_of(heavy: Diagnosis) -> str:
 
 
 def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
-    refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
     fits = {
         f"fit of {score.effect.name}"
         for score in shortlist(heavy.scores, heavy.arrangement.effort, lost=is_lost(heavy.arrangement))
@@ -148,6 +147,9 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     begun = {"starts under response control", "branches"} | {f"fit of {e.name} from another start" for e, _ in starts}
     begun_from = {effect.name for effect, _ in starts}
     costs = {f"cost of {name}" for name in {name.removeprefix("fit of ") for name in fits} | begun_from}
+    # Those that are too far behind are fitted to the end, and not weighed.
+    refits = {step for step in kept.asked if step.startswith("refit of ")}
+    assert {f"refit of {each.name}" for each in heavy.refits} <= refits
     assert set(kept.asked) == {*STEPS, *fits, *costs, *refits, *own, *begun, left_of(heavy), wide}
     assert len(kept.asked) == len(set(kept.asked))
 
@@ -267,7 +269,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
         assert fit.values[number] == pytest.approx(true, abs=4 * fit.deviation[number])
     assert (best.strength, best.deviation) == (fit.values[4], fit.deviation[4])
     # The base stays the engineer's own model.
-    assert found.arrangement.base is bench.small
+    np.testing.assert_array_equal(found.arrangement.base.system.stiffness, bench.small.system.stiffness)
     assert [each.name for each in found.arrangement.added] == [WHERE]
     # What is there already is no candidate.
     assert WHERE not in [score.effect.name for score in found.scores]

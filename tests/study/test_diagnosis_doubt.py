@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from correlation.noise.model_error import NO_ERROR, ErrorSize
+from correlation.noise.error_size import NO_ERROR, ErrorSize
 from study.diagnose.doubt import list_doubts
 
 

@@ -10,7 +10,7 @@ import pytest
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
-from diagnosis.decision.closeness import FAR, find_far_resonance
+from diagnosis.decision.closeness import ABOVE, FAR, find_absent_peak, find_far_resonance
 from reduction.joint_law.friction_contact import friction_contacts
 
 
@@ -59,3 +59,19 @@ def test_contacts_may_lower_a_resonance_to_that_without_them(observed: Observati
 def test_a_band_without_a_peak_tells_nothing(observed: Observation, small: Model) -> None:
     flat: Any = replace(observed, repeat=np.ones_like(observed.repeat))
     assert find_far_resonance(flat, scaled(small, (1 - 3 * FAR) ** 2)) is None
+
+
+def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -> None:
+    """Beyond its resonance a structure moves less and less over the band in which the model has its peak."""
+    points = observed.points
+    falling = (points.frequency.min() / points.frequency) ** 20 * points.force
+    beyond: Any = replace(observed, repeat=np.broadcast_to(falling[:, None], observed.repeat.shape).astype(complex))
+    peak = observed.value * 1e3 * ABOVE / np.abs(observed.value).max() * np.abs(beyond.value).max()
+    found = find_absent_peak(beyond, peak)
+    assert found is not None
+    assert points.frequency.min() < found.predicted < points.frequency.max()
+    assert f"{found.predicted:.4g} Hz" in found.sentence
+    # A peak that was measured, a small one and one of both are none.
+    assert find_absent_peak(observed, observed.value) is None
+    assert find_absent_peak(observed, peak) is None
+    assert find_absent_peak(beyond, 1e-6 * peak) is None

@@ -11,6 +11,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.rules import passes
 from diagnosis.decision.verdict import Finding
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit import finalist
@@ -23,7 +24,7 @@ from diagnosis.fit.weighting import leave_out_model_error
 from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import compute_step
-from diagnosis.threshold.detection_threshold import compute_linear_thresholds
+from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
 MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8
@@ -55,7 +56,7 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
 def finalists(campaign: Any, arrangement: Arrangement, scores: list[Score]) -> list[Finalist]:
     refits = [refit(arrangement, score) for score in scores]
     before = baseline_fit(arrangement)
-    return weigh_each(campaign, arrangement, before, refits, partial(list_campaign_effects, campaign))
+    return weigh_each(campaign, arrangement, arrangement, before, refits, partial(list_campaign_effects, campaign))
 
 
 def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
@@ -85,19 +86,21 @@ def test_what_is_hidden_is_named_with_its_strength(
     assert verdict.finding is Finding.MISSING
     assert [each.name for each in verdict.effects] == [TRUE] == [ranked[0].name]
     assert verdict.effects[0].strength == pytest.approx(MASS, abs=3 * verdict.effects[0].deviation)
-    assert ranked[0].refit.gain > ranked[1].refit.gain
+    # The other is so far behind that its own covariance does not matter.
+    assert len(finalists) == 1
 
 
-def test_an_effect_that_makes_the_held_out_error_larger_gains_nothing_there(
+def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     campaign: Any, arrangement: Arrangement, scores: list[Score], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The limit is set below what any effect reaches: chi^2 falls all the same."""
     monkeypatch.setattr(finalist, "WORSE", 1e-9)
     refits = [refit(arrangement, scores[0])]
     before = baseline_fit(arrangement)
-    (found,) = weigh_each(campaign, arrangement, before, refits, partial(list_campaign_effects, campaign))
+    (found,) = weigh_each(campaign, arrangement, arrangement, before, refits, partial(list_campaign_effects, campaign))
     assert found.refit.gain > 10
-    assert found.refit.held_gain <= 0
+    assert found.refit.worsens
+    assert not passes(found.refit, Thresholds(gain=1.0, misfit=1.0))
 
 
 def test_an_effect_leaves_less_model_error(
@@ -108,11 +111,11 @@ def test_an_effect_leaves_less_model_error(
     true = next(score for score in scores if score.effect.name == TRUE)
     listed = partial(list_campaign_effects, campaign)
     before, first = baseline_fit(without), refit(without, true)
-    (found,) = weigh_each(campaign, without, before, [first], listed)
+    (found,) = weigh_each(campaign, without, without, before, [first], listed)
     faded = [each.train.faded for each in (without, found.arrangement)]
     np.testing.assert_array_equal(*faded)
     assert found.arrangement.left.frequency < 0.2 * without.left.frequency
-    assert found.arrangement.left.reading < without.left.reading
+    assert found.arrangement.left.shape < 0.5 * without.left.shape
     # By the covariance with this error the mass seems to gain less than with a model error that suits it.
     (seen,) = screen(without, [true.effect])
     (suited,) = rank_by_suited_gains(without, [seen])
@@ -121,4 +124,4 @@ def test_an_effect_leaves_less_model_error(
     # Model error takes up what is missing: less is gained than by the covariance of noise alone, but as clearly.
     plain = leave_out_model_error(without.train)
     left = [float(np.sum(plain.residual(each.fit.prediction) ** 2)) for each in (before, first)]
-    assert 100 < found.refit.gain < left[0] - left[1]
+    assert 50 < found.refit.gain < left[0] - left[1]

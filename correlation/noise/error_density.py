@@ -1,0 +1,255 @@
+"""Most probable sizes of the errors of a model.
+
+The parts of curves do not overlap, so that the covariance of readings is inverted in closed form, and with the modes of
+noise by Woodbury's identity. What is left are inner products of few columns, F, D and H and the difference, by which
+-2 ln p of many sizes is cheap. They depend on the size of the errors of readings alone, and but for the difference on
+nothing that a fit changes: those of round sizes are computed once for all differences.
+"""
+
+from collections import OrderedDict
+from dataclasses import astuple
+from itertools import product
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import scipy.linalg
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.noise.covariance import Whitening
+from correlation.noise.error_patterns import ErrorPatterns
+from correlation.noise.error_size import NO_ERROR, ErrorSize
+
+Vector = Float[NDArray[np.float64], " m"]
+Matrix = NDArray[np.float64]
+#: Sizes of the errors of frequencies, damping and shapes [-].
+Sizes = Float[NDArray[np.float64], " 3"]
+
+#: Fall of -2 ln p by all sizes together from which on there is an error: of four sizes whose true value is zero,
+#: chance does so in about 5 % (half a chi-square of one degree of freedom each).
+NOTICED = 4.0
+#: A size below this share of what is usual is none, and the least that is tried [-].
+SMALL, LEAST = 0.05, 0.01
+#: First sizes that are tried, in units of what is usual.
+TRIED = (LEAST, 1.0, 10.0, 100.0)
+#: Largest size, in the same units: round-off limits the search.
+MOST = 1e4
+#: Sizes of the errors of readings that are tried, in units of what is usual: zero, and half decades.
+READINGS = (0.0, *(10 ** (0.5 * step) for step in range(-3, 7)))
+#: Change of the logarithm of that size which is small enough.
+CLOSE = 0.03
+#: Sizes of the errors of readings whose inner products are retained: all of `READINGS` and the last ones.
+RETAINED = 16
+
+
+def estimate_error_size(
+    whitening: Whitening, patterns: ErrorPatterns, usual: ErrorSize, difference: Vector
+) -> ErrorSize:
+    """Most probable sizes of the errors of a model; none where they explain no more than chance.
+
+    Parameters
+    ----------
+    whitening
+        S.
+    patterns
+        F, D, G and H.
+    usual
+        Scales of the priors; there is no error of a kind whose scale is zero.
+    difference
+        Measured less predicted features, shape (m,).
+    """
+    density = Density(whitening, patterns, usual, difference)
+    reading, found, least = _search_readings(density, usual.reading)
+    if least > density(NO_ERROR) - NOTICED:
+        return NO_ERROR
+    frequency, damping, shape = found.tolist()
+    sizes = np.array([frequency, damping, reading, shape])
+    return ErrorSize(*np.where(sizes < SMALL * np.array(astuple(usual)), 0.0, sizes).tolist())
+
+
+def _search_readings(density: "Density", usual: float) -> tuple[float, Sizes, float]:
+    """Size of the errors of readings, those of the others by it, and -2 ln p."""
+    tried: dict[float, tuple[Sizes, float]] = {0.0: density.minimise(0.0)}
+    if not usual:
+        return 0.0, *tried[0.0]
+
+    def cost(reading: float) -> float:
+        if reading not in tried:
+            near = min(tried, key=lambda known: abs(np.log((known + LEAST * usual) / (reading + LEAST * usual))))
+            tried[reading] = density.minimise(reading, tried[near][0])
+        return tried[reading][1]
+
+    sizes = [usual * each for each in READINGS]
+    # Every second one, then those beside the best.
+    best = min(range(0, len(sizes), 2), key=lambda number: cost(sizes[number]))
+    while True:
+        beside = [number for number in (best - 1, best + 1) if 0 <= number < len(sizes)]
+        nearer = min(beside, key=lambda number: cost(sizes[number]))
+        if cost(sizes[nearer]) >= cost(sizes[best]):
+            break
+        best = nearer
+    if 1 < best < len(sizes) - 1:
+        import scipy.optimize  # takes long, and a comparison without model error has no use for it
+
+        bracket = np.log([sizes[number] for number in (best - 1, best, best + 1)])
+        scipy.optimize.minimize_scalar(
+            lambda logarithm: cost(float(np.exp(logarithm))), bounds=(bracket[0], bracket[2]), method="bounded",
+            options={"xatol": CLOSE},
+        )  # fmt: skip
+    reading = min(tried, key=cost)
+    return reading, *tried[reading]
+
+
+class _Products(NamedTuple):
+    """Inverse of the covariance of readings and noise, and its inner products with all columns but the difference."""
+
+    weight: Vector
+    own: Vector
+    """1 + s_r^2 g^T Lambda^-1 g of each part."""
+    factor: Matrix
+    """Cholesky factor of I + M^T W M, of the modes M of noise."""
+    across: Matrix
+    """M^T W of F, D and H."""
+    gram: Matrix
+    log_determinant: float
+
+
+class _Columns:
+    """Columns of one covariance and its errors, ordered by parts of curves, and their inner products."""
+
+    def __init__(self, whitening: Whitening, patterns: ErrorPatterns) -> None:
+        self.order = np.argsort(patterns.part, kind="stable")
+        self._first = np.flatnonzero(np.diff(patterns.part[self.order], prepend=-1))
+        self._variance, self._reading = whitening.deviation[self.order] ** 2, patterns.reading[self.order]
+        modes = np.zeros((len(self.order), 0)) if whitening.modes is None else whitening.modes
+        self.modes = modes[self.order]
+        self.columns = np.column_stack([patterns.frequency, patterns.damping, patterns.shape])[self.order]
+        self._known: OrderedDict[float, _Products] = OrderedDict()
+
+    def products(self, reading: float) -> _Products:
+        """Inner products at a size of the errors of readings."""
+        if reading not in self._known:
+            self._known[reading] = self._compute(reading)
+            if len(self._known) > RETAINED:
+                self._known.popitem(last=False)
+        self._known.move_to_end(reading)
+        return self._known[reading]
+
+    def _compute(self, reading: float) -> _Products:
+        weight = 1 / (self._variance + (reading * self._reading) ** 2)
+        own = 1 + reading**2 * np.add.reduceat(weight * self._reading**2, self._first)
+        weighed = self.weigh(reading, weight, own, np.column_stack([self.modes, self.columns]))
+        c = self.modes.shape[1]
+        by_modes, by_columns = self.modes.T @ weighed, self.columns.T @ weighed[:, c:]
+        factor = np.asarray(np.linalg.cholesky(np.eye(c) + by_modes[:, :c]), dtype=np.float64)
+        half = scipy.linalg.solve_triangular(factor, by_modes[:, c:], lower=True)
+        log_determinant = np.log(own).sum() - np.log(weight).sum() + 2 * np.log(np.diag(factor)).sum()
+        # Round-off of the difference may leave what is no square.
+        values, vectors = np.linalg.eigh(by_columns - half.T @ half)
+        gram = (vectors * np.maximum(values, 0.0)) @ vectors.T
+        return _Products(weight, own, factor, half, gram, float(log_determinant))
+
+    def weigh(self, reading: float, weight: Vector, own: Vector, columns: Matrix) -> Matrix:
+        """Columns by the inverse of the covariance of readings and noise without its modes."""
+        weighed = weight[:, None] * columns
+        if not reading:
+            return np.asarray(weighed)
+        sums = np.add.reduceat(self._reading[:, None] * weighed, self._first, axis=0) / own[:, None]
+        counts = np.diff(self._first, append=len(weight))
+        return np.asarray(weighed - reading**2 * (weight * self._reading)[:, None] * np.repeat(sums, counts, axis=0))
+
+
+#: Columns of the covariances that are in use.
+_prepared: WeakKeyDictionary[ErrorPatterns, WeakKeyDictionary[Whitening, _Columns]] = WeakKeyDictionary()
+
+
+class Density:
+    """-2 ln p of sizes, up to a constant; parameters as of `estimate_error_size`."""
+
+    def __init__(self, whitening: Whitening, patterns: ErrorPatterns, usual: ErrorSize, difference: Vector) -> None:
+        prepared = _prepared.setdefault(patterns, WeakKeyDictionary())
+        if whitening not in prepared:
+            prepared[whitening] = _Columns(whitening, patterns)
+        self._of = prepared[whitening]
+        self._difference = difference[self._of.order]
+        self._scale = np.array([usual.frequency, usual.damping, usual.shape])
+        self._usual_reading = usual.reading
+        self._kind = np.repeat(
+            [0, 1, 2], [patterns.frequency.shape[1], patterns.damping.shape[1], patterns.shape.shape[1]]
+        )
+
+    def __call__(self, size: ErrorSize) -> float:
+        """-2 ln p of a size."""
+        return self._at(size.reading)(np.array([size.frequency, size.damping, size.shape]))[0]
+
+    def minimise(self, reading: float, near: Sizes | None = None) -> tuple[Sizes, float]:
+        """The other sizes that are most probable with one of the errors of readings, and -2 ln p.
+
+        Parameters
+        ----------
+        reading
+            Size of the errors of readings [-].
+        near
+            The others by a size nearby; first sizes of all orders are tried beside it.
+        """
+        at, there = self._at(reading), self._scale > 0
+        lists = [TRIED if each else (0.0,) for each in there]
+        starts = [self._scale * share for share in product(*lists)] if near is None else [near]
+        first = min(starts, key=lambda sizes: at(sizes)[0])
+        if not there.any():
+            return first, at(first)[0]
+        import scipy.optimize
+
+        def cost(logarithm: Vector) -> tuple[float, Vector]:
+            sizes = np.zeros(3)
+            sizes[there] = np.exp(logarithm)
+            value, slope = at(sizes)
+            return value, slope[there]
+
+        scale = np.log(self._scale[there])
+        lower, upper = scale + np.log(LEAST), scale + np.log(MOST)
+        start = np.log(np.maximum(first[there], LEAST * self._scale[there]))
+        found = scipy.optimize.minimize(
+            cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)),
+            options={"ftol": 1e-10, "gtol": 1e-3},
+        )  # fmt: skip
+        sizes = np.zeros(3)
+        sizes[there] = np.exp(found.x)
+        return sizes, float(found.fun)
+
+    def _at(self, reading: float) -> "_AtReading":
+        of, known = self._of, self._of.products(reading)
+        difference = of.weigh(reading, known.weight, known.own, self._difference[:, None])[:, 0]
+        along = scipy.linalg.solve_triangular(known.factor, of.modes.T @ difference, lower=True)
+        prior = 2 * np.log1p((reading / self._usual_reading) ** 2) if self._usual_reading else 0.0
+        return _AtReading(
+            known.gram, of.columns.T @ difference - known.across.T @ along,
+            float(self._difference @ difference - along @ along + known.log_determinant + prior),
+            self._kind, self._scale,
+        )  # fmt: skip
+
+
+class _AtReading(NamedTuple):
+    """-2 ln p at one size of the errors of readings."""
+
+    gram: Matrix
+    along: Vector
+    rest: float
+    """-2 ln p without any other error."""
+    kind: NDArray[np.int64]
+    scale: Sizes
+
+    def __call__(self, sizes: Sizes) -> tuple[float, Sizes]:
+        """-2 ln p, and its derivatives with respect to the logarithms of the sizes."""
+        by_column = sizes[self.kind]
+        along, inner = by_column * self.along, np.outer(by_column, by_column) * self.gram
+        inner[np.diag_indices_from(inner)] += 1.0
+        factor = scipy.linalg.cho_factor(inner, lower=True, check_finite=False)
+        # Most probable errors, in their standard deviations, and how much of their variance the data leave.
+        errors = scipy.linalg.cho_solve(factor, along, check_finite=False)
+        left = np.diag(scipy.linalg.cho_solve(factor, np.eye(len(along)), check_finite=False))
+        share = np.where(self.scale > 0, sizes / np.where(self.scale > 0, self.scale, 1.0), 0.0) ** 2
+        value = self.rest - along @ errors + 2 * np.log(np.diag(factor[0])).sum() + 2 * np.log1p(share).sum()
+        slopes = np.bincount(self.kind, 2 * (1 - left) - 2 * errors**2, minlength=3) + 4 * share / (1 + share)
+        return float(value), slopes

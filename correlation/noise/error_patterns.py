@@ -1,0 +1,133 @@
+"""Changes of all features by the errors of a model."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from correlation.configuration import Tangent
+from correlation.feature.vector import FeatureVector
+from correlation.model import Model
+from correlation.noise.covariance import Whitening
+from correlation.noise.error_size import ErrorSize
+from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes, make_frequency_shifts, split_by_level
+from correlation.prediction import Prediction, Predictor
+from hbsolve.model_rates import MatrixParameter, ModelParameter
+
+Vector = Float[NDArray[np.float64], " m"]
+
+#: Parts of a curve with an error of their own.
+PARTS = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ErrorPatterns:
+    """Changes of all features by errors of a model of 100 %.
+
+    Parameters
+    ----------
+    frequency, damping
+        F and D, shapes (m, a) and (m, b).
+    reading
+        g, shape (m,).
+    part
+        Number of the column of G that each feature belongs to, shape (m,).
+    shape
+        H, shape (m, d).
+    """
+
+    frequency: Modes
+    damping: Modes
+    reading: Vector
+    part: Int[NDArray[np.int64], " m"]
+    shape: Modes
+
+    @classmethod
+    def at(
+        cls, features: FeatureVector, predictor: Predictor, model: Model, prediction: Prediction, measured: Vector
+    ) -> "ErrorPatterns":
+        """Patterns at a model and its prediction.
+
+        Parameters
+        ----------
+        features, predictor
+            Features of the measurements, and a predictor of the same points.
+        model, prediction
+            Model and its prediction.
+        measured
+            Features of the measurements, shape (m,), whose moduli the errors of readings are relative to.
+        """
+        nominal = ModelFeatures(predictor.share(model), features, model, prediction)
+        damped = ModelParameter(matrices=MatrixParameter(damping=model.system.damping))
+        damping = [Tangent(jointed=damped, free=NOTHING, gain={}), Tangent(jointed=NOTHING, free=damped, gain={})]
+        changes = nominal.slopes([*make_frequency_shifts(model, by_exciter=False), *damping])
+        return cls(
+            frequency=_by_level(features, changes[:, :2]),
+            damping=_by_level(features, changes[:, 2:]),
+            reading=compute_moduli(features, measured),
+            part=_parts(features),
+            shape=_make_shapes(features, prediction),
+        )
+
+    def modes(self, size: ErrorSize) -> Modes:
+        """Columns of s_f F, s_d D, s_r G and s_h H that are not zero, shape (m, c)."""
+        columns = np.zeros((len(self.part), int(self.part.max(initial=-1)) + 1))
+        columns[np.arange(len(self.part)), self.part] = size.reading * self.reading
+        more = np.column_stack(
+            [size.frequency * self.frequency, size.damping * self.damping, columns, size.shape * self.shape]
+        )
+        return np.asarray(more[:, more.any(axis=0)])
+
+    def widen(self, whitening: Whitening, size: ErrorSize) -> Whitening:
+        """Whitening with errors of a size in its covariance."""
+        deviation = np.hypot(whitening.deviation, size.reading * self.reading)
+        return Whitening(deviation=deviation, modes=whitening.modes).with_modes(self.modes(size))
+
+
+def _by_level(features: FeatureVector, changes: Modes) -> Modes:
+    """Changes as one column per level; columns without a change are left out."""
+    columns = np.column_stack([split_by_level(features, change) for change in changes.T])
+    return np.asarray(columns[:, columns.any(axis=0)])
+
+
+def compute_moduli(features: FeatureVector, measured: Vector) -> Vector:
+    """Modulus of the complex number that each feature is a part of, shape (m,)."""
+    squares = np.bincount(features.row, np.nan_to_num(measured) ** 2, minlength=len(features.points))
+    return np.asarray(np.sqrt(squares)[features.row])
+
+
+def _parts(features: FeatureVector) -> Int[NDArray[np.int64], " m"]:
+    """Quarter of its curve that each feature belongs to, real and imaginary parts by themselves, shape (m,)."""
+    points, row = features.points, features.row
+    sensor = np.unique(points.sensor, return_inverse=True)[1]
+    imaginary = np.arange(len(row)) >= len(points)
+    curve = np.column_stack([sensor, points.harmonic, points.free, points.level, points.sweep])[row]
+    number = np.unique(np.column_stack([curve, imaginary]), axis=0, return_inverse=True)[1].ravel()
+    part = np.zeros(len(row), dtype=np.int64)
+    for each in np.unique(number):
+        own = np.flatnonzero(number == each)
+        rank = np.argsort(np.argsort(points.frequency[row[own]], kind="stable"), kind="stable")
+        part[own] = PARTS * each + PARTS * rank // len(own)
+    return np.asarray(np.unique(part, return_inverse=True)[1]).ravel()
+
+
+def _make_shapes(features: FeatureVector, prediction: Prediction) -> Modes:
+    """Changes of a sensor's responses by 100 %, at all and on a quarter of its frequencies, in and out of phase.
+
+    They are of the fundamentals: other harmonics are those of joints, and grow in another way with the level.
+    """
+    points, value = features.points, prediction.value
+    sensor = np.unique(points.sensor, return_inverse=True)[1]
+    curves = np.unique(np.column_stack([sensor, points.free]), axis=0, return_inverse=True)[1].ravel()
+    columns = []
+    for curve in np.unique(curves[points.harmonic == 1]):
+        of_curve = (curves == curve) & (points.harmonic == 1)
+        frequency = np.where(of_curve, points.frequency, np.nan)
+        edges = np.nanquantile(frequency, np.arange(1, PARTS) / PARTS)
+        part = np.searchsorted(edges, frequency)
+        own = np.where(of_curve, value, 0.0)
+        columns += [own, *(np.where(part == each, own, 0.0) for each in range(PARTS))]
+    changes = np.array([turn * column for column in columns for turn in (1.0, 1j)]).reshape(-1, len(value)).T
+    modes = np.nan_to_num(features.slopes(value, np.nan_to_num(changes)))
+    return np.asarray(modes[:, np.abs(modes).max(axis=0, initial=0.0) > 0])

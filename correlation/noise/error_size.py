@@ -1,0 +1,70 @@
+"""Sizes of the errors of a model: what is usual, what is far, and how probable a size is."""
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from geometry.plain_number import plain
+
+#: Usual errors of frequencies and of damping, over those of readings: at a peak of a quality factor of 50 both then
+#: change readings by twenty times as much as far from it [-].
+USUAL = (0.2, 20.0)
+#: Sizes beyond which a model is another structure: what frequencies and damping are off by is then no small change.
+FAR = (0.02, 0.5, 0.1, 0.2)
+
+
+@dataclass(frozen=True)
+class ErrorSize:
+    """Standard deviations of the relative errors of a model [-].
+
+    Parameters
+    ----------
+    frequency, damping
+        Of natural frequencies, and of damping, of each configuration at each level.
+    reading
+        Of each part of a curve, and of each number beside.
+    shape
+        Of a sensor's responses at all levels alike, and of each part of them.
+    """
+
+    frequency: float = 0.0
+    damping: float = 0.0
+    reading: float = 0.0
+    shape: float = 0.0
+
+    @property
+    def is_far(self) -> bool:
+        """Whether a model with such errors is too far from its measurements for what is missing to be told."""
+        return any(mine > far for mine, far in zip(astuple(self), FAR, strict=True))
+
+    @property
+    def words(self) -> str:
+        """The sizes that are not zero, in words."""
+        named = zip(
+            ("natural frequencies", "damping", "the readings of a curve", "the shapes at all levels"),
+            astuple(self),
+            strict=True,
+        )
+        return " and ".join(f"{plain(100 * value)} % in {name}" for name, value in named if value)
+
+    @classmethod
+    def usual(cls, reading: float) -> "ErrorSize":
+        """Usual errors of a model whose readings err by so much far from resonances [-]."""
+        return cls(frequency=USUAL[0] * reading, damping=USUAL[1] * reading, reading=reading, shape=reading)
+
+    def is_near(self, other: "ErrorSize", share: float) -> bool:
+        """Whether all sizes agree within a share of the larger one."""
+        return all(abs(a - b) <= share * max(a, b) for a, b in zip(astuple(self), astuple(other), strict=True))
+
+    def scaled(self, share: float) -> "ErrorSize":
+        """A share of it."""
+        return ErrorSize(*(share * size for size in astuple(self)))
+
+
+NO_ERROR = ErrorSize()
+
+
+def compute_prior(size: ErrorSize, usual: ErrorSize) -> float:
+    """-2 ln of the prior density of a size, 0 without an error."""
+    pairs = zip(astuple(size), astuple(usual), strict=True)
+    return float(sum(2 * np.log1p((each / scale) ** 2) for each, scale in pairs if scale))
