@@ -39,7 +39,7 @@ from geometry.plain_number import plain
 
 #: Probability that one of the effects that are named is the true one, if one of those that pass is.
 CREDIBLE = 0.95
-#: Share of the gain of the best effect that others may gain beyond the threshold.
+#: Share of the gain of the best effect that others may gain beyond the threshold, and of the error that it may leave.
 STAND_IN = 0.15
 #: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
 #: well: it is then the next effect to be named.
@@ -223,7 +223,7 @@ def decide(
     arrangements = {each.name: each.arrangement for each in finalists}
     refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
     rivals = [each.refit for each in finalists if is_rival(each.refit, thresholds)]
-    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, max(refuted, 0.0), rivals)
+    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, before, max(refuted, 0.0), rivals)
     finding, effects = find(gate, [each.refit for each in finalists])
     passed = [each for each in finalists if gate.passes(each.refit)]
     left, reason = passed[0].arrangement.left if passed else left, ""
@@ -283,6 +283,7 @@ class _ChanceGate:
     places: Sequence[Place]
     thresholds: Thresholds
     run_step: RunStep
+    before: Refit
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
     rivals: Sequence[Refit]
@@ -309,7 +310,8 @@ class _ChanceGate:
         self.left[refit.name] = rest
         assert refit.effect is not None
         linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
-        return not _stand_in(refit, rest, self.thresholds, linear) or self._explains_with(refit, rest.further)
+        stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
+        return not stands_in or self._explains_with(refit, rest.further)
 
     def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
         """Whether an effect and a further one explain together what either does not."""
@@ -357,10 +359,25 @@ def _share_place(refit: Refit, other: Refit) -> bool:
     return bool(places[0]) and places[0] == places[1]
 
 
-def _stand_in(refit: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
+def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
     unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
     beyond = max(rest.gain - thresholds.gain, unknown)
     is_left = _is_unexplained(refit.fit.chi2 / refit.fit.n_number, refit.stated_chi2)
-    stranger = linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left
-    return stranger or beyond > STAND_IN * refit.gain
+    if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
+        return True
+    return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, before)
+
+
+def _explains_nearly_all(refit: Refit, before: Refit) -> bool:
+    """Whether an effect leaves less than the share `STAND_IN` of an error that noise and stated errors do not explain.
+
+    Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
+    """
+    was, left = _stated(before), _stated(refit)
+    return was > UNEXPLAINED and left - 1 < STAND_IN**2 * (was - left)
+
+
+def _stated(refit: Refit) -> float:
+    """Reduced chi-squared by noise and stated errors."""
+    return refit.fit.chi2 / refit.fit.n_number if refit.stated_chi2 is None else refit.stated_chi2

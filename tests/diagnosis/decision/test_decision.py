@@ -163,6 +163,15 @@ def test_many_that_explain_a_little_worse_are_named_until_their_probability_is_c
     assert verdict.probabilities[0] == pytest.approx(1 / (1 + 10 * np.exp(-4)))
 
 
+def test_an_effect_that_leaves_next_to_nothing_is_no_stand_in() -> None:
+    """Model error as large as the responses explains much without it, so that its gain is small beside what is left."""
+    rest = Leftover(gain=0.0, name="", places=(place(LIMITS.misfit + 50),), known=0.0)
+    cubic, lost = replace(refit("cubic", 90, 70), stated_chi2=5.0), replace(BEFORE, stated_chi2=7000.0)
+    assert decided(cubic, rest=rest).finding is Finding.UNKNOWN
+    assert decided(cubic, rest=rest, before=lost).finding is Finding.MISSING
+    assert decided(cubic, rest=rest, before=replace(BEFORE, stated_chi2=50.0)).finding is Finding.UNKNOWN
+
+
 def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
     """A fall of -2 ln p by 2 the wrong way is chance; one of 50 is not. An effect that may be claimed comes first."""
     for gain in (141, 145):
