@@ -127,14 +127,14 @@ def _group(
 ) -> dict[str, Any]:
     measured, deviation = scale * part.measured[rows], np.nan_to_num(scale * part.deviation[rows])
     harmonic = int(part.points.harmonic[rows[0]])
-    phase = _phase(measured, deviation, harmonic)
+    phase = np.where(part.phased[rows], _phase(measured, deviation, harmonic), np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         phase_deviation = np.degrees(np.nan_to_num(deviation / np.abs(measured), posinf=0.0))
     drawn = []
     for line in lines:
         value = scale * line
         turned = _phase(value, np.full(len(value), np.median(deviation)), harmonic)
-        if harmonic == 1:
+        if harmonic == 1 and np.isfinite(phase[0]):
             turned += 360 * np.round((phase[0] - turned[0]) / 360)
         drawn.append({"amplitude": _rounded(np.abs(value) if harmonic else value.real), "phase": _rounded(turned)})
     return {

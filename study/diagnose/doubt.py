@@ -8,8 +8,9 @@ from study.diagnose.round import Round
 
 #: Standard deviations of its prior beyond which a calibration parameter is in doubt.
 FAR = 3.0
-#: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter.
-WORSE = 4.0
+#: Rise of chi^2 of the held-out data by a calibration that does harm: two standard deviations of one parameter; and the
+#: rise of the error that is harm whatever chi^2 says [-].
+WORSE, CLEARLY_WORSE = 4.0, 2.0
 
 
 def list_doubts(result: Round) -> list[str]:
@@ -27,7 +28,8 @@ def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse; both errors are by the same covariance."""
     drawn, before = result.drawn, result.diagnosis.before
     rise = (before.held_chi2 - drawn.held_chi2) * before.n_held
-    if rise > WORSE and before.held_error > drawn.held_error:
+    larger = before.held_error / drawn.held_error if drawn.held_error else 1.0
+    if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
             f"{what} makes the held-out error worse: {plain(100 * drawn.held_error, 3)} % as drawn, "

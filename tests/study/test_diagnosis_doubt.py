@@ -44,6 +44,13 @@ def test_a_calibration_that_harms_is_named_with_both_errors(chi2: float, doubted
         assert "49 %" in doubts[0]
 
 
+def test_a_calibration_that_doubles_the_error_is_named_whatever_chi_squared_says() -> None:
+    """As where the model without an effect is lost: a wrong peak may be nearer to the measured one, and far larger."""
+    (doubt,) = list_doubts(result(drawn=0.81, before=2.28, chi2=-0.5))
+    assert "228 %" in doubt
+    assert list_doubts(result(drawn=0.81, before=1.2, chi2=-0.5)) == []
+
+
 @pytest.mark.parametrize(("value", "words"), [(1.035, "3.5 standard deviations"), (0.95, "as far as a fit may go")])
 def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> None:
     (doubt,) = list_doubts(result((value,)))
