@@ -73,9 +73,10 @@ class DynamicStiffness:
     stiffness: Matrix
     basis: Matrix | None = None
     _modes: DenseModes = field(init=False, repr=False)
-    #: V, shape (r, r), and the diagonals of V^T K V, V^T M V and V^T C V, shape (3, r).
+    #: V, shape (r, r), and the diagonals of V^T (K + sigma M) V, V^T M V and V^T C V, shape (3, r), with sigma.
     _shapes: Matrix = field(init=False, repr=False)
     _diagonals: Matrix = field(init=False, repr=False)
+    _shift: float = field(init=False, repr=False)
     #: What couples the modes beside it: V^T U, shape (r, k), and its strength in K, M and C, shape (3, k).
     _coupling: tuple[Matrix, Matrix] = field(init=False, repr=False)
     #: Whether each frequency takes a dense solve, because the damping couples all modes.
@@ -105,7 +106,7 @@ class DynamicStiffness:
         object.__setattr__(self, "_modes", modes)
         modal_damping = modes.shapes.T @ self.damping @ modes.shapes
         shapes, own, coupling = modes.shapes, np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros((3, 0)))
-        diagonals = np.array([1 - modes.shift * modes.mu, modes.mu, own])
+        diagonals, shift = np.array([np.ones(self.n_dof), modes.mu, own]), modes.shift
         coupled = _is_coupled(modal_damping)
         if coupled and (result := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
             proportional = result.mass_factor * modes.mu + result.stiffness_factor * (1 - modes.shift * modes.mu)
@@ -115,9 +116,10 @@ class DynamicStiffness:
             if not coupled:
                 diagonals[2], coupling = proportional, (U, np.array([0 * s, 0 * s, s]))
         if coupled and self.basis is not None and (found := self._in_basis(self.basis)) is not None:
-            coupled, shapes, (diagonals, coupling) = False, self.basis, found
+            coupled, shapes, (diagonals, coupling), shift = False, self.basis, found, 0.0
         object.__setattr__(self, "_shapes", shapes)
         object.__setattr__(self, "_diagonals", diagonals)
+        object.__setattr__(self, "_shift", shift)
         object.__setattr__(self, "_coupling", coupling)
         object.__setattr__(self, "damping_couples_modes", coupled)
 
@@ -433,7 +435,7 @@ class DynamicStiffness:
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
         """V^T Z V but for what couples the modes, k - omega^2 m + i omega c, shape (p, r)."""
         self._refuse_free_static(omega)
-        diagonal = _at(omega, self._diagonals)
+        diagonal = _at(omega, self._diagonals, self._shift)
         resonant = np.abs(diagonal) < RESONANCE
         if resonant.any():
             frequency, mode = np.argwhere(resonant)[0]
@@ -463,10 +465,10 @@ class DynamicStiffness:
         return chosen
 
 
-def _at(omega: Frequencies, parts: Matrix) -> Amplitudes:
-    """K - omega^2 m + i omega c of parts of K, M and C, shape (3, n), at each frequency, shape (p, n)."""
+def _at(omega: Frequencies, parts: Matrix, shift: float = 0.0) -> Amplitudes:
+    """k - (sigma + omega^2) m + i omega c of parts of K + sigma M, M and C, shape (3, n); shape (p, n)."""
     stiffness, mass, damping = parts
-    return np.asarray(stiffness - np.outer(omega**2, mass) + 1j * np.outer(omega, damping))
+    return np.asarray(stiffness - np.outer(shift + omega**2, mass) + 1j * np.outer(omega, damping))
 
 
 def _slope(omega: Frequencies, parts: Matrix) -> Complex[Array, "p 1 n"]:
