@@ -466,7 +466,7 @@ class DynamicStiffness:
 
 
 def _at(omega: Frequencies, parts: Matrix, shift: float = 0.0) -> Amplitudes:
-    """k - (sigma + omega^2) m + i omega c of parts of K + sigma M, M and C, shape (3, n); shape (p, n)."""
+    """Parts of Z = K - omega^2 M + i omega C from those of K + sigma M, M and C, shape (3, n); shape (p, n)."""
     stiffness, mass, damping = parts
     return np.asarray(stiffness - np.outer(shift + omega**2, mass) + 1j * np.outer(omega, damping))
 
