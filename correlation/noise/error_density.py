@@ -26,8 +26,8 @@ Matrix = NDArray[np.float64]
 #: Sizes of the errors of frequencies, damping and shapes [-].
 Sizes = Float[NDArray[np.float64], " 3"]
 
-#: Fall of -2 ln p by all sizes together from which on there is an error: of four sizes whose true value is zero,
-#: chance does so in about 5 % (half a chi-square of one degree of freedom each).
+#: Fall of -2 ln p by all sizes together from which on there is an error: of four sizes whose true value is zero, chance
+#: does so in 15 % (half a chi-square of one degree of freedom each), and less often by their priors.
 NOTICED = 4.0
 #: A size below this share of what is usual is none, and the least that is tried [-].
 SMALL, LEAST = 0.05, 0.01
