@@ -178,7 +178,7 @@ class DynamicStiffness:
         chosen_rows, chosen_columns = self._chosen(rows), self._chosen(columns)
         if self.damping_couples_modes:
             unit = np.eye(self.n_dof)[:, chosen_columns]
-            full = np.linalg.solve(self._matrices(omega), np.broadcast_to(unit, (len(omega), *unit.shape)))
+            full = self.moved(omega, np.broadcast_to(unit, (len(omega), *unit.shape)))
             return np.asarray(full[:, chosen_rows])
         V = self._shapes
         moved = self._modal_response(
@@ -214,7 +214,7 @@ class DynamicStiffness:
         if self.damping_couples_modes:
             # One factorisation a frequency, whatever the number of forces.
             columns = np.moveaxis(force.reshape(-1, *force.shape[-2:]), 0, 2)
-            moved = np.linalg.solve(self._matrices(omega), columns)
+            moved = self.moved(omega, columns)
             displacement[..., loaded, :] = np.moveaxis(moved, 2, 0).reshape(force.shape)
         else:
             V = self._shapes
@@ -353,7 +353,7 @@ class DynamicStiffness:
         """
         omega, B = np.asarray(angular_frequency, dtype=np.float64), np.asarray(directions)
         if self.damping_couples_modes:
-            value = B @ np.linalg.solve(self._matrices(omega), beside(B, force))
+            value = B @ self.moved(omega, beside(B, force))
             return value[..., :-1], value[..., -1]
         seen, modal_force = self._seen(B), _times(force, self._shapes)
         if not self._coupling[1].size:
