@@ -52,7 +52,7 @@ class SweepPath:
         self._sliders = self.solver.slider
 
     def follow(
-        self, frequencies: Sequence[float], found: Sequence[SteadyState | None] | None = None
+        self, frequencies: Sequence[float], found: Sequence[SteadyState | None]
     ) -> tuple[list[SteadyState | None], list[Step]]:
         """Steady states along one sweep, in its order, and its jumps.
 
@@ -71,8 +71,7 @@ class SweepPath:
             first = self._first.get(frequency)
             before = None if last is None else frequencies[last]
             here = None if last is None else states[last]
-            known = None if found is None else found[number]
-            at = None if found is None or number == 0 else found[number - 1]
+            known, at = found[number], None if number == 0 else found[number - 1]
             if first is not None and self._on_first(here, before, frequency, first):
                 state: SteadyState | None = first
             else:
