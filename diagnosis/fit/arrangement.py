@@ -351,9 +351,8 @@ def _settle(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
 
 
 def _reweigh(fit: Fit, before: Comparison, after: Comparison) -> Matrix:
-    """Jacobian of a fit by another covariance, shape (m + p, p): it is that of the same predictions."""
-    m = fit.n_number
-    return np.concatenate([after.whitening(before.whitening.undo(fit.jacobian[:m])), fit.jacobian[m:]])
+    """Jacobian of a fit by another covariance of the same predictions, shape (m + p, p)."""
+    return fit.reweigh(lambda slopes: after.whitening(before.whitening.undo(slopes)))
 
 
 def _size(comparison: Comparison) -> ErrorSize:

@@ -143,6 +143,10 @@ class Fit:
         """Numbers compared [-]."""
         return len(self.residual) - len(self.values)
 
+    def reweigh(self, change: Callable[[Matrix], Matrix]) -> Matrix:
+        """Jacobian by another covariance, shape (m + p, p): with its rows of data changed, and not those of priors."""
+        return np.concatenate([change(self.jacobian[: self.n_number]), self.jacobian[self.n_number :]])
+
 
 def calibrate(
     comparison: Data,

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_comparison import ControlledComparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -77,7 +78,9 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
             # A large error first, so that priors count.
             misfit = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
         weighed, before = plain.scaled(misfit), weighed
-        slopes = None if fit is None else _reweigh(fit, before, weighed)
+        # The predictions are the same: their deviations are others.
+        ratio = (before.deviation / weighed.deviation)[:, None]
+        slopes = None if fit is None else fit.reweigh(partial(np.multiply, ratio))
         fit = calibrate(weighed, unknowns, values, slopes=slopes, quick=True)
         values = fit.values
         misfit *= _root_mean_square(fit.residual[: fit.n_number])
@@ -117,12 +120,6 @@ def find_controlled_starts(
         except ModelError:
             continue  # a structure with so much of it is not supported
     return [(effect, each.fit.values) for effect, each in sorted(found, key=lambda pair: pair[1].misfit)]
-
-
-def _reweigh(fit: Fit, before: ControlledComparison, after: ControlledComparison) -> Matrix:
-    """Jacobian of a fit by other deviations, shape (m + p, p): it is that of the same predictions."""
-    m = fit.n_number
-    return np.concatenate([fit.jacobian[:m] * (before.deviation / after.deviation)[:, None], fit.jacobian[m:]])
 
 
 def _root_mean_square(residual: Values) -> float:
