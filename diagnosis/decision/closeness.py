@@ -70,7 +70,7 @@ def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.comple
         Predictions of the same readings, shape (k,).
     """
     for free, rows, curve in _list_curves(observed):
-        size = np.abs(predicted[rows]) / np.where(observed.points.force[rows] > 0, observed.points.force[rows], 1.0)
+        size = _per_force(observed, predicted)[rows]
         if len(rows) < 3 or not np.isfinite(size).all():
             continue
         top, end = int(np.argmax(size)), int(np.argmax(curve))
@@ -114,7 +114,7 @@ def _list_curves(
 ) -> Iterator[tuple[bool, NDArray[np.int64], Float[NDArray[np.float64], " n"]]]:
     """Of each configuration the rows of the sensor that moves most at the lowest level, and its size per force."""
     points = observed.points
-    size = np.abs(observed.value) / np.where(points.force > 0, points.force, 1.0)
+    size = _per_force(observed, observed.value)
     seen = observed.motion & (points.harmonic == 1) & np.isfinite(size)
     for free in np.unique(points.free[seen]).tolist():
         own = seen & (points.free == free)
@@ -123,6 +123,12 @@ def _list_curves(
         own &= points.sweep == points.sweep[own][0]
         rows = np.flatnonzero(own)[np.argsort(points.frequency[own])]
         yield bool(free), rows, size[rows]
+
+
+def _per_force(observed: Observation, value: Complex[NDArray[np.complex128], " k"]) -> Float[NDArray[np.float64], " k"]:
+    """Size of readings per unit of the force, if there is one, shape (k,)."""
+    force = observed.points.force
+    return np.asarray(np.abs(value) / np.where(force > 0, force, 1.0))
 
 
 def _bracket(system: JointedSystem) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], " r"]]:

@@ -186,12 +186,8 @@ def is_rival(refit: Refit, thresholds: Thresholds) -> bool:
 
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
-    return refit.held_error > LARGE and _is_unexplained(refit.held_chi2, refit.held_stated_chi2)
-
-
-def _is_unexplained(chi2: float, stated: float | None) -> bool:
-    """Whether noise and stated errors leave more, by reduced chi-squared with model error and, if any, without."""
-    return (chi2 if stated is None else stated) > UNEXPLAINED
+    stated = refit.held_chi2 if refit.held_stated_chi2 is None else refit.held_stated_chi2
+    return refit.held_error > LARGE and stated > UNEXPLAINED
 
 
 def decide(
@@ -363,7 +359,7 @@ def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Threshold
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
     unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
     beyond = max(rest.gain - thresholds.gain, unknown)
-    is_left = _is_unexplained(refit.fit.chi2 / refit.fit.n_number, refit.stated_chi2)
+    is_left = _stated(refit) > UNEXPLAINED
     if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
         return True
     return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, before)
