@@ -143,15 +143,20 @@ class Arrangement:
         return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, exact=True))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """Test on the held-out data, after the jitter of their repeats has been fitted within its priors."""
+        """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
+
+        The model error of the held-out data is of the size that they show: one that the training data have told is too
+        sure of itself where a model errs by more at other levels.
+        """
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
-        settled = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
+        begun = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
+        held_out, settled = _settle(self.settled, begun)
         return Refit(
             effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
-            error=self.train.error(fit.prediction), held_error=self.settled.error(settled.prediction),
+            error=self.train.error(fit.prediction), held_error=held_out.error(settled.prediction),
             n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
-            held_stated_chi2=_stated_chi2(self.settled, settled.prediction),
-            held_cost=settled.chi2 + self.settled.whitening.log_determinant,
+            held_stated_chi2=_stated_chi2(held_out, settled.prediction),
+            held_cost=settled.chi2 + held_out.log_weight,
         )  # fmt: skip
 
 

@@ -47,7 +47,7 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
         promising = score.gain > max(PROMISING * best[0].gain, effort.worthless)
         if len(chosen) < effort.most and promising and parallel > PARALLEL:
             chosen.append(score)
-    kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
+    kinds = _rugged_kinds()
     rugged = [score for score in scores if score.effect.kind in kinds and score not in chosen and score.size > 0]
     return chosen + rugged[:MOST_RUGGED]
 
@@ -58,14 +58,19 @@ def baseline_fit(problem: Problem) -> Refit:
 
 
 def quick_fit(problem: Problem, score: Score) -> Fit:
-    """Quick fit from the strength of the screening; from typical strength where that gains too little."""
+    """Quick fit from the strength of the screening; from typical strength where that gains too little.
+
+    Effects through stick, slip and lift-off may have a least chi^2 on either side, and the derivative may point to the
+    wrong one: they are fitted from the other side as well.
+    """
     effect, baseline = score.effect, problem.fit
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
-    quick = calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)
-    if baseline.chi2 - quick.chi2 < KEPT * score.gain:
-        anew = _fit_from(problem, effect, _typical_start(problem, score))
-        quick = min(quick, anew, key=lambda fit: fit.chi2)
-    return quick
+    fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)]
+    if baseline.chi2 - fits[0].chi2 < KEPT * score.gain:
+        fits.append(_fit_from(problem, effect, _typical_start(problem, score)))
+    if effect.kind in _rugged_kinds():
+        fits.append(_fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
+    return min(fits, key=lambda fit: fit.chi2)
 
 
 def is_lost(problem: Problem) -> bool:
@@ -111,11 +116,15 @@ def _fit_from(problem: Problem, effect: Effect, start: Values) -> Fit:
     return calibrate(problem.train, problem.unknowns([effect]), start, problem.fit.prediction, quick=True)
 
 
-def _typical_start(problem: Problem, score: Score) -> Values:
-    """Values of the first fit with typical strength, to the side of the strength of the screening."""
+def _rugged_kinds() -> set[str]:
+    return {kind.name for kind in EFFECTS if kind.is_rugged}
+
+
+def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:
+    """Values of the first fit with typical strength, to the side of the strength of the screening or to the other."""
     parameter = score.effect.parameters[0]
     size = abs(parameter.typical - parameter.vanishes)
-    other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
+    other = parameter.vanishes + side * np.sign(score.strength - parameter.vanishes or 1.0) * size
     rest = [each.vanishes for each in score.effect.parameters[1:]]
     return np.array([*problem.fit.values, np.clip(other, parameter.lower, parameter.upper), *rest])
 
