@@ -25,6 +25,7 @@ from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.joint_law.jenkins import JenkinsElement
+from reduction.joint_law.power_spring import PowerSpring
 from reduction.joint_law.quadratic_damper import QuadraticDamper
 from reduction.joint_law.registry import Joint
 
@@ -36,6 +37,7 @@ __all__ = [
     "JenkinsElement",
     "Joint",
     "JointedSystem",
+    "PowerSpring",
     "QuadraticDamper",
     "along",
     "between",

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
+from correlation.noise.free_mode import NO_MODES, REACHED, FreeModes
 from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
@@ -25,10 +25,6 @@ NOTHING = ModelParameter()
 COARSE_PER_HARMONIC, COARSE_LEAST, COARSE_TOLERANCE = 16, 64, 1e-6
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9
-#: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
-#: like a spring, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
-REACHED = 3.0
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Budget:
@@ -38,7 +34,7 @@ class Budget:
     ----------
     frequency
         Standard deviation of the relative error of natural frequencies: of each mode by itself, and of either
-        configuration [-].
+        configuration [-]. Mode shapes err with them, see `correlation.noise.free_mode`.
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
     shares
@@ -116,7 +112,9 @@ class NuisanceModes(NamedTuple):
 def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
     groups = nominal.model.preload_groups
-    errors = make_error_tangents(nominal.model, budget, highest_frequency(nominal.features.points))
+    errors = make_error_tangents(
+        nominal.model, nominal.prediction, budget, highest_frequency(nominal.features.points)
+    )
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
     jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
     # Each state is linearised once for all of them.
@@ -149,24 +147,26 @@ class ErrorTangents(NamedTuple):
     """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
 
 
-def make_error_tangents(model: Model, budget: Budget, highest: float) -> ErrorTangents:
-    """Tangents of the discretisation errors of a model: of its natural frequencies, then of its contacts.
+def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, highest: float) -> ErrorTangents:
+    """Tangents of the discretisation errors of a model: of its natural frequencies and shapes, then of its contacts.
 
     Parameters
     ----------
-    model, budget
-        Model, and the standard deviations of its errors.
+    model, prediction
+        Model, and its states.
+    budget
+        Standard deviations of its errors.
     highest
         Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
     """
-    modes = make_mode_errors(model, REACHED * highest) if budget.frequency else []
-    apart = [mode for number, mode in enumerate(modes) if number not in budget.fitted]
+    modes = FreeModes.below(model, REACHED * highest) if budget.frequency else NO_MODES
+    apart = [mode for number, mode in enumerate(modes.frequency_errors()) if number not in budget.fitted]
     common = [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
-    frequencies, contacts = [*common, *apart], make_contact_errors(model, budget)
+    structure, contacts = [*common, *apart, *modes.shape_errors(prediction)], make_contact_errors(model, budget)
     return ErrorTangents(
-        [*frequencies, *contacts.tangents],
-        np.concatenate([np.full(len(frequencies), budget.frequency), contacts.size]),
-        len(frequencies) + contacts.whole,
+        [*structure, *contacts.tangents],
+        np.concatenate([np.full(len(structure), budget.frequency), contacts.size]),
+        len(structure) + contacts.whole,
     )
 
 
@@ -269,32 +269,6 @@ def make_frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
         Tangent(jointed=shift, free=NOTHING, gain={}, shift=read[0]),
         Tangent(jointed=NOTHING, free=shift, gain={}, shift=read[1]),
     ]
-
-
-def make_mode_errors(model: Model, highest: float) -> list[Tangent]:
-    r"""A relative error of each natural frequency of the structure without its contacts, the lowest one first.
-
-    With mode shapes of unit modal mass, :math:`\delta K = 2 e\, \omega^2 (M \phi) (M \phi)^T`. An error common to all
-    modes, such as that of Young's modulus, moves no mode against another; a mesh that is too coarse does.
-
-    Parameters
-    ----------
-    model
-        Model.
-    highest
-        Highest natural frequency that is taken, positive [Hz].
-    """
-    mass, most = model.system.mass, (2 * np.pi * highest) ** 2
-    # M phi = mu (K + s M) phi with mu = 1 / (omega^2 + s): neither M nor K needs to be regular. A degree of freedom
-    # that has neither without its contacts gets round-off.
-    shifted = model.system.stiffness + most * mass
-    shifted = shifted + np.eye(len(mass)) * (np.finfo(np.float64).eps * np.abs(shifted).max())
-    size, shapes = scipy.linalg.eigh(mass, shifted, subset_by_value=(0.5 / most, np.inf))
-    rates = [
-        ModelParameter(matrices=MatrixParameter(stiffness=2 * (1 / each - most) / each * np.outer(weighted, weighted)))
-        for each, weighted in zip(size[::-1], (mass @ shapes).T[::-1], strict=True)
-    ]
-    return [Tangent(jointed=rate, free=rate, gain={}) for rate in rates]
 
 
 def _preload_tangent(model: Model, group: tuple[str, ...]) -> Tangent:

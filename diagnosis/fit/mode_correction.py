@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from correlation.noise.error_patterns import compute_moduli
-from correlation.noise.nuisance import REACHED, Budget, ModelFeatures, highest_frequency, make_mode_errors
+from correlation.noise.free_mode import REACHED, FreeModes
+from correlation.noise.nuisance import Budget, ModelFeatures, highest_frequency
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import MOST_PULLED, CalibrationParameter
 from diagnosis.fit.weighting import Measured
@@ -25,7 +26,22 @@ SHARP = 0.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModeCorrection(CalibrationParameter):
+class FrequencyCorrection(CalibrationParameter):
+    """Factor on the natural frequencies of the structure with its contacts, beside what those without tell of them.
+
+    Errors of all other modes, and of their shapes, have their part in them.
+    """
+
+    is_of_case = False
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """Model with the factor; 1 changes nothing."""
+        (factor,) = values
+        return model.shifted("jointed", 1 / factor - 1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeCorrection(FrequencyCorrection):
     """Factor on one natural frequency of the structure without its contacts.
 
     Parameters
@@ -39,8 +55,6 @@ class ModeCorrection(CalibrationParameter):
     number: int
     rate: Float[NDArray[np.float64], "n n"]
 
-    is_of_case = False
-
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model with the factor; 1 changes nothing. A finer model has errors of its own."""
         (factor,) = values
@@ -50,8 +64,11 @@ class ModeCorrection(CalibrationParameter):
         return model.with_system(stiffness=stiffness + (factor - 1) * self.rate)
 
 
-def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> tuple[ModeCorrection, ...]:
+def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> tuple[FrequencyCorrection, ...]:
     """Errors of natural frequencies that measurements need as parameters.
+
+    Where the structure is measured without its contacts as well, its natural frequencies with them have an error of
+    their own.
 
     Parameters
     ----------
@@ -64,7 +81,7 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
         return ()
     prediction = measured.predictor.predict(model)
     nominal = ModelFeatures(measured.predictor.share(model), measured.features, model, prediction)
-    tangents = make_mode_errors(model, REACHED * highest_frequency(measured.observed.points))
+    tangents = FreeModes.below(model, REACHED * highest_frequency(measured.observed.points)).frequency_errors()
     features = measured.features
     size = compute_moduli(features, features.of_values(prediction.value))
     change = budget.frequency * np.abs(nominal.slopes(tangents)) / np.where(size > 0, size, np.inf)[:, None]
@@ -74,7 +91,7 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
     factor = EffectParameter(
         name="factor", unit="-", lower=1 - most, upper=1 + most, typical=1 + deviation, vanishes=1.0
     )
-    found = []
+    found: list[FrequencyCorrection] = []
     for number in np.flatnonzero(moved > SHARP).tolist():
         rate = tangents[number].free.matrices.stiffness
         assert rate is not None
@@ -82,6 +99,13 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
             ModeCorrection(
                 name=f"natural frequency {number + 1}", physics="Error of a natural frequency by the mesh.",
                 deviation=deviation, parameters=(factor,), number=number, rate=rate,
+            )
+        )  # fmt: skip
+    if found and len(np.unique(measured.observed.points.free)) > 1:
+        found.append(
+            FrequencyCorrection(
+                name="natural frequencies with contacts", physics="Error of all other modes by the mesh.",
+                deviation=deviation, parameters=(factor,),
             )
         )  # fmt: skip
     return tuple(found)

@@ -168,7 +168,8 @@ class Simulation:
         """Change of each feature by one standard deviation of numerical errors: common to all levels, and per level."""
         arrangement = self.arrangement
         fit, before = arrangement.fit, self._prediction
-        errors = make_error_tangents(fit.model, arrangement.budget, highest_frequency(self._predictor.points))
+        highest = highest_frequency(self._predictor.points)
+        errors = make_error_tangents(fit.model, before, arrangement.budget, highest)
         rates = self._predictor.derivatives(fit.model, before, errors.tangents)
         slopes = self._features.slopes(before.value, rates) * errors.size
         apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]

@@ -16,7 +16,7 @@ from diagnosis.candidate.effect import EffectError
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
+from diagnosis.fit.mode_correction import FrequencyCorrection, ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.fit.unknown_gain import has_unknown_gains
@@ -188,7 +188,8 @@ def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[
         remarks = [remark.sentence for remark in gained.remarks]
     observed, sweeps = take_training_part(campaign), find_sweep_directions(campaign)
     corrections = store.run(find_mode_corrections, setup.complete, setup.budget, observed, sweeps)
-    budget = replace(setup.budget, fitted=tuple(each.number for each in corrections))
+    numbers = tuple(each.number for each in corrections if isinstance(each, ModeCorrection))
+    budget = replace(setup.budget, fitted=numbers)
     setup = replace(setup, accepted=(*setup.accepted, *corrections), budget=budget)
     if setup.added:
         known = setup.candidates(campaign)
@@ -199,7 +200,7 @@ def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[
 @stage("mode corrections")
 def find_mode_corrections(
     model: Model, budget: Budget, observed: Observation, sweeps: tuple[int, ...]
-) -> tuple[ModeCorrection, ...]:
+) -> tuple[FrequencyCorrection, ...]:
     """Errors of natural frequencies that measurements need as parameters; see `list_mode_corrections`."""
     return list_mode_corrections(Measured.prepare(observed, sweeps), model, budget)
 

@@ -8,7 +8,7 @@ import numpy as np
 from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.decision.verdict import INTERVAL, worth
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from diagnosis.fit.mode_correction import ModeCorrection
+from diagnosis.fit.mode_correction import FrequencyCorrection
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import UnknownGain
 from diagnosis.screening import Score
@@ -142,7 +142,7 @@ def gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
 def frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
     """How far a fit moved natural frequencies, as errors of the mesh, by name [-]."""
     fitted = _calibrated(setup, refit)
-    return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, ModeCorrection)}
+    return {item.name: value - 1 for item, value, _ in fitted if isinstance(item, FrequencyCorrection)}
 
 
 def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:

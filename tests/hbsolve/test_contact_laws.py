@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import gamma
 
 from hbsolve.aft import Start, joint_forces
 from hbsolve.balance import HarmonicBalance
@@ -21,6 +22,7 @@ from reduction.jointed_system import (
     JenkinsElement,
     Joint,
     JointedSystem,
+    PowerSpring,
     QuadraticDamper,
 )
 
@@ -129,6 +131,17 @@ def test_the_cubic_spring_has_three_quarters_and_one_quarter() -> None:
     k, A = 0.7, 1.4
     f = Prescribed(CubicSpring(name="c", direction=ONE, stiffness=k), cosine(A, 6)).coefficients[:, 0]
     np.testing.assert_allclose(f, [0, 3 / 4 * k * A**3, 0, 1 / 4 * k * A**3, 0, 0], atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.0, 5.0])
+def test_the_power_spring_has_the_fundamental_of_a_power_of_the_cosine(exponent: float) -> None:
+    k, r, A = 0.7, 0.9, 1.4
+    spring = PowerSpring(name="p", direction=ONE, stiffness=k, reference=r, exponent=exponent)
+    f = Prescribed(spring, cosine(A, 2), n_sample=4096).coefficients[:, 0]
+    # Wallis' integral of |cos|^(p + 1).
+    share = 2 / np.sqrt(np.pi) * gamma(exponent / 2 + 1) / gamma((exponent + 3) / 2)
+    # A kink of the second derivative at p = 2, of a fraction of it at 1.5, between instants: order 2.5.
+    np.testing.assert_allclose(f, [0, share * k * A * (A / r) ** (exponent - 1)], atol=1e-7)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.4, -0.3])

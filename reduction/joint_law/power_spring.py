@@ -1,0 +1,76 @@
+"""A spring whose force is a power of the displacement."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduction.array_type import Row
+from reduction.errors import ExchangeError
+from reduction.joint_law.registry import LAWS, DirectedJoint, Joint, LawParameter, Samples
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PowerSpring(DirectedJoint):
+    """f = stiffness u abs(u / reference)^(exponent - 1).
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    stiffness
+        Force over displacement at the reference [N/m], of either sign.
+    reference
+        Displacement [m].
+    exponent
+        Of the displacement, at least 1 [-].
+
+    Raises
+    ------
+    JointError
+        A reference that is not positive, an exponent below 1, or a number that is not finite.
+    """
+
+    kind = "power"
+    parameters = (
+        LawParameter(name="stiffness", unit="N/m", meaning="f / u at the reference, of either sign", typical=4e5),
+        LawParameter(name="reference", unit="m", meaning="displacement", typical=2e-5, positive=True),
+        LawParameter(name="exponent", unit="-", meaning="of the displacement", typical=2.5, lower=1.0),
+    )
+    typical_displacement = 2e-5
+    n_slider = 0
+    stuck_stiffness = (0.0,)
+
+    stiffness: float
+    reference: float
+    exponent: float
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """About its mean displacement."""
+        k, r, p = (parameters[name] for name in ("stiffness", "reference", "exponent"))
+        u = displacement[0]
+        mean = u.mean()
+
+        def stored(x: Row) -> Row:
+            return k * r**2 / (p + 1) * np.abs(x / r) ** (p + 1)
+
+        at_mean = k * mean * np.abs(mean / r) ** (p - 1)
+        return np.asarray(stored(u) - stored(mean) - at_mean * (u - mean))
+
+    def exported(self, program: str) -> Joint:
+        """No other program has it.
+
+        Raises
+        ------
+        ExchangeError
+            Always.
+        """
+        raise ExchangeError(
+            f'joint "{self.name}" is a spring with the force k u abs(u / r)^(p - 1), which {program} does not have: '
+            "leave it out, or put a cubic spring in its place"
+        )
