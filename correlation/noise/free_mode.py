@@ -70,7 +70,8 @@ class FreeModes:
         coarse does.
         """
         return [
-            _tangent(2 * omega**2 * np.outer(row, row)) for omega, row in zip(self.frequency, self.weighted, strict=True)
+            _tangent(2 * omega**2 * np.outer(row, row))
+            for omega, row in zip(self.frequency, self.weighted, strict=True)
         ]
 
     def shape_errors(self, prediction: Prediction) -> list[Tangent]:

@@ -26,6 +26,7 @@ COARSE_PER_HARMONIC, COARSE_LEAST, COARSE_TOLERANCE = 16, 64, 1e-6
 #: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9
 
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Budget:
     """Errors of a model that are expected before anything is measured.
@@ -112,9 +113,7 @@ class NuisanceModes(NamedTuple):
 def make_nuisance_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> NuisanceModes:
     """Differences between repeats and errors of discretisation; `refined` has the parameters of the model."""
     groups = nominal.model.preload_groups
-    errors = make_error_tangents(
-        nominal.model, nominal.prediction, budget, highest_frequency(nominal.features.points)
-    )
+    errors = make_error_tangents(nominal.model, nominal.prediction, budget, highest_frequency(nominal.features.points))
     common = [*make_frequency_shifts(nominal.model, by_exciter=True), *_make_force_excesses(nominal.model)]
     jitter = [*common, *(_preload_tangent(nominal.model, group) for group in groups)]
     # Each state is linearised once for all of them.

@@ -24,7 +24,8 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import AbsentPeak, FarResonance
-from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.decision.law_exponent import LawExponent, fit_exponent
+from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
 from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
@@ -226,17 +227,24 @@ def decide(
     if left.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
         reason = "" if far is None else far.sentence
+    if finding is Finding.NOTHING and gate.generalises_by_another_law([each.refit for each in finalists]):
+        finding = Finding.UNKNOWN
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
-    found = finding is Finding.UNKNOWN and gate.is_unexplained()
-    if finding is Finding.UNKNOWN and not found and gate.left:
+    found = finding is Finding.UNKNOWN and not gate.laws and gate.is_unexplained()
+    place = places[0] if found else None
+    if finding is Finding.UNKNOWN and gate.laws:
+        ((name, law),) = gate.laws.items()
+        place = next((each for each in places if each.name == _place_of(name)), None)
+        reason = _tell_law(name, law, before)
+    elif finding is Finding.UNKNOWN and not found and gate.left:
         ((name, rest),) = gate.left.items()
         reason = _tell_stand_in(name, rest, thresholds)
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
-        place=places[0] if found else None, nearest=passed[0].refit if found and passed else None, model_error=left,
+        place=place, nearest=passed[0].refit if found and passed else None, model_error=left,
         reason=reason, further=gate.further if effects else None,
         alike=_find_alike(scores, effects, finalists),
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
@@ -251,6 +259,14 @@ def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Se
         return []
     fitted = {each.name for each in finalists}
     return [name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > ALIKE]
+
+
+def _tell_law(name: str, law: LawExponent, before: Refit) -> str:
+    falls = held_out_fall(before, law.refit)
+    return (
+        f"Something is missing, and it is none of the known effects: near {_place_of(name)}, a force that grows with "
+        f"the displacement to the power {law.words}, by which {falls}. {name} comes nearest, with the power {law.law:g}."
+    )
 
 
 def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
@@ -288,6 +304,8 @@ class _ChanceGate:
     """What is left beside effects that were asked for, by name."""
     together: dict[str, Refit] = field(default_factory=dict)
     """Effects that are missing as well, by the name of the first one."""
+    laws: dict[str, LawExponent] = field(default_factory=dict)
+    """Laws that forces turned out to have in place of those of effects, by the names of these."""
 
     @property
     def further(self) -> Refit | None:
@@ -298,6 +316,8 @@ class _ChanceGate:
         return passes(refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
+        if self.has_another_law(refit):
+            return False
         others = [each for each in self.catalogue.candidates if each.name != refit.name]
         rest = self.run_step(
             f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
@@ -308,6 +328,28 @@ class _ChanceGate:
         linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
         stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
         return not stands_in or self._explains_with(refit, rest.further)
+
+    def has_another_law(self, refit: Refit) -> bool:
+        """Whether the force of an effect is another power of the displacement than the effect's."""
+        found = self.run_step(
+            f"exponent of {refit.name}",
+            lambda: fit_exponent(with_effect(self.arrangements[refit.name], refit), refit),
+        )
+        if found is not None and found.is_another(self.thresholds.false_alarms):
+            self.laws[refit.name] = found
+        return refit.name in self.laws
+
+    def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
+        """Whether the best effect that gains lowers the held-out error by another power of the displacement alone."""
+        gaining = [each for each in refits if each.gain > self.thresholds.gain]
+        if not gaining or not self.has_another_law(gaining[0]):
+            return False
+        refit, other = gaining[0], self.laws[gaining[0].name].refit
+        held_gain = refit.held_gain + refit.held_cost - other.held_cost
+        if held_gain > 0 and other.held_error < self.before.held_error:
+            return True
+        self.laws.clear()
+        return False
 
     def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
         """Whether an effect and a further one explain together what either does not."""
@@ -351,8 +393,13 @@ def is_linear(effect: Effect, model: Model) -> bool:
 
 def _share_place(refit: Refit, other: Refit) -> bool:
     """Whether two effects act at one place."""
-    places = [each.name.partition(" at ")[2] for each in (refit, other)]
+    places = [_place_of(each.name) for each in (refit, other)]
     return bool(places[0]) and places[0] == places[1]
+
+
+def _place_of(name: str) -> str:
+    """Place of an effect by its name; empty for one that acts at none."""
+    return name.partition(" at ")[2]
 
 
 def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:

@@ -1,12 +1,13 @@
 """Kinds of effects that may be missing from a model, one per file; `EFFECTS` finds them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import Scale
 from geometry.registry import Registry
+from hbsolve.state import SteadyState
 
 __all__ = ["EFFECTS", "EffectKind"]
 
@@ -33,6 +34,9 @@ class EffectKind:
         Whether it acts through stick and slip alone, so that its derivative may have the wrong sign.
     is_alike
         Function that decides whether effects of two meshes are the same; by their names by default.
+    free_exponent
+        Function of an effect and of the states of a model with it: an effect that sets the exponent of its force, whose
+        vanishing value is that of its law. None for a force that is no power of the displacement.
     """
 
     name: str
@@ -44,6 +48,7 @@ class EffectKind:
     order: int = 100
     is_rugged: bool = False
     is_alike: Callable[[Effect, Effect], bool] | None = None
+    free_exponent: Callable[[Effect, Sequence[SteadyState]], Effect] | None = None
 
 
 def _wrong(kind: EffectKind) -> str | None:
