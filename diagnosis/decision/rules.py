@@ -175,14 +175,28 @@ def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64],
     return np.asarray(weight / weight.sum())
 
 
+def compute_spread(refit: Refit) -> float:
+    """Reduced chi-squared that a fit leaves, at least 1: by as much more do gains scatter than the thresholds say [-].
+
+    A covariance is an estimate as well: what a good fit leaves beyond it, no effect explains (Birge, Phys. Rev. 40
+    (1932), 207-227).
+    """
+    return max(refit.fit.chi2 / refit.fit.n_number, 1.0)
+
+
+def is_significant(refit: Refit, thresholds: Thresholds) -> bool:
+    """Whether an effect gains more in the training data than chance does."""
+    return refit.gain > thresholds.gain * compute_spread(refit)
+
+
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether an effect is significant in the training data and improves the held-out data."""
-    return refit.gain > thresholds.gain and refit.held_gain > 0 and not refit.worsens
+    return is_significant(refit, thresholds) and refit.held_gain > 0 and not refit.worsens
 
 
 def is_rival(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether an effect is significant in the training data, and the held-out data do not refute it."""
-    return refit.gain > thresholds.gain and refit.held_gain > -REFUTED and not refit.worsens
+    return is_significant(refit, thresholds) and refit.held_gain > -REFUTED and not refit.worsens
 
 
 def errs_on_held_out(refit: Refit) -> bool:
@@ -341,7 +355,7 @@ class _ChanceGate:
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another power of the displacement alone."""
-        gaining = [each for each in refits if each.gain > self.thresholds.gain]
+        gaining = [each for each in refits if is_significant(each, self.thresholds)]
         if not gaining or not self.has_another_law(gaining[0]):
             return False
         refit, other = gaining[0], self.laws[gaining[0].name].refit
@@ -376,7 +390,8 @@ class _ChanceGate:
         return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 
     def is_unexplained(self) -> bool:
-        return bool(self.places) and misfit(self.places[0]) - self.refuted > self.thresholds.misfit
+        least = self.thresholds.misfit * compute_spread(self.before)
+        return bool(self.places) and misfit(self.places[0]) - self.refuted > least
 
 
 def misfit(place: Place) -> float:

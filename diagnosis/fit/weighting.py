@@ -48,6 +48,7 @@ class Measured:
     @classmethod
     def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
         """Prepare measurements that were swept in these directions, +1 up and -1 down."""
+        observed = observed.where(~observed.amplitude_of_noise)
         features = FeatureVector.choose(
             observed.points, observed.value, observed.motion & observed.above_noise, observed.phased
         )

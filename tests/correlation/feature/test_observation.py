@@ -141,5 +141,16 @@ def test_a_sensor_on_what_does_not_move_reads_noise(n_repeat: int) -> None:
     np.testing.assert_array_equal(seen.above_noise, seen.points.sensor == "tip")
 
 
+@pytest.mark.parametrize("n_repeat", [2, 3, 5])
+def test_amplitudes_of_noise_are_told_from_those_of_a_motion(n_repeat: int) -> None:
+    complexes = swept({"tip": np.full(40, 10.0), "hung": np.zeros(40)}, 0.1, n_repeat)
+    seen = replace(complexes, repeat=np.abs(complexes.repeat).astype(complex), phased=np.zeros(80, dtype=bool))
+    mask = seen.amplitude_of_noise
+    assert not mask[:40].any()
+    # Few repeats tell their scatter badly, and single amplitudes of noise are large.
+    assert mask[40:].mean() > 0.9
+    assert not complexes.amplitude_of_noise.any()
+
+
 def test_readings_of_a_single_repeat_count_as_noise_is_not_known() -> None:
     assert swept({"tip": np.zeros(4)}, 0.1, 1).above_noise.all()
