@@ -1,4 +1,4 @@
-"""Is the force of an effect the power of the displacement that its law says?
+"""Test of the law of an effect: whether its force is the power of the displacement that it says.
 
 A stop, play or a spring of another power is told apart from the nearest known spring by the exponent that fits best
 once the effect has been added: the known law is one value of a further parameter, and -2 ln p falls by a chi-square of
@@ -8,11 +8,11 @@ integer is no other law: real springs are powers only about.
 
 from dataclasses import dataclass
 
-import numpy as np
 from scipy.special import chdtri
 
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import INTERVAL
-from diagnosis.effect import EFFECTS
+from diagnosis.effect import EFFECTS, FreeExponent
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
@@ -56,8 +56,13 @@ class LawExponent:
         return bool(self.gain > chdtri(1, false_alarms)) and abs(self.value - self.law) > ROUNDED
 
 
-def fit_exponent(arrangement: Arrangement, refit: Refit) -> LawExponent | None:
-    """Fit the exponent of the force of an effect; None for one that is no power of the displacement.
+def has_exponent(effect: Effect | None) -> bool:
+    """Whether the force of an effect is a power of the displacement."""
+    return effect is not None and _get_free_exponent(effect) is not None
+
+
+def fit_exponent(arrangement: Arrangement, refit: Refit) -> LawExponent:
+    """Fit the exponent of the force of an effect that has one.
 
     Parameters
     ----------
@@ -67,16 +72,16 @@ def fit_exponent(arrangement: Arrangement, refit: Refit) -> LawExponent | None:
         The effect.
     """
     assert refit.effect is not None
-    free = next((kind.free_exponent for kind in EFFECTS if kind.name == refit.effect.kind), None)
-    if free is None:
-        return None
-    states = arrangement.fit.prediction.states.values()
-    effect = free(refit.effect, list(states))
+    free = _get_free_exponent(refit.effect)
+    assert free is not None
+    effect = free(refit.effect, [*arrangement.fit.prediction.states.values()])
     (score,) = screen(arrangement, [effect])
     fit = quick_fit(arrangement, score)
-    if not np.isfinite(fit.values).all():
-        return None
     return LawExponent(
         law=effect.parameters[0].vanishes, refit=arrangement.tested(effect, fit),
         gain=arrangement.cost - arrangement.cost_with_error_left(fit),
     )  # fmt: skip
+
+
+def _get_free_exponent(effect: Effect) -> FreeExponent | None:
+    return next((kind.free_exponent for kind in EFFECTS if kind.name == effect.kind), None)

@@ -1,8 +1,9 @@
 r"""Rules that lead from refits to a verdict.
 
-An effect passes if chi^2 of the training data falls by more than the detection threshold, and that of the held-out
-data falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked
-by both falls together. Effects so close to the best that the data cannot distinguish them are named with it. Then the
+An effect passes if chi^2 of the training data falls by more than the detection threshold, and that of the held-out data
+falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
+density of all data, each by its own covariance. Effects so close to the best that the data cannot distinguish them are
+named with it. Then the exponent of a force is fitted: one that is not its law's makes it another force. And the
 remaining residual is examined. If another effect explains a good part of it, and both together leave no unknown force,
 both are missing; at one place both together are one force whose law is not known. If an unknown force explains a good
 part of the gain of the best one, that one only stands in for it, and none of the known effects is the cause. The same
@@ -24,7 +25,7 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import AbsentPeak, FarResonance
-from diagnosis.decision.law_exponent import LawExponent, fit_exponent
+from diagnosis.decision.law_exponent import LawExponent, fit_exponent, has_exponent
 from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
 from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
@@ -164,24 +165,28 @@ def find(gate: Gate, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
 
 
 def support(refit: Refit) -> float:
-    """Falls of chi^2 of the training and the held-out data together."""
-    return refit.gain + refit.held_gain
+    """2 ln of the density of the training and the held-out data together, by its own covariance, up to a constant.
+
+    Falls of chi^2 tell whether an effect is there; those of two effects have covariances of their own, and do not say
+    which of both it is.
+    """
+    return refit.gain + refit.held_gain if refit.cost is None else -refit.cost
 
 
 def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
-    """Probability of each of several effects, one of which is the true one, by both falls of chi^2, shape (n,) [-]."""
-    falls = np.array([support(each) for each in refits], dtype=np.float64)
-    weight = np.exp((falls - falls.max(initial=-np.inf)) / 2)
+    """Probability of each of several effects, one of which is the true one, shape (n,) [-]."""
+    supports = np.array([support(each) for each in refits], dtype=np.float64)
+    weight = np.exp((supports - supports.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 
 
-def compute_spread(refit: Refit) -> float:
-    """Reduced chi-squared that a fit leaves, at least 1: by as much more do gains scatter than the thresholds say [-].
+def compute_spread(refit: Refit, gain: float = 0.0) -> float:
+    """Reduced chi-squared that a fit leaves, or would beside a further gain, at least 1 [-].
 
-    A covariance is an estimate as well: what a good fit leaves beyond it, no effect explains (Birge, Phys. Rev. 40
-    (1932), 207-227).
+    Gains scatter by as much more than the thresholds say: a covariance is an estimate as well, and what a good fit
+    leaves beyond it, no effect explains (Birge, Phys. Rev. 40 (1932), 207-227).
     """
-    return max(refit.fit.chi2 / refit.fit.n_number, 1.0)
+    return max((refit.fit.chi2 - gain) / refit.fit.n_number, 1.0)
 
 
 def is_significant(refit: Refit, thresholds: Thresholds) -> bool:
@@ -279,7 +284,7 @@ def _tell_law(name: str, law: LawExponent, before: Refit) -> str:
     falls = held_out_fall(before, law.refit)
     return (
         f"Something is missing, and it is none of the known effects: near {_place_of(name)}, a force that grows with "
-        f"the displacement to the power {law.words}, by which {falls}. {name} comes nearest, with the power {law.law:g}."
+        f"the displacement to the power {law.words}, by which {falls}. Nearest is {name}, with the power {law.law:g}."
     )
 
 
@@ -345,11 +350,13 @@ class _ChanceGate:
 
     def has_another_law(self, refit: Refit) -> bool:
         """Whether the force of an effect is another power of the displacement than the effect's."""
+        if not has_exponent(refit.effect):
+            return False
         found = self.run_step(
             f"exponent of {refit.name}",
             lambda: fit_exponent(with_effect(self.arrangements[refit.name], refit), refit),
         )
-        if found is not None and found.is_another(self.thresholds.false_alarms):
+        if found.is_another(self.thresholds.false_alarms):
             self.laws[refit.name] = found
         return refit.name in self.laws
 
@@ -390,8 +397,10 @@ class _ChanceGate:
         return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 
     def is_unexplained(self) -> bool:
-        least = self.thresholds.misfit * compute_spread(self.before)
-        return bool(self.places) and misfit(self.places[0]) - self.refuted > least
+        if not self.places:
+            return False
+        left = compute_spread(self.before, self.places[0].gain)
+        return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
 
 
 def misfit(place: Place) -> float:

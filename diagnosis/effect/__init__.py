@@ -9,7 +9,9 @@ from diagnosis.candidate.scale import Scale
 from geometry.registry import Registry
 from hbsolve.state import SteadyState
 
-__all__ = ["EFFECTS", "EffectKind"]
+__all__ = ["EFFECTS", "EffectKind", "FreeExponent"]
+
+FreeExponent = Callable[[Effect, Sequence[SteadyState]], Effect]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,7 +50,7 @@ class EffectKind:
     order: int = 100
     is_rugged: bool = False
     is_alike: Callable[[Effect, Effect], bool] | None = None
-    free_exponent: Callable[[Effect, Sequence[SteadyState]], Effect] | None = None
+    free_exponent: FreeExponent | None = None
 
 
 def _wrong(kind: EffectKind) -> str | None:

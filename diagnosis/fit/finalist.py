@@ -74,8 +74,10 @@ def weigh_each(
             without[1].held_cost - with_effect[1].held_cost,
         ]
         own = with_effect[1]
-        worsens = own.held_error > WORSE * without[1].held_error
-        weighed = replace(own, gain=min(falls), held_gain=min(held_falls), worsens=worsens)
+        worsens = own.held_error > WORSE * min(each.held_error for each in without)
+        weighed = replace(
+            own, gain=min(falls), held_gain=min(held_falls), cost=beside.cost + own.held_cost, worsens=worsens
+        )
         return Finalist(refit=weighed, arrangement=beside)
 
     found: list[Finalist] = []

@@ -73,6 +73,9 @@ class Refit:
     gain, held_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
         the smaller ones of the falls of -2 ln p by both.
+    cost
+        -2 ln of the density of all data by the covariance of its own model, up to a constant [-]; None where fits have
+        no covariances of their own.
     worsens
         Whether the effect makes the held-out error larger, whatever it gains.
     """
@@ -91,6 +94,7 @@ class Refit:
     held_cost: float = 0.0
     gain: float = 0.0
     held_gain: float = 0.0
+    cost: float | None = None
     worsens: bool = False
 
     @property

@@ -21,6 +21,7 @@ from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.power_spring import PowerSpring
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
@@ -225,6 +226,15 @@ def test_without_all_that_looks_like_it_something_unknown_is_missing(bench: Benc
     assert place is not None
     # Straight on the linear side: a force against the displacement.
     assert abs(place.phase) == pytest.approx(180, abs=15)
+
+
+def test_a_spring_of_another_power_is_no_cubic_one(bench: Bench, paper: ModuleType) -> None:
+    row = bench.small.places["tip z"]
+    fifth = PowerSpring(name="hidden", direction=row, stiffness=300.0, reference=1e-2, exponent=5.0)
+    truth = bench.small.with_system(joints=[*bench.small.system.joints, fifth])
+    found = bench.diagnose(paper.make_campaign(truth, jitter=3e-5, seed=5))
+    assert found.verdict.finding is Finding.UNKNOWN
+    assert "to the power 5" in found.verdict.sentence
 
 
 def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:

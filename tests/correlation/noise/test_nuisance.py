@@ -25,8 +25,9 @@ from reduction.jointed_system import FrictionContact, along
 #: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.
 NEAR = 1e-4
 STEP = 1e-5
-#: Errors of natural frequencies: of either configuration, and of each of the four modes.
-N_FREQUENCY = 2 + 4
+#: Errors of the modes: of either configuration, of each of the four natural frequencies, and of the shape of the one
+#: that carries the response, mixed with the three others.
+N_MODE = 2 + 4 + 3
 
 
 class Bench:
@@ -121,10 +122,10 @@ def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
         return make_nuisance_modes(bench.nominal, budget, ()).budget
 
     one = modes(Budget(frequency=1e-3, compliance=0.01))
-    assert one.shape == (len(bench.features.row), N_FREQUENCY + 4)
+    assert one.shape == (len(bench.features.row), N_MODE + 4)
     twice = modes(Budget(frequency=2e-3, compliance=0.03))
     # A product.
-    np.testing.assert_allclose(twice, one * np.array([2.0] * N_FREQUENCY + [3.0] * 4), rtol=1e-12)
+    np.testing.assert_allclose(twice, one * np.array([2.0] * N_MODE + [3.0] * 4), rtol=1e-12)
 
 
 def test_each_natural_frequency_is_off_by_itself(bench: Bench) -> None:
@@ -139,6 +140,24 @@ def test_each_natural_frequency_is_off_by_itself(bench: Bench) -> None:
         ends.append(bench.model.with_system(stiffness=weighted * moved @ weighted.T))
     # Two are common to all modes.
     same(modes[:, 3], bench.change(*ends), bench)
+
+
+def test_the_shape_of_the_mode_that_responds_mixes_with_each_other(bench: Bench) -> None:
+    """A stiffness of sqrt 2 e omega_i omega_j between two modes of unit mass, of which the response is one."""
+    modes = make_nuisance_modes(bench.nominal, Budget(frequency=1.0), ()).budget[:, 6:9]
+    system = bench.model.system
+    squared, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
+    weighted, omega = system.mass @ shapes, np.sqrt(squared)
+    motion = np.array([state.coefficients[1] for state in bench.prediction.states.values()])
+    carrier = int(np.argmax((np.abs(omega * (motion @ weighted)) ** 2).sum(axis=0)))
+    others = [number for number in range(4) if number != carrier]
+    for mode, other in zip(modes.T, others, strict=True):
+        mixed = np.outer(weighted[:, carrier], weighted[:, other])
+        error = np.sqrt(2) * omega[carrier] * omega[other] * (mixed + mixed.T)
+        ends = [bench.model.with_system(stiffness=system.stiffness + side * STEP * error) for side in (1, -1)]
+        change = bench.change(*ends)
+        # The sign of a mode shape is nobody's choice.
+        same(mode * np.sign(mode @ change), change, bench)
 
 
 def test_errors_that_are_fitted_are_no_modes(bench: Bench) -> None:
@@ -166,12 +185,12 @@ def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
         bench.model.with_joints({name: {"tangential_stiffness": 5e3 * (1 + side * STEP)} for name in names})
         for side in (1, -1)
     ]
-    same(modes[:, N_FREQUENCY], bench.change(*ends), bench)
+    same(modes[:, N_MODE], bench.change(*ends), bench)
 
 
 def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
     finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
-    modes = make_nuisance_modes(bench.nominal, Budget(), [finer]).budget[:, N_FREQUENCY + 4 :]
+    modes = make_nuisance_modes(bench.nominal, Budget(), [finer]).budget[:, N_MODE + 4 :]
     values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
     change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
     level = bench.features.points.level[bench.features.row]
@@ -229,7 +248,7 @@ def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, 
 def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
     field, n_level = SHARED[number], len(paper.LEVELS)
     modes = make_nuisance_modes(long.nominal, Budget(shares=1.0), ()).budget
-    assert modes.shape[1] == N_FREQUENCY + 4 + len(SHARED) * n_level
+    assert modes.shape[1] == N_MODE + 4 + len(SHARED) * n_level
     pattern, ends = parabolic_share(WEIGHT), []
     for side in (1, -1):
         values, static = {}, np.array(long.model.system.static)
@@ -243,7 +262,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
         ends.append(long.model.with_joints(values).with_system(static_load=static))
     change, level = long.change(*ends), long.features.points.level[long.features.row]
     for place, each in enumerate(paper.LEVELS):
-        mode = modes[:, N_FREQUENCY + 4 + number * n_level + place]
+        mode = modes[:, N_MODE + 4 + number * n_level + place]
         expected = np.where(level == each, change, 0.0)
         if np.abs(expected).max() > 1e-6:
             same(mode, expected, long)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
+from diagnosis.decision.law_exponent import LawExponent
 from diagnosis.decision.rules import (
     CREDIBLE,
     KNOWN,
@@ -40,7 +41,8 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000) -> Ref
         return SimpleNamespace(system=SimpleNamespace(joints=[])) if name.startswith("cubic") else model
 
     parameter = SimpleNamespace(unit="kg", typical=1.0)
-    effect: Any = SimpleNamespace(name=name, parameters=(parameter,), apply=apply) if name else None
+    kind = name.partition(" ")[0]
+    effect: Any = SimpleNamespace(name=name, kind=kind, parameters=(parameter,), apply=apply) if name else None
     fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number)
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
@@ -67,12 +69,13 @@ def decided(
     scores: tuple[Score, ...] = (),
     before: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
+    law: LawExponent | None = None,  # that of a cubic spring by default
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
         if asked is not None:
             asked.append(name)
-        return rest
+        return (law or make_law(0.0, 3.0)) if name.startswith("exponent") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
     arrangement = SimpleNamespace(left=left, fit=SimpleNamespace(model=model))
@@ -277,6 +280,54 @@ def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> Non
     assert asked == []
     decided(refit("mass", 100, 80), refit("spring", 99, 80), asked=asked)
     assert asked == [f"what is left beside mass, limit {LIMITS.gain:.6g}"]
+
+
+def make_law(gain: float, exponent: float, held_fall: float = 0.0) -> LawExponent:
+    """Exponent beside a cubic spring that was fitted."""
+    fit: Any = SimpleNamespace(values=np.array([1e6, exponent]), deviation=np.array([1e5, 0.3]))
+    fitted = replace(refit("exponent of cubic at tip", 0.0, 0.0), fit=fit, held_cost=-held_fall, held_error=0.05)
+    return LawExponent(law=3.0, refit=fitted, gain=gain)
+
+
+@pytest.mark.parametrize(
+    ("gain", "exponent", "finding"),
+    [
+        (7.0, 5.1, Finding.UNKNOWN),
+        (6.0, 5.1, Finding.MISSING),  # chance: a chi-square of one degree of freedom exceeds 6.63 in 1 %
+        (200.0, 3.4, Finding.MISSING),  # a cubic, nearly
+        (200.0, 1.7, Finding.UNKNOWN),
+    ],
+)
+def test_a_force_of_another_power_is_none_of_the_known_effects(gain: float, exponent: float, finding: Finding) -> None:
+    verdict = decided(refit("cubic at tip", 100, 80), places=(place(90),), law=make_law(gain, exponent))
+    assert verdict.finding is finding
+    if finding is Finding.UNKNOWN:
+        assert verdict.place is not None
+        assert verdict.place.name == "tip"
+        assert f"near tip, a force that grows with the displacement to the power {exponent} +- 0.6" in verdict.sentence
+
+
+@pytest.mark.parametrize(("held_fall", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
+def test_an_effect_that_held_out_data_refute_may_have_another_power(held_fall: float, finding: Finding) -> None:
+    refuted = refit("cubic at tip", 100, -40)
+    assert decided(refuted, law=make_law(50.0, 5.0, held_fall)).finding is finding
+
+
+def test_gains_count_over_what_a_fit_leaves() -> None:
+    """A fit whose residuals are twice as large as the covariance says has gains four times as large by chance."""
+    twice = SimpleNamespace(chi2=4.0 * N_TRAIN, n_number=N_TRAIN)
+    mass = refit("mass", 4 * LIMITS.gain - 1, 80)
+    assert decided(mass).finding is Finding.MISSING
+    assert decided(replace(mass, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
+    there = place(4 * LIMITS.misfit + 5)
+    twice.chi2 += there.gain
+    assert decided(places=(there,)).finding is Finding.UNKNOWN
+    assert decided(places=(there,), before=replace(BEFORE, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
+
+
+def test_effects_with_covariances_of_their_own_are_ranked_by_the_density_of_all_data() -> None:
+    one, other = replace(refit("mass", 200, 80), cost=-900.0), replace(refit("spring", 100, 80), cost=-920.0)
+    assert named(decided(one, other)) == ["spring"]
 
 
 def test_smallest_strengths_gain_the_limit() -> None:

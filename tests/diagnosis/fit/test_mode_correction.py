@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import scipy.linalg
 
 from correlation.campaign.measurement import Campaign
@@ -10,7 +11,7 @@ from correlation.feature.observation import find_sweep_directions, take_training
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, expect_usual_error
-from diagnosis.fit.mode_correction import list_mode_corrections
+from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
 from diagnosis.fit.weighting import Measured, allow_model_error, leave_out_model_error
 
 
@@ -23,10 +24,15 @@ def prepared(campaign: Campaign) -> Measured:
 
 
 def test_each_moves_its_own_frequency(heavy_campaign: Campaign, small: Model) -> None:
-    corrections = list_mode_corrections(prepared(heavy_campaign), small, Budget(frequency=0.02))
+    *corrections, with_contacts = list_mode_corrections(prepared(heavy_campaign), small, Budget(frequency=0.02))
     assert corrections
     nominal = frequencies(small)
+    # That of the structure with its contacts acts in no other test: it is as if the test had been slower.
+    shifted = with_contacts.apply(small, [1.001])
+    assert shifted.shift == {"jointed": pytest.approx(1 / 1.001 - 1)}
+    np.testing.assert_array_equal(frequencies(shifted), nominal)
     for each in corrections:
+        assert isinstance(each, ModeCorrection)
         ratio = frequencies(each.apply(small, [1.001])) / nominal
         # Its square is linear in the factor, which leaves half the square of a thousandth.
         np.testing.assert_allclose(ratio, 1 + 1e-3 * (np.arange(len(ratio)) == each.number), rtol=0, atol=1e-6)
