@@ -52,6 +52,9 @@ LARGE, UNEXPLAINED = 0.1, 2.0
 ALIKE = 0.99
 #: Fall of -2 ln p by which held-out data refute an effect: odds of one in twenty.
 REFUTED = 2 * np.log(20)
+#: Rise of -2 ln p of held-out data that do not see an effect: its strength is fitted to others, which costs up to what
+#: one parameter gains by chance.
+SILENT = 1.0
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
 
@@ -195,8 +198,8 @@ def is_significant(refit: Refit, thresholds: Thresholds) -> bool:
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether an effect is significant in the training data and improves the held-out data."""
-    return is_significant(refit, thresholds) and refit.held_gain > 0 and not refit.worsens
+    """Whether an effect is significant in the training data, and the held-out data have no objection."""
+    return is_significant(refit, thresholds) and refit.held_gain > -SILENT and not refit.worsens
 
 
 def is_rival(refit: Refit, thresholds: Thresholds) -> bool:

@@ -19,7 +19,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
 
 #: An effect that makes the held-out error larger by this factor is not named, whatever it gains: an engineer would not
-#: add it. Less is what the jitter of held-out repeats does to an error [-].
+#: add it. Less is what the jitter of held-out repeats does to an error, where their density rises [-].
 WORSE = 1.1
 
 
@@ -74,7 +74,8 @@ def weigh_each(
             without[1].held_cost - with_effect[1].held_cost,
         ]
         own = with_effect[1]
-        worsens = own.held_error > WORSE * min(each.held_error for each in without)
+        allowed = WORSE if min(held_falls) > 0 else 1.0
+        worsens = own.held_error > allowed * min(each.held_error for each in without)
         weighed = replace(
             own, gain=min(falls), held_gain=min(held_falls), cost=beside.cost + own.held_cost, worsens=worsens
         )
