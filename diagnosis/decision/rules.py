@@ -240,7 +240,7 @@ def decide(
         A measured resonance that is far from those of the model, or a predicted one that is absent.
     """
     arrangements = {each.name: each.arrangement for each in finalists}
-    refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
+    refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < -SILENT), default=0.0)
     rivals = [each.refit for each in finalists if is_rival(each.refit, thresholds)]
     gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, before, max(refuted, 0.0), rivals)
     finding, effects = find(gate, [each.refit for each in finalists])
