@@ -116,6 +116,15 @@ class Arrangement:
             train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
         )
 
+    def refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
+        """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
+        count = len(fit.values) - len(effect.parameters)
+        # What the effect took up is model error first: otherwise it would pull the values astray.
+        model = self.unknowns([]).compose(fit.values[:count])
+        train = update_model_error(self.train, self.train.predictor.predict(model, fit.prediction))
+        begun = calibrate(train, self.unknowns([]), fit.values[:count], fit.prediction, quick=True)
+        return self.refit_with_error_left(begun, train)
+
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
         if _size(self.train) == NO_ERROR:

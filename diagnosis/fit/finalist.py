@@ -10,6 +10,7 @@ taken for model error, and the gain is the fall of -2 ln p, in which a larger co
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
@@ -65,10 +66,19 @@ def weigh_each(
         assert refit.effect is not None
         beside = weigh_beside(campaign, arrangement, refit.effect, refit.fit, catalogue_of)
         settled = arrangement.refit_with_error_left(refit.fit, searched.train)
-        lacking = beside.refit_with_error_left(before.fit, arrangement.train)
-        falls = [arrangement.cost - settled.cost, lacking.cost - beside.cost]
+        # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
+        near = arrangement.refit_without(refit.effect, settled.fit)
+        lacking = min(
+            beside.refit_with_error_left(before.fit, arrangement.train),
+            beside.refit_without(refit.effect, beside.fit),
+            key=attrgetter("cost"),
+        )
+        falls = [min(arrangement.cost, near.cost) - settled.cost, lacking.cost - beside.cost]
         with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
-        without = [before, lacking.tested(None, lacking.fit)]
+        without = [
+            before if arrangement.cost <= near.cost else near.tested(None, near.fit),
+            lacking.tested(None, lacking.fit),
+        ]
         held_falls = [
             without[0].held_cost - with_effect[0].held_cost,
             without[1].held_cost - with_effect[1].held_cost,
