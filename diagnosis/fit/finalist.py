@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
 
+import numpy as np
+
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
@@ -19,9 +21,10 @@ from diagnosis.fit.arrangement import Arrangement, weigh_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
 
-#: An effect that makes the held-out error larger by this factor is not named, whatever it gains: an engineer would not
-#: add it. Less is what the jitter of held-out repeats does to an error, where their density rises [-].
-WORSE = 1.1
+#: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
+#: chi-squared by noise and stated errors, as far as it is beyond 1, and their error relative to what was measured. The
+#: latter is that of peaks above all, which move with the jitter of a test and with errors that were stated [-].
+WORSE, MUCH_WORSE = 1.1, 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,17 +69,16 @@ def weigh_each(
         assert refit.effect is not None
         beside = weigh_beside(campaign, arrangement, refit.effect, refit.fit, catalogue_of)
         settled = arrangement.refit_with_error_left(refit.fit, searched.train)
-        # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
-        near = arrangement.refit_without(refit.effect, settled.fit)
-        lacking = min(
-            beside.refit_with_error_left(before.fit, arrangement.train),
-            beside.refit_without(refit.effect, beside.fit),
-            key=attrgetter("cost"),
-        )
-        falls = [min(arrangement.cost, near.cost) - settled.cost, lacking.cost - beside.cost]
+        lacking = beside.refit_with_error_left(before.fit, arrangement.train)
+        nothing = arrangement
+        if min(nothing.cost - settled.cost, lacking.cost - beside.cost) > searched.effort.worthless:
+            # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
+            nothing = min(nothing, nothing.refit_without(refit.effect, settled.fit), key=attrgetter("cost"))
+            lacking = min(lacking, beside.refit_without(refit.effect, beside.fit), key=attrgetter("cost"))
+        falls = [nothing.cost - settled.cost, lacking.cost - beside.cost]
         with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
         without = [
-            before if arrangement.cost <= near.cost else near.tested(None, near.fit),
+            before if nothing is arrangement else nothing.tested(None, nothing.fit),
             lacking.tested(None, lacking.fit),
         ]
         held_falls = [
@@ -84,8 +86,7 @@ def weigh_each(
             without[1].held_cost - with_effect[1].held_cost,
         ]
         own = with_effect[1]
-        allowed = WORSE if min(held_falls) > 0 else 1.0
-        worsens = own.held_error > allowed * min(each.held_error for each in without)
+        worsens = any(_is_worse(own, each) for each in without)
         weighed = replace(
             own, gain=min(falls), held_gain=min(held_falls), cost=beside.cost + own.held_cost, worsens=worsens
         )
@@ -98,3 +99,10 @@ def weigh_each(
         if not gains or cost < min(costs) + searched.effort.far_behind:
             found.append(run_step(f"{each.name} by its own covariance", partial(weigh, each)))
     return found
+
+
+def _is_worse(refit: Refit, without: Refit) -> bool:
+    """Whether held-out data are further off with an effect than without it."""
+    misfits = [each.held_chi2 if each.held_stated_chi2 is None else each.held_stated_chi2 for each in (refit, without)]
+    misfit, before = np.maximum(misfits, 1.0)
+    return bool(misfit > WORSE * before or refit.held_error > MUCH_WORSE * without.held_error)
