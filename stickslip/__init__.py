@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from reduction.jointed_system import FrictionContact as FrictionContact
     from reduction.jointed_system import JenkinsElement as JenkinsElement
     from reduction.jointed_system import JointedSystem as JointedSystem
+    from reduction.jointed_system import PowerSpring as PowerSpring
     from reduction.jointed_system import QuadraticDamper as QuadraticDamper
     from reduction.jointed_system import along as along
     from reduction.jointed_system import between as between
@@ -102,6 +103,7 @@ _HOME = {
     "JenkinsElement": "reduction.jointed_system:JenkinsElement",
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",
+    "PowerSpring": "reduction.jointed_system:PowerSpring",
     "QuadraticDamper": "reduction.jointed_system:QuadraticDamper",
     "joint_law": "reduction.joint_law.function_law:joint_law",
     "along": "reduction.jointed_system:along",

@@ -17,8 +17,8 @@ from correlation.row_table import RowTable
 
 #: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
 MIN_SIGNAL_TO_NOISE = 2.0
-#: Amplitudes without a phase below this many times the scatter of their curve say how large noise is: that of noise
-#: alone has a mean of 1.9 times its scatter (Rayleigh), and at 4 times it is larger by an eighth of it (Rice).
+#: Amplitudes without a phase that, at most frequencies of a level, are below this many times their scatter are those of
+#: noise: alone it has a mean of 1.9 times its scatter (Rayleigh), and at 4 times it adds an eighth of it (Rice).
 MIN_AMPLITUDE_TO_NOISE = 4.0
 
 
@@ -80,31 +80,16 @@ class Observation(RowTable):
 
         A sensor on a body without a connection to the excited one reads noise, whose inverse is arbitrary.
         """
-        # Most of them: where a response jumps, repeats differ by as much as they read.
-        size, scatter, group = self._scatter
-        known_noise = np.isfinite(scatter)
-        clear = size >= MIN_SIGNAL_TO_NOISE * np.nan_to_num(scatter)
-        known_rows, above = np.bincount(group, known_noise), np.bincount(group, clear & known_noise)
-        return np.asarray((2 * above >= known_rows)[group])
+        return self._exceeds_scatter(MIN_SIGNAL_TO_NOISE)
 
     @property
     def amplitude_of_noise(self) -> Bool[NDArray[np.bool_], " k"]:
-        """Mask of rows whose amplitudes without a phase are those of noise, shape (k,): no model reads them."""
-        size, scatter, group = self._scatter
-        usual = np.full(int(group.max(initial=-1)) + 1, np.nan)
-        for each in np.unique(group[np.isfinite(scatter)]):
-            usual[each] = np.nanmedian(scatter[group == each])
+        """Mask of rows of curves that are amplitudes of noise without a phase, shape (k,): no model reads them."""
         amplitude = ~self.phased & (self.points.harmonic > 0)
-        return np.asarray(amplitude & (size < MIN_AMPLITUDE_TO_NOISE * np.nan_to_num(usual[group])))
+        return np.asarray(amplitude & ~self._exceeds_scatter(MIN_AMPLITUDE_TO_NOISE))
 
-    @property
-    def _scatter(
-        self,
-    ) -> tuple[Float[NDArray[np.float64], " k"], Float[NDArray[np.float64], " k"], Int[NDArray[np.int64], " k"]]:
-        """Modulus of the mean of each row, standard deviation of its repeats, and number of its curve, shape (k,).
-
-        A point that was read once tells nothing of noise (NaN), unless that is known.
-        """
+    def _exceeds_scatter(self, times: float) -> Bool[NDArray[np.bool_], " k"]:
+        """Mask of rows whose curve is so many times its scatter at most frequencies, shape (k,)."""
         points, there = self.points, np.isfinite(self.repeat)
         n = there.sum(axis=1)
         mean = np.where(there, self.repeat, 0.0).sum(axis=1) / np.maximum(n, 1)
@@ -114,7 +99,12 @@ class Observation(RowTable):
         group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
         parts = np.where(self.phased & (points.harmonic > 0), 2, 1)
         scatter = np.where(n == 1, np.sqrt(parts) * self.noise, np.sqrt(apart / np.maximum(n - 1, 1)))
-        return np.abs(mean), scatter, group
+        # A point that was read once tells nothing of noise, unless that is known. Most points decide: where a response
+        # jumps, repeats differ by as much as they read.
+        known_noise = np.isfinite(scatter)
+        clear = np.abs(mean) >= times * np.nan_to_num(scatter)
+        known_rows, above = np.bincount(group, known_noise), np.bincount(group, clear & known_noise)
+        return np.asarray((2 * above >= known_rows)[group])
 
 
 @lru_cache(maxsize=2)  # several parts of one comparison ask

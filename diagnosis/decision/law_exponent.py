@@ -8,8 +8,6 @@ integer is no other law: real springs are powers only about.
 
 from dataclasses import dataclass
 
-from scipy.special import chdtri
-
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import INTERVAL
 from diagnosis.effect import EFFECTS, FreeExponent
@@ -51,9 +49,9 @@ class LawExponent:
         """The exponent [-]."""
         return float(self.refit.fit.values[-1])
 
-    def is_another(self, false_alarms: float) -> bool:
-        """Whether the force has another law, by the share of forces of this law that would be said to."""
-        return bool(self.gain > chdtri(1, false_alarms)) and abs(self.value - self.law) > ROUNDED
+    def is_another(self, chance: float) -> bool:
+        """Whether the force has another law, none of a linear spring either, by a gain beyond chance."""
+        return self.gain > chance and min(abs(self.value - self.law), abs(self.value - 1)) > ROUNDED
 
 
 def has_exponent(effect: Effect | None) -> bool:
@@ -61,8 +59,8 @@ def has_exponent(effect: Effect | None) -> bool:
     return effect is not None and _get_free_exponent(effect) is not None
 
 
-def fit_exponent(arrangement: Arrangement, refit: Refit) -> LawExponent:
-    """Fit the exponent of the force of an effect that has one.
+def fit_exponent(arrangement: Arrangement, refit: Refit) -> LawExponent | None:
+    """Fit the exponent of the force of an effect that has one; None for one of a user's own that has not.
 
     Parameters
     ----------
@@ -75,6 +73,8 @@ def fit_exponent(arrangement: Arrangement, refit: Refit) -> LawExponent:
     free = _get_free_exponent(refit.effect)
     assert free is not None
     effect = free(refit.effect, [*arrangement.fit.prediction.states.values()])
+    if effect is None:
+        return None
     (score,) = screen(arrangement, [effect])
     fit = quick_fit(arrangement, score)
     return LawExponent(

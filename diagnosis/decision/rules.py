@@ -1,7 +1,7 @@
 r"""Rules that lead from refits to a verdict.
 
-An effect passes if chi^2 of the training data falls by more than the detection threshold, and that of the held-out data
-falls as well: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
+An effect passes if chi^2 of the training data falls by more than the detection threshold, and the held-out data have no
+objection: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
 density of all data, each by its own covariance. Effects so close to the best that the data cannot distinguish them are
 named with it. Then the exponent of a force is fitted: one that is not its law's makes it another force. And the
 remaining residual is examined. If another effect explains a good part of it, and both together leave no unknown force,
@@ -19,6 +19,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from correlation.model import Model
 from correlation.noise.error_size import NO_ERROR, ErrorSize
@@ -30,7 +31,7 @@ from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest
 from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
-from diagnosis.fit.finalist import Finalist
+from diagnosis.fit.finalist import Finalist, is_worse
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
 from diagnosis.localisation import Place, localise
@@ -121,7 +122,10 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
     if best in fits:
         tested = arrangement.tested(effects[best], fits[best])
         alone = arrangement.tested(None, arrangement.fit)
-        further = replace(tested, gain=float(gains[best]), held_gain=alone.held_cost - tested.held_cost)
+        further = replace(
+            tested, gain=float(gains[best]), held_gain=alone.held_cost - tested.held_cost,
+            worsens=is_worse(tested, alone),
+        )  # fmt: skip
     return Leftover(
         gain=float(gains[best]) if best >= 0 else 0.0,
         name=effects[best].name if best >= 0 else "",
@@ -209,8 +213,7 @@ def is_rival(refit: Refit, thresholds: Thresholds) -> bool:
 
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
-    stated = refit.held_chi2 if refit.held_stated_chi2 is None else refit.held_stated_chi2
-    return refit.held_error > LARGE and stated > UNEXPLAINED
+    return refit.held_error > LARGE and refit.held_misfit > UNEXPLAINED
 
 
 def decide(
@@ -254,10 +257,11 @@ def decide(
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
     found = finding is Finding.UNKNOWN and not gate.laws and gate.is_unexplained()
-    place = places[0] if found else None
+    place, nearest = places[0] if found else None, passed[0].refit if found and passed else None
     if finding is Finding.UNKNOWN and gate.laws:
         ((name, law),) = gate.laws.items()
         place = next((each for each in places if each.name == _place_of(name)), None)
+        nearest = next(each.refit for each in finalists if each.name == name)
         reason = _tell_law(name, law, before)
     elif finding is Finding.UNKNOWN and not found and gate.left:
         ((name, rest),) = gate.left.items()
@@ -266,7 +270,7 @@ def decide(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
-        place=place, nearest=passed[0].refit if found and passed else None, model_error=left,
+        place=place, nearest=nearest, model_error=left,
         reason=reason, further=gate.further if effects else None,
         alike=_find_alike(scores, effects, finalists),
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
@@ -359,7 +363,8 @@ class _ChanceGate:
             f"exponent of {refit.name}",
             lambda: fit_exponent(with_effect(self.arrangements[refit.name], refit), refit),
         )
-        if found.is_another(self.thresholds.false_alarms):
+        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
+        if found is not None and found.is_another(chance) and found.refit.held_cost <= refit.held_cost:
             self.laws[refit.name] = found
         return refit.name in self.laws
 

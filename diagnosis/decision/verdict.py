@@ -114,7 +114,7 @@ class Verdict(Tabular):
             error = f" and model error ({self.model_error.words})" if self.model_error.words else " and numerical error"
             return (
                 f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than chance "
-                f"does ({self.threshold:.3g}) and that of the held-out data with it."
+                f"does ({self.threshold:.3g}) without an objection of the held-out data."
             )
         if self.finding is Finding.UNKNOWN:
             where = f": {self.place.sentence}" if self.place is not None else ""
@@ -156,7 +156,9 @@ def held_out_fall(before: Refit, after: Refit) -> str:
         for was, now, name in zip(before.held_errors, after.held_errors, after.held_names, strict=True)
     ]
     if not falls and not after.held_error < before.held_error:
-        return f"held-out reduced chi-squared falls from {before.held_chi2:.3g} to {after.held_chi2:.3g}"
+        change = f"from {before.held_misfit:.3g} to {after.held_misfit:.3g}"
+        falls_at_all = after.held_misfit < before.held_misfit
+        return f"held-out reduced chi-squared {'falls' if falls_at_all else 'does not fall:'} {change}"
     whole = f"{plain(100 * before.held_error)} to {plain(100 * after.held_error)} %"
     return f"the held-out error falls from {', '.join(falls) or whole}"
 

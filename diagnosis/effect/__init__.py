@@ -11,7 +11,7 @@ from hbsolve.state import SteadyState
 
 __all__ = ["EFFECTS", "EffectKind", "FreeExponent"]
 
-FreeExponent = Callable[[Effect, Sequence[SteadyState]], Effect]
+FreeExponent = Callable[[Effect, Sequence[SteadyState]], Effect | None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,6 +34,8 @@ class EffectKind:
         Rank in lists of all kinds: smaller first [-].
     is_rugged
         Whether it acts through stick and slip alone, so that its derivative may have the wrong sign.
+    has_two_sides
+        Whether it is fitted from both sides of its vanishing value: chi^2 may have a least value on either.
     is_alike
         Function that decides whether effects of two meshes are the same; by their names by default.
     free_exponent
@@ -49,6 +51,7 @@ class EffectKind:
     candidates: Callable[[Model, Scale | None], list[Effect | Untestable]]
     order: int = 100
     is_rugged: bool = False
+    has_two_sides: bool = False
     is_alike: Callable[[Effect, Effect], bool] | None = None
     free_exponent: FreeExponent | None = None
 

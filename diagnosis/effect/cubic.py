@@ -98,9 +98,10 @@ class Exponent:
         )
 
 
-def free_exponent(effect: Effect, states: Sequence[SteadyState]) -> Effect:
-    """Exponent of a cubic spring that was added, about its largest displacement."""
-    assert isinstance(effect, Cubic)
+def free_exponent(effect: Effect, states: Sequence[SteadyState]) -> Effect | None:
+    """Exponent of a cubic spring that was added, about its largest displacement; none of a user's own effect."""
+    if not isinstance(effect, Cubic):
+        return None
     exponent = EffectParameter(name="exponent", unit="-", lower=1.0, upper=MOST_STEEP, typical=4.0, vanishes=3.0)
     largest = max((state.amplitude(effect.row) for state in states), default=0.0)
     return Exponent(

@@ -165,7 +165,7 @@ class Arrangement:
             error=self.train.error(fit.prediction), held_error=held_out.error(settled.prediction),
             n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
             held_stated_chi2=_stated_chi2(held_out, settled.prediction),
-            held_cost=settled.chi2 + held_out.log_weight,
+            held_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
         )  # fmt: skip
 
 
@@ -413,6 +413,13 @@ def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Compa
     return replace(comparison, whitening=without, model_error=error), list_jitter(
         model, [each / repeats for each in seen.jitter]
     )
+
+
+def _log_width(fit: Fit) -> float:
+    """-2 ln of the share of its priors that a fit of all its parameters leaves, by Laplace's approximation [-]."""
+    prior = fit.unknowns.prior
+    curvature = np.linalg.slogdet((fit.jacobian * prior).T @ (fit.jacobian * prior))[1]
+    return float(curvature) if len(prior) else 0.0
 
 
 def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None:

@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
 
-import numpy as np
-
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
@@ -86,7 +84,7 @@ def weigh_each(
             without[1].held_cost - with_effect[1].held_cost,
         ]
         own = with_effect[1]
-        worsens = any(_is_worse(own, each) for each in without)
+        worsens = any(is_worse(own, each) for each in without)
         weighed = replace(
             own, gain=min(falls), held_gain=min(held_falls), cost=beside.cost + own.held_cost, worsens=worsens
         )
@@ -101,8 +99,7 @@ def weigh_each(
     return found
 
 
-def _is_worse(refit: Refit, without: Refit) -> bool:
+def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
-    misfits = [each.held_chi2 if each.held_stated_chi2 is None else each.held_stated_chi2 for each in (refit, without)]
-    misfit, before = np.maximum(misfits, 1.0)
-    return bool(misfit > WORSE * before or refit.held_error > MUCH_WORSE * without.held_error)
+    misfit, before = max(refit.held_misfit, 1.0), max(without.held_misfit, 1.0)
+    return misfit > WORSE * before or refit.held_error > MUCH_WORSE * without.held_error

@@ -30,14 +30,21 @@ class FrequencyCorrection(CalibrationParameter):
     """Factor on the natural frequencies of the structure with its contacts, beside what those without tell of them.
 
     Errors of all other modes, and of their shapes, have their part in them.
+
+    Parameters
+    ----------
+    n_dof
+        Degrees of freedom of the model.
     """
+
+    n_dof: int
 
     is_of_case = False
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """Model with the factor; 1 changes nothing."""
+        """Model with the factor; 1 changes nothing. A finer model has errors of its own."""
         (factor,) = values
-        return model.shifted("jointed", 1 / factor - 1)
+        return model if model.system.n_dof != self.n_dof else model.shifted("jointed", 1 / factor - 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +66,7 @@ class ModeCorrection(FrequencyCorrection):
         """Model with the factor; 1 changes nothing. A finer model has errors of its own."""
         (factor,) = values
         stiffness = model.system.stiffness
-        if stiffness.shape != self.rate.shape:
+        if model.system.n_dof != self.n_dof:
             return model
         return model.with_system(stiffness=stiffness + (factor - 1) * self.rate)
 
@@ -98,14 +105,14 @@ def list_mode_corrections(measured: Measured, model: Model, budget: Budget) -> t
         found.append(
             ModeCorrection(
                 name=f"natural frequency {number + 1}", physics="Error of a natural frequency by the mesh.",
-                deviation=deviation, parameters=(factor,), number=number, rate=rate,
+                deviation=deviation, parameters=(factor,), n_dof=model.system.n_dof, number=number, rate=rate,
             )
         )  # fmt: skip
     if found and len(np.unique(measured.observed.points.free)) > 1:
         found.append(
             FrequencyCorrection(
                 name="natural frequencies with contacts", physics="Error of all other modes by the mesh.",
-                deviation=deviation, parameters=(factor,),
+                deviation=deviation, parameters=(factor,), n_dof=model.system.n_dof,
             )
         )  # fmt: skip
     return tuple(found)

@@ -57,7 +57,7 @@ class Refit:
     fit
         Fit to the training data.
     held_chi2
-        Reduced chi-squared of the held-out data [-].
+        Reduced chi-squared of the held-out data, by the model error that they show [-].
     error, held_error
         |measured - predicted| / |measured|, training and held-out [-].
     held_errors, held_names
@@ -69,7 +69,7 @@ class Refit:
     stated_chi2, held_stated_chi2
         Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
     held_cost
-        -2 ln of the density of the held-out data, up to a constant [-].
+        -2 ln of the density of the held-out data, their jitter integrated out, up to a constant [-].
     gain, held_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
         the smaller ones of the falls of -2 ln p by both.
@@ -96,6 +96,11 @@ class Refit:
     held_gain: float = 0.0
     cost: float | None = None
     worsens: bool = False
+
+    @property
+    def held_misfit(self) -> float:
+        """Reduced chi-squared of the held-out data by noise and stated errors, which fits have in common [-]."""
+        return self.held_chi2 if self.held_stated_chi2 is None else self.held_stated_chi2
 
     @property
     def name(self) -> str:

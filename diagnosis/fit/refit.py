@@ -47,7 +47,7 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
         promising = score.gain > max(PROMISING * best[0].gain, effort.worthless)
         if len(chosen) < effort.most and promising and parallel > PARALLEL:
             chosen.append(score)
-    kinds = _rugged_kinds()
+    kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
     rugged = [score for score in scores if score.effect.kind in kinds and score not in chosen and score.size > 0]
     return chosen + rugged[:MOST_RUGGED]
 
@@ -60,15 +60,15 @@ def baseline_fit(problem: Problem) -> Refit:
 def quick_fit(problem: Problem, score: Score) -> Fit:
     """Quick fit from the strength of the screening; from typical strength where that gains too little.
 
-    Effects through stick, slip and lift-off may have a least chi^2 on either side, and the derivative may point to the
-    wrong one: they are fitted from the other side as well.
+    Where chi^2 may have a least value on either side, the derivative may point to the wrong one: such effects are
+    fitted from the other side as well.
     """
     effect, baseline = score.effect, problem.fit
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
     fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)]
     if baseline.chi2 - fits[0].chi2 < KEPT * score.gain:
         fits.append(_fit_from(problem, effect, _typical_start(problem, score)))
-    if effect.kind in _rugged_kinds():
+    if any(kind.has_two_sides for kind in EFFECTS if kind.name == effect.kind):
         fits.append(_fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
     return min(fits, key=lambda fit: fit.chi2)
 
@@ -114,10 +114,6 @@ def fit_from_starts(
 
 def _fit_from(problem: Problem, effect: Effect, start: Values) -> Fit:
     return calibrate(problem.train, problem.unknowns([effect]), start, problem.fit.prediction, quick=True)
-
-
-def _rugged_kinds() -> set[str]:
-    return {kind.name for kind in EFFECTS if kind.is_rugged}
 
 
 def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.jump_error import compute_jump_errors, find_other_branch, find_rows_between_jumps
@@ -47,8 +48,19 @@ class Measured:
 
     @classmethod
     def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
-        """Prepare measurements that were swept in these directions, +1 up and -1 down."""
+        """Prepare measurements that were swept in these directions, +1 up and -1 down.
+
+        Raises
+        ------
+        CampaignError
+            All amplitudes without a phase are those of noise, and there is nothing else.
+        """
         observed = observed.where(~observed.amplitude_of_noise)
+        if not len(observed.points):
+            raise CampaignError(
+                "no sensor reads more than noise: amplitudes differ between repeats by as much as they are; measure at "
+                "a higher level, or with phases"
+            )
         features = FeatureVector.choose(
             observed.points, observed.value, observed.motion & observed.above_noise, observed.phased
         )

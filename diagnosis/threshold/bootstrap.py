@@ -24,7 +24,7 @@ from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import misfit
+from diagnosis.decision.rules import SILENT, compute_spread, misfit
 from diagnosis.diagnose import USUAL, Choice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
@@ -51,7 +51,8 @@ class Trial:
     seed
         Seed of the simulation.
     gain
-        Largest fall of chi^2 by an effect for which that of the held-out data falls too; 0 if there is none [-].
+        Largest fall of chi^2 by an effect that the held-out data do not object to, over what its fit leaves; 0 if there
+        is none [-].
     misfit
         Largest gain of an unknown force beyond the number of its parameters [-].
     """
@@ -79,8 +80,12 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     _, before, refits = screen_and_refit(drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice)
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
     finalists = weigh_each(campaign, drawn, drawn, before, refits, find_catalogue)
-    gains = [each.refit.gain for each in finalists if each.refit.held_gain > 0 and not each.refit.worsens]
-    misfits = [misfit(place) for place in localise(drawn)]
+    gains = [
+        each.refit.gain / compute_spread(each.refit)
+        for each in finalists
+        if each.refit.held_gain > -SILENT and not each.refit.worsens
+    ]
+    misfits = [misfit(place) / compute_spread(before, place.gain) for place in localise(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 
 

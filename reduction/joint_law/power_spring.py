@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
-from reduction.errors import ExchangeError
-from reduction.joint_law.registry import LAWS, DirectedJoint, Joint, LawParameter, Samples
+from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 
 @LAWS.register
@@ -61,16 +60,3 @@ class PowerSpring(DirectedJoint):
 
         at_mean = k * mean * np.abs(mean / r) ** (p - 1)
         return np.asarray(stored(u) - stored(mean) - at_mean * (u - mean))
-
-    def exported(self, program: str) -> Joint:
-        """No other program has it.
-
-        Raises
-        ------
-        ExchangeError
-            Always.
-        """
-        raise ExchangeError(
-            f'joint "{self.name}" is a spring with the force k u abs(u / r)^(p - 1), which {program} does not have: '
-            "leave it out, or put a cubic spring in its place"
-        )

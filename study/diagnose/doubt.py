@@ -25,9 +25,9 @@ def list_doubts(result: Round) -> list[str]:
 
 
 def _harm(result: Round) -> Iterator[str]:
-    """A calibration that makes the held-out data worse; both errors are by the same covariance."""
+    """A calibration that makes the held-out data worse, by noise and stated errors."""
     drawn, before = result.drawn, result.diagnosis.before
-    rise = (before.held_chi2 - drawn.held_chi2) * before.n_held
+    rise = (before.held_misfit - drawn.held_misfit) * before.n_held
     larger = before.held_error / drawn.held_error if drawn.held_error else 1.0
     if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"

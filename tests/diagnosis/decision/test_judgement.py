@@ -1,5 +1,6 @@
 """Finalists are judged by their own covariance: what is hidden holds, and what is not does not."""
 
+from dataclasses import replace
 from functools import partial
 from types import ModuleType
 from typing import Any
@@ -94,7 +95,7 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     campaign: Any, arrangement: Arrangement, scores: list[Score], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The limit is set below what any effect reaches: chi^2 falls all the same."""
-    monkeypatch.setattr(finalist, "WORSE", 1e-9)
+    monkeypatch.setattr(finalist, "MUCH_WORSE", 1e-9)
     refits = [refit(arrangement, scores[0])]
     before = baseline_fit(arrangement)
     (found,) = weigh_each(campaign, arrangement, arrangement, before, refits, partial(list_campaign_effects, campaign))
@@ -125,3 +126,33 @@ def test_an_effect_leaves_less_model_error(
     plain = leave_out_model_error(without.train)
     left = [float(np.sum(plain.residual(each.fit.prediction) ** 2)) for each in (before, first)]
     assert 50 < found.refit.gain < left[0] - left[1]
+
+
+@pytest.mark.parametrize(
+    ("misfit", "error", "worse"),
+    [
+        ((2.0, 2.1), (0.1, 0.1), False),
+        ((2.0, 2.3), (0.1, 0.05), True),  # a tenth
+        ((0.3, 0.9), (0.1, 0.1), False),  # noise explains both
+        ((3.0, 1.0), (0.1, 0.14), False),  # a peak that moved with the jitter
+        ((3.0, 1.0), (0.1, 0.16), True),  # half as much again
+    ],
+)
+def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
+    arrangement: Arrangement, misfit: tuple[float, float], error: tuple[float, float], worse: bool
+) -> None:
+    without, refit = (
+        replace(baseline_fit(arrangement), held_stated_chi2=chi2, held_error=size)
+        for chi2, size in zip(misfit, error, strict=True)
+    )
+    assert finalist.is_worse(refit, without) is worse
+
+
+def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists: list[Finalist]) -> None:
+    """Laplace's approximation is exact where readings are linear in the jitter: the covariance has it then."""
+    found = next(each for each in finalists if each.name == TRUE)
+    whole, fit = found.arrangement.held_out, found.arrangement.fit
+    residual = whole.residual(whole.predictor.predict(fit.model, fit.prediction))
+    exact = float(residual @ residual) + whole.whitening.log_determinant
+    # The covariance has the slopes of the readings at the fit, where a fit of the jitter follows their curvature.
+    assert found.arrangement.tested(None, fit).held_cost == pytest.approx(exact, abs=1.0)

@@ -45,9 +45,9 @@ def test_an_error_that_readings_are_linear_in_is_none(heavy_campaign: Campaign, 
 
 
 def test_a_finer_model_has_errors_of_its_own(heavy_campaign: Campaign, small: Model) -> None:
-    each, *_ = list_mode_corrections(prepared(heavy_campaign), small, Budget(frequency=0.02))
-    other = replace(each, rate=np.zeros((2, 2)))
-    assert other.apply(small, [1.01]) is small
+    corrections = list_mode_corrections(prepared(heavy_campaign), small, Budget(frequency=0.02))
+    for each in (corrections[0], corrections[-1]):
+        assert replace(each, n_dof=2).apply(small, [1.01]) is small
 
 
 def test_model_error_of_its_usual_size_hides_no_mass(heavy: Arrangement) -> None:
