@@ -32,7 +32,7 @@ from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.finalist import Finalist, is_worse
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.fit.refit import quick_fit
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
@@ -47,8 +47,8 @@ STAND_IN = 0.15
 #: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
 #: well: it is then the next effect to be named.
 KNOWN = 0.5
-#: Held-out error that is large [-], and reduced chi-squared by noise and stated errors that these do not explain.
-LARGE, UNEXPLAINED = 0.1, 2.0
+#: Held-out error that is large [-].
+LARGE = 0.1
 #: |cos| of the changes by two effects from which on they are alike.
 ALIKE = 0.99
 #: Fall of -2 ln p by which held-out data refute an effect: odds of one in twenty.

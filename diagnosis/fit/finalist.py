@@ -16,12 +16,12 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, weigh_beside
-from diagnosis.fit.problem import Refit
+from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.step import RunStep, compute_step
 
 #: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
-#: chi-squared by noise and stated errors, as far as it is beyond 1, and their error relative to what was measured. The
-#: latter is that of peaks above all, which move with the jitter of a test and with errors that were stated [-].
+#: chi-squared by noise and stated errors, as far as it is beyond 1, and where these do not explain it, their error
+#: relative to what was measured. That is the error of peaks above all, which move with what is explained [-].
 WORSE, MUCH_WORSE = 1.1, 1.5
 
 
@@ -102,4 +102,4 @@ def weigh_each(
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
     misfit, before = max(refit.held_misfit, 1.0), max(without.held_misfit, 1.0)
-    return misfit > WORSE * before or refit.held_error > MUCH_WORSE * without.held_error
+    return misfit > WORSE * before or (misfit > UNEXPLAINED and refit.held_error > MUCH_WORSE * without.held_error)

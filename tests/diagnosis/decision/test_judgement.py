@@ -95,7 +95,7 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     campaign: Any, arrangement: Arrangement, scores: list[Score], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The limit is set below what any effect reaches: chi^2 falls all the same."""
-    monkeypatch.setattr(finalist, "MUCH_WORSE", 1e-9)
+    monkeypatch.setattr(finalist, "WORSE", 1e-9)
     refits = [refit(arrangement, scores[0])]
     before = baseline_fit(arrangement)
     (found,) = weigh_each(campaign, arrangement, arrangement, before, refits, partial(list_campaign_effects, campaign))
@@ -134,8 +134,9 @@ def test_an_effect_leaves_less_model_error(
         ((2.0, 2.1), (0.1, 0.1), False),
         ((2.0, 2.3), (0.1, 0.05), True),  # a tenth
         ((0.3, 0.9), (0.1, 0.1), False),  # noise explains both
-        ((3.0, 1.0), (0.1, 0.14), False),  # a peak that moved with the jitter
-        ((3.0, 1.0), (0.1, 0.16), True),  # half as much again
+        ((9.0, 3.0), (0.1, 0.14), False),
+        ((9.0, 3.0), (0.1, 0.16), True),  # half as much again
+        ((9.0, 1.0), (0.1, 0.16), False),  # a peak that moved with the jitter
     ],
 )
 def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
