@@ -19,10 +19,10 @@ def result(
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_chi2=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()), remarks=(),
+        drawn=SimpleNamespace(held_misfit=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()), remarks=(),
         diagnosis=SimpleNamespace(
             before=SimpleNamespace(
-                held_chi2=1.0 + chi2, held_error=before, fit=fit, n_held=100,
+                held_misfit=1.0 + chi2, held_error=before, fit=fit, n_held=100,
             ),
             arrangement=SimpleNamespace(calibration=calibration),
             verdict=SimpleNamespace(model_error=error),
@@ -65,9 +65,7 @@ def test_what_the_model_errs_by_is_said() -> None:
 
 def test_a_large_held_out_error_that_is_left_is_said() -> None:
     fit = SimpleNamespace(values=np.array([1.0]))
-    best = SimpleNamespace(
-        held_chi2=1.0, held_stated_chi2=30.0, held_error=0.33, error=0.12, name="density of all", fit=fit
-    )
+    best = SimpleNamespace(held_misfit=30.0, held_error=0.33, error=0.12, name="density of all", fit=fit)
     (doubt,) = list_doubts(result(drawn=5.0, before=4.8, best=best))
     assert doubt.startswith(
         "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"
