@@ -19,7 +19,8 @@ def result(
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_misfit=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()), remarks=(),
+        drawn=SimpleNamespace(held_misfit=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()),
+        remarks=(),
         diagnosis=SimpleNamespace(
             before=SimpleNamespace(
                 held_misfit=1.0 + chi2, held_error=before, fit=fit, n_held=100,
@@ -71,5 +72,5 @@ def test_a_large_held_out_error_that_is_left_is_said() -> None:
         "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"
     )
     # Noise may be as large.
-    best.held_stated_chi2 = 1.1
+    best.held_misfit = 1.1
     assert list_doubts(result(drawn=5.0, before=4.8, best=best)) == []
