@@ -31,8 +31,10 @@ from hbsolve.model_rates import MatrixParameter, ModelParameter
 #: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
 #: like a spring, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
 REACHED = 3.0
-#: Share of the strain energy of the states that the modes have whose mixing with others is taken [-].
-CARRIED = 0.95
+#: Pairs of modes whose mixing is taken: each costs a solution of every state, and the first few mix most.
+MOST_PAIRS = 16
+#: Relative distance of two squared frequencies below which modes mix no more [-].
+CLOSE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,26 +77,39 @@ class FreeModes:
         ]
 
     def shape_errors(self, prediction: Prediction) -> list[Tangent]:
-        """Errors that mix the modes that carry the response with each other, and with all others."""
-        carriers, found = self._find_carriers(prediction), []
-        for place, i in enumerate(carriers):
-            for j in range(len(self.frequency)):
-                if j not in carriers[: place + 1]:
-                    mixed = np.outer(self.weighted[i], self.weighted[j])
-                    found.append(_tangent(np.sqrt(2) * self.frequency[i] * self.frequency[j] * (mixed + mixed.T)))
-        return found
+        """Errors that mix the modes that carry the response with others, those that mix most."""
+        return [
+            _tangent(
+                np.sqrt(2)
+                * self.frequency[i]
+                * self.frequency[j]
+                * (np.outer(self.weighted[i], self.weighted[j]) + np.outer(self.weighted[j], self.weighted[i]))
+            )
+            for i, j in self._find_pairs(prediction)
+        ]
 
-    def _find_carriers(self, prediction: Prediction) -> list[int]:
-        """Numbers of the modes that have most of the strain energy of the states, each state counting alike."""
+    def _find_pairs(self, prediction: Prediction) -> list[tuple[int, int]]:
+        """Numbers of the modes that mix most: of their shares of the states, and of each other's motion at them.
+
+        An error E_ij gives mode i the share omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's motion.
+        """
+        share, n = self._compute_shares(prediction), len(self.frequency)
+        i, j = np.triu_indices(n, 1)
+        squared, product = self.frequency**2, self.frequency[i] * self.frequency[j]
+        # Two modes of one frequency are any mix of each other already.
+        apart = np.maximum(np.abs(squared[i] - squared[j]), CLOSE * product)
+        mixed = (share[i] + share[j]) * (product / np.where(apart > 0, apart, np.inf)) ** 2
+        order = np.argsort(-mixed, kind="stable")[:MOST_PAIRS]
+        return [(int(i[pair]), int(j[pair])) for pair in order if mixed[pair] > 0]
+
+    def _compute_shares(self, prediction: Prediction) -> Float[NDArray[np.float64], " n"]:
+        """Share of each mode in the strain energy of the states, each state counting alike, shape (n,)."""
         motions = [state.coefficients[1] for state in prediction.states.values()]
-        if not motions or not len(self.frequency):
-            return []
+        if not motions:
+            return np.zeros(len(self.frequency))
         energy = np.abs(self.frequency * (np.array(motions) @ self.weighted.T)) ** 2
         sums = energy.sum(axis=1, keepdims=True)
-        share = (energy / np.where(sums > 0, sums, 1.0)).mean(axis=0)
-        order = np.argsort(-share)
-        count = 1 + int(np.searchsorted(np.cumsum(share[order]), CARRIED * share.sum()))
-        return [int(number) for number in order[:count]]
+        return np.asarray((energy / np.where(sums > 0, sums, 1.0)).mean(axis=0))
 
 
 NO_MODES = FreeModes(frequency=np.zeros(0), weighted=np.zeros((0, 0)))
