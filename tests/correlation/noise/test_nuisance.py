@@ -142,7 +142,7 @@ def test_each_natural_frequency_is_off_by_itself(bench: Bench) -> None:
 
 
 def test_mode_shapes_mix_in_pairs(bench: Bench) -> None:
-    """A stiffness of sqrt 2 e omega_i omega_j between two modes of unit mass, the pairs that mix most first."""
+    """A stiffness of sqrt 2 e omega_i omega_j between two modes of unit mass."""
     modes = make_nuisance_modes(bench.nominal, Budget(frequency=1.0), ()).budget[:, 6:12]
     system = bench.model.system
     squared, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
