@@ -93,8 +93,10 @@ class FreeModes:
 
         An error E_ij gives mode i the share omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's motion.
         """
-        share, n = self._compute_shares(prediction), len(self.frequency)
-        i, j = np.triu_indices(n, 1)
+        n = len(self.frequency)
+        if n < 2:
+            return []
+        share, (i, j) = self._compute_shares(prediction), np.triu_indices(n, 1)
         squared, product = self.frequency**2, self.frequency[i] * self.frequency[j]
         # Two modes of one frequency are any mix of each other already.
         apart = np.maximum(np.abs(squared[i] - squared[j]), CLOSE * product)
