@@ -342,7 +342,9 @@ class _ChanceGate:
         return passes(refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
-        if self.has_another_law(refit):
+        law = self._find_another_law(refit)
+        if law is not None:
+            self.laws[refit.name] = law
             return False
         others = [each for each in self.catalogue.candidates if each.name != refit.name]
         rest = self.run_step(
@@ -355,30 +357,29 @@ class _ChanceGate:
         stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
         return not stands_in or self._explains_with(refit, rest.further)
 
-    def has_another_law(self, refit: Refit) -> bool:
-        """Whether the force of an effect is another power of the displacement than the effect's."""
+    def _find_another_law(self, refit: Refit) -> LawExponent | None:
+        """The law of a force, if it is another power of the displacement than the effect's."""
         if not has_exponent(refit.effect):
-            return False
+            return None
         found = self.run_step(
             f"exponent of {refit.name}",
             lambda: fit_exponent(with_effect(self.arrangements[refit.name], refit), refit),
         )
         chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
-        if found is not None and found.is_another(chance) and found.refit.held_cost <= refit.held_cost:
-            self.laws[refit.name] = found
-        return refit.name in self.laws
+        is_another = found is not None and found.is_another(chance) and found.refit.held_cost <= refit.held_cost
+        return found if is_another else None
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another power of the displacement alone."""
-        gaining = [each for each in refits if is_significant(each, self.thresholds)]
-        if not gaining or not self.has_another_law(gaining[0]):
+        refit = next((each for each in refits if is_significant(each, self.thresholds)), None)
+        law = None if refit is None else self._find_another_law(refit)
+        if refit is None or law is None:
             return False
-        refit, other = gaining[0], self.laws[gaining[0].name].refit
-        held_gain = refit.held_gain + refit.held_cost - other.held_cost
-        if held_gain > 0 and other.held_error < self.before.held_error:
-            return True
-        self.laws.clear()
-        return False
+        held_gain = refit.held_gain + refit.held_cost - law.refit.held_cost
+        if not (held_gain > 0 and law.refit.held_error < self.before.held_error):
+            return False
+        self.laws[refit.name] = law
+        return True
 
     def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
         """Whether an effect and a further one explain together what either does not."""

@@ -118,11 +118,10 @@ class Arrangement:
 
     def refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
         """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
-        count = len(fit.values) - len(effect.parameters)
+        values, unknowns = fit.values[: len(fit.values) - len(effect.parameters)], self.unknowns([])
         # What the effect took up is model error first: otherwise it would pull the values astray.
-        model = self.unknowns([]).compose(fit.values[:count])
-        train = update_model_error(self.train, self.train.predictor.predict(model, fit.prediction))
-        begun = calibrate(train, self.unknowns([]), fit.values[:count], fit.prediction, quick=True)
+        train = update_model_error(self.train, self.train.predict(unknowns.compose(values), fit.prediction))
+        begun = calibrate(train, unknowns, values, fit.prediction, quick=True)
         return self.refit_with_error_left(begun, train)
 
     def cost_with_error_left(self, fit: Fit) -> float:
@@ -417,9 +416,8 @@ def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Compa
 
 def _log_width(fit: Fit) -> float:
     """-2 ln of the share of its priors that a fit of all its parameters leaves, by Laplace's approximation [-]."""
-    prior = fit.unknowns.prior
-    curvature = np.linalg.slogdet((fit.jacobian * prior).T @ (fit.jacobian * prior))[1]
-    return float(curvature) if len(prior) else 0.0
+    scaled = fit.jacobian * fit.unknowns.prior
+    return float(np.linalg.slogdet(scaled.T @ scaled)[1])
 
 
 def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None:
