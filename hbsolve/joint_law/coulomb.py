@@ -15,13 +15,18 @@ slip at one instant and slides until the second. The error is that of straight p
 of the samples. A start, and a contact without load at either sample, is put on the limit by radial return, which is
 exact where the spring was slack. As in one tangent, a contact that closes between two samples rubs from the first.
 
-The slider may need many periods to settle (shakedown), so periods are marched until it returns to where it began one;
-the derivative is carried through all of them, so that it is exact for what was computed. A spring of direction
-:math:`n` on the limit turns by :math:`d\theta`, and
+The slider may need many periods to settle. A period whose last slip is at instant j takes the angle :math:`\theta` of
+that spring to :math:`F(\theta)`, where :math:`F'`, between 0 and 1, is the product of the h of all slips in it. So
+Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few periods. A cycle that slips is the only one: two
+springs that keep their distance slip at the same instants in the same direction, and so are one. A cycle that only
+sticks is one of many: then periods are marched as they are until the slider returns to where it began one (shakedown),
+and the derivative is carried through all of them. A contact that stays within its limit needs no march. A spring of
+direction :math:`n` on the limit turns by :math:`d\theta`, and
 
 .. math:: dw = du - n\, dr - r\, n_\perp\, d\theta ,
 
-so that one angle tells all of it. A contact that stays within its limit needs no march.
+so that one angle tells all of it. In a cycle :math:`d\theta = F'\, d\theta + b`, with b the turn of a spring that does
+not turn where the period begins.
 
 References
 ----------
@@ -40,6 +45,12 @@ from reduction.array_type import Real, Whole
 
 #: Periods at most; sliders that creep on after these are left where they are.
 MAX_PERIOD = 200
+#: 1 - F' below which a spring hardly turns towards a cycle, and is marched.
+TURNS = 1e-6
+#: Steps of Newton's method towards a cycle at most, and the largest turn of one [rad].
+MAX_NEWTON, MAX_STEP = 40, 1.0
+#: No instant.
+NONE = -1
 #: A slider has settled when a period moves it by less than this part of the radius of its limit or of the motion.
 SETTLED = 1e-11
 #: Below this the mean inverse of the radius is its series in z = (r_1 - r_0) / (r_1 + r_0), to round-off.
@@ -151,43 +162,115 @@ def _march(
     u: Any, radius: Any, w: Any, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, derive: bool, out: Any
 ) -> int:
     """Move the slider w through periods until it settles; of the last one record w, the slips and their number."""
-    n = u.shape[1]
+    given = w.copy()
     scale = max(np.abs(u[:2]).max(), radius.max())
-    begin = np.empty(2)
-    # Nothing comes before the first instant: a start beyond the limit is put on it.
-    before, r_before, n_slip = 0, 0.0, 0
+    n_slip, at, turned = _settle(u, radius, w, scale, rows, which, r_by, r_by_v, sampling, out)
+    if not derive and (n_slip or not turned):
+        return n_slip
+    if n_slip and _close(u, radius, w, at, rows, which, r_by, r_by_v, sampling, out):
+        return n_slip
+    w[:] = given
+    n_slip, at = 0, NONE
     for _ in range(MAX_PERIOD):
-        begin[:] = w
+        begin0, begin1 = w[0], w[1]
         if derive:
             rows.instant[0], rows.turn[0], rows.place[0] = rows.instant[n_slip], rows.turn[n_slip], rows.place[n_slip]
-        n_slip = 0
-        for k in range(n):
-            r = radius[k]
-            e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
-            if e0 * e0 + e1 * e1 > r * r:
-                n_slip += 1
-                if r_before > 0.0 and r > 0.0:
-                    n0, n1, a0, a1, b0, b1, c_before, c = _slip(
-                        u[0, before] - w[0], u[1, before] - w[1],
-                        u[0, k] - u[0, before], u[1, k] - u[1, before], r_before, r,
-                    )  # fmt: skip
-                else:
-                    length = np.sqrt(e0 * e0 + e1 * e1)
-                    n0, n1 = e0 / length, e1 / length
-                    a0, a1, c_before, c = -n1 / length, n0 / length, 0.0, 0.0
-                    b0, b1 = a0, a1
-                w[0], w[1] = u[0, k] - r * n0, u[1, k] - r * n1
-                if derive:
-                    _turn(rows, n_slip, before, k, a0, a1, b0, b1, c_before, c, r_by, r_by_v, sampling.instants)
-                    rows.instant[n_slip], place = k, rows.place[n_slip]
-                    place[0], place[1], place[RADIUS] = n0, n1, r
-                    place[FOLLOWS], place[FOLLOWS + 1], place[BY_START], place[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
-            before, r_before = k, r
-            out.slider[0, k], out.slider[1, k] = w[0], w[1]
-            which[k] = n_slip
-        if np.hypot(w[0] - begin[0], w[1] - begin[1]) <= SETTLED * scale:
+        n_slip, at, _ = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, derive, out)
+        if np.hypot(w[0] - begin0, w[1] - begin1) <= SETTLED * scale:
             break
     return n_slip
+
+
+@compiled
+def _settle(
+    u: Any, radius: Any, w: Any, scale: float, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, out: Any
+) -> tuple[int, int, bool]:
+    """Move the slider w to a cycle that slips, by Newton's method.
+
+    Returns the number of slips, 0 if there is no such cycle; the instant of the last one; and whether w is elsewhere
+    than periods alone would have moved it.
+    """
+    at, least, turned = NONE, np.inf, False
+    for _ in range(MAX_NEWTON):
+        begin0, begin1, last = w[0], w[1], at
+        n_slip, at, kept = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, False, out)
+        moved = np.hypot(w[0] - begin0, w[1] - begin1)
+        if n_slip == 0 or moved <= SETTLED * scale:
+            return n_slip, at, turned
+        if at == last and moved < least and kept < 1.0 - TURNS:
+            least, turned = moved, True
+            n0, n1, m0, m1 = u[0, at] - w[0], u[1, at] - w[1], u[0, at] - begin0, u[1, at] - begin1
+            turn = np.arctan2(m0 * n1 - m1 * n0, m0 * n0 + m1 * n1) * kept / (1.0 - kept)
+            turn = min(max(turn, -MAX_STEP), MAX_STEP)
+            cosine, sine = np.cos(turn), np.sin(turn)
+            w[0], w[1] = u[0, at] - (cosine * n0 - sine * n1), u[1, at] - (cosine * n1 + sine * n0)
+    return 0, at, True
+
+
+@compiled
+def _close(
+    u: Any, radius: Any, w: Any, at: int, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, out: Any
+) -> bool:
+    """Derive the cycle that ends with the slider w, slipping last at an instant; False where it hardly turns."""
+    place, column = rows.place[0], rows.turn.shape[1] - 2
+    rows.instant[0], place[RADIUS] = at, radius[at]
+    place[FOLLOWS], place[FOLLOWS + 1], place[BY_START], place[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
+    for d in range(2):
+        place[d] = (u[d, at] - w[d]) / radius[at] if radius[at] > 0.0 else 0.0
+    # No cycle depends on a start: its column tells what each slip keeps of the first turn.
+    rows.turn[0], rows.turn[0, column] = 0.0, 1.0
+    n_slip, _, kept = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, True, out)
+    if n_slip == 0 or kept > 1.0 - TURNS:
+        return False
+    first = rows.turn[n_slip, :column] / (1.0 - kept)
+    for i in range(n_slip + 1):
+        for c in range(column):
+            rows.turn[i, c] += rows.turn[i, column] * first[c]
+        rows.turn[i, column] = 0.0
+    return True
+
+
+@compiled
+def _period(
+    u: Any, radius: Any, w: Any, at: int, rows: Any, which: Any, r_by: Any, r_by_v: Any, sampling: Any, derive: bool,
+    out: Any,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Move the slider w through one period, and record it; `at` is the instant of the last slip before.
+
+    Nothing comes before the first instant of the first period: a start beyond the limit is put on it.
+
+    Returns the number of slips, the instant of the last one, and what the last keeps of the turn of the one before.
+    """
+    n = u.shape[1]
+    before, r_before = (0, 0.0) if at == NONE else (n - 1, radius[n - 1])
+    n_slip, kept = 0, 0.0 if at == NONE else 1.0
+    for k in range(n):
+        r = radius[k]
+        e0, e1 = u[0, k] - w[0], u[1, k] - w[1]
+        if e0 * e0 + e1 * e1 > r * r:
+            n_slip += 1
+            if r_before > 0.0 and r > 0.0:
+                n0, n1, a0, a1, b0, b1, c_before, c = _slip(
+                    u[0, before] - w[0], u[1, before] - w[1],
+                    u[0, k] - u[0, before], u[1, k] - u[1, before], r_before, r, derive,
+                )  # fmt: skip
+            else:
+                length = np.sqrt(e0 * e0 + e1 * e1)
+                n0, n1 = e0 / length, e1 / length
+                a0, a1, c_before, c = -n1 / length, n0 / length, 0.0, 0.0
+                b0, b1 = a0, a1
+            kept *= a1 * (u[0, at] - w[0]) - a0 * (u[1, at] - w[1])
+            at = k
+            w[0], w[1] = u[0, k] - r * n0, u[1, k] - r * n1
+            if derive:
+                _turn(rows, n_slip, before, k, a0, a1, b0, b1, c_before, c, r_by, r_by_v, sampling.instants)
+                rows.instant[n_slip], place = k, rows.place[n_slip]
+                place[0], place[1], place[RADIUS] = n0, n1, r
+                place[FOLLOWS], place[FOLLOWS + 1], place[BY_START], place[BY_START + 1] = 1.0, 1.0, 0.0, 0.0
+        before, r_before = k, r
+        out.slider[0, k], out.slider[1, k] = w[0], w[1]
+        which[k] = n_slip
+    return n_slip, at, kept
 
 
 @compiled
@@ -228,12 +311,13 @@ def _weights(which: Any, count: int, rows: int, projected_sum: Any) -> Any:
 
 @compiled
 def _slip(
-    e0: float, e1: float, d0: float, d1: float, r_before: float, r: float
+    e0: float, e1: float, d0: float, d1: float, r_before: float, r: float, derive: bool
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """The spring at the end of a motion d that leaves the limit, its radius going from r_before > 0 to r > 0.
 
-    Returns its direction n and, for the angle by which that turns, the derivatives by both components of e, of d, by
-    r_before and by r. The instant at which slip begins needs none: the spring turns alike just before and after it.
+    Returns its direction n and, for the angle by which that turns, the derivatives by both components of e; if wanted,
+    also those by d, by r_before and by r. The instant at which slip begins needs none: the spring turns alike just
+    before and after it.
     """
     growth = r - r_before
     # |e + s d|^2 = (r_before + s growth)^2 at the onset: a s^2 + 2 b s + c = 0.
@@ -258,18 +342,14 @@ def _slip(
     if path > 0.0:
         p0, p1 = d0 / path, d1 / path
 
-    # Mean of 1 / radius over the rest, and its derivatives by the radius at the onset and at the end.
+    # Mean of 1 / radius over the rest.
     onset = r_before + s * growth
-    z = (r - onset) / (r + onset)
+    half, z = 2.0 / (r + onset), (r - onset) / (r + onset)
+    zz = z * z
     if abs(z) < SERIES:
-        zz, half = z * z, 2.0 / (r + onset)
         mean = half * (1.0 + zz * (1 / 3 + zz * (1 / 5 + zz * (1 / 7 + zz / 9))))
-        by_z = half * z * (2 / 3 + zz * (4 / 5 + zz * (6 / 7 + zz * 8 / 9)))
-        mean_by_r = 0.5 * half * (half * onset * by_z - mean)
-        mean_by_onset = -0.5 * half * (half * r * by_z + mean)
     else:
         mean = np.log(r / onset) / (r - onset)
-        mean_by_r, mean_by_onset = (1.0 / r - mean) / (r - onset), (mean - 1.0 / onset) / (r - onset)
 
     # tan(delta / 2) = y / x, of the two forms of it the one without cancellation.
     cosine, sine = p0 * m0 + p1 * m1, p0 * m1 - p1 * m0
@@ -284,6 +364,14 @@ def _slip(
     # the direction of the motion.
     h = decay * (x * x + y * y) / square / size
     by_e0, by_e1 = -h * m1, h * m0
+    if not derive:
+        return n0, n1, by_e0, by_e1, 0.0, 0.0, 0.0, 0.0
+    if abs(z) < SERIES:
+        by_z = half * z * (2 / 3 + zz * (4 / 5 + zz * (6 / 7 + zz * 8 / 9)))
+        mean_by_r = 0.5 * half * (half * onset * by_z - mean)
+        mean_by_onset = -0.5 * half * (half * r * by_z + mean)
+    else:
+        mean_by_r, mean_by_onset = (1.0 / r - mean) / (r - onset), (mean - 1.0 / onset) / (r - onset)
     by_path = sine * rest * mean
     by_phi = rest * mean * (x * x - y * y * decay) / square
     by_phi *= (1.0 - decay) / kappa if kappa > 1e-4 else 1.0 - 0.5 * kappa

@@ -82,6 +82,25 @@ def test_points_on_straight_paths_change_nothing(seed: int) -> None:
     assert min(np.count_nonzero(status == STICK), np.count_nonzero(status == SLIP)) > 5
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_a_cycle_that_settles_slowly_is_where_many_periods_lead(seed: int) -> None:
+    """A path 300 times round is one long period, which is marched; a spring that hardly slips turns little in each.
+
+    Some cycles slip, some only stick.
+    """
+    random = np.random.default_rng([seed, 1])
+    angle = 2 * np.pi * np.arange(24) / 24
+    N = 1.5 + 0.3 * random.uniform() * np.cos(angle + random.uniform(0, 6))
+    radius = MU * N.min() / KT
+    path = np.array([np.cos(angle), random.uniform(0.0, 0.6) * np.sin(angle + 1.0), N / KN])
+    path[:2] *= radius * random.uniform(1.05, 1.3)
+    path[:2] += [[radius], [0.3 * radius]]
+    once, status = along(path)
+    many, _ = along(np.tile(path, 300))
+    assert np.count_nonzero(status == SLIP) < 20
+    np.testing.assert_allclose(once, many[:, -24:], atol=SETTLED)
+
+
 def test_the_error_of_a_prescribed_motion_falls_by_four_with_twice_the_samples() -> None:
     contact = pad(0.3)
     x = np.array([[0.0, 1.0, 0.0, 0.0, 0.1], [0.0, 0.2, 0.7, 0.1, 0.0], [0.8, 0.1, 0.15, 0.0, 0.05]])
