@@ -236,7 +236,9 @@ class Predictor:
         table = one.solver.read_track(one.level, one.frequencies, one.track)
         count = np.array([len(rows) for rows in one.rows])
         rows, state = np.concatenate(one.rows), np.repeat(np.arange(len(count)), count)
-        sensor = one.solver.numbers(self.points.sensor[rows])
+        names, which = self._sensors
+        own, inverse = np.unique(which[rows], return_inverse=True)
+        sensor = one.solver.numbers(names[own])[inverse]
         read = table[state, self.points.harmonic[rows], sensor]
         if max(one.sweep) == 0:
             # A test that does not sweep reads the same in all of them.
@@ -312,6 +314,11 @@ class Predictor:
         """The same, which keeps the linear structures of a model for models that differ in joints and static loads."""
         shared = {free: Configuration.from_model(model, free, None) for free, _ in self._configurations}
         return replace(self, shared=shared)
+
+    @cached_property
+    def _sensors(self) -> tuple[NDArray[np.str_], Int[NDArray[np.int64], " k"]]:
+        """Names of the sensors, each once, and which of them each row is of."""
+        return np.unique(self.points.sensor, return_inverse=True)
 
     @cached_property
     def _configurations(self) -> list[tuple[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]]]:
