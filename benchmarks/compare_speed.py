@@ -1,15 +1,16 @@
-"""How long does `stickslip compare` take? Processor time and memory of the whole command on three campaigns.
+"""How long does `stickslip compare` take? Processor time and memory of the whole command on four campaigns.
 
 Each campaign has 4 levels x 40 frequencies x 2 sweeps x 5 repeats x 4 sensors, drawn from the model itself with
 friction histories, jitter of preload and frequency, and 0.5 % noise.
 
 beam      the shipped beam: 48 degrees of freedom, 6 contacts, Rayleigh damping, a finer model
 forty     a random chain of 39 degrees of freedom with 6 contacts, whose damping no modes uncouple
-many      a random chain of 84 degrees of freedom with 28 contacts of two coupled tangents each
+many      a random chain of 84 degrees of freedom with 28 contacts of one tangent each, as the paper has them
+coupled   the same with two coupled tangents each
 
 Run it with
 
-    python -m benchmarks.compare_speed [beam forty many] [--base CHECKOUT] [--profile FILE]
+    python -m benchmarks.compare_speed [beam forty many coupled] [--base CHECKOUT] [--profile FILE]
 
 `--base` runs the command of another checkout beside this one, and compares the misfits of all points. Every run has an
 empty store and compiled kernels.
@@ -44,18 +45,20 @@ ROOT = Path(__file__).resolve().parents[1]
 LEVELS, N_FREQUENCY, N_REPEAT = (1.0, 3.0, 5.0, 10.0), 40, 5
 BAND = (0.96, 1.04)
 NOISE, PRELOAD_JITTER, FREQUENCY_JITTER = 5e-3, 5e-3, 5e-5
-#: Masses, contacts, preload of each [N], at which some of them slip at the highest level, and seed.
-CHAINS = {"forty": (13, 6, 1.0, 1), "many": (28, 28, 0.1, 2)}
+#: Masses, contacts, their tangents, preload of each [N], at which some of them slip at the highest level, and seed.
+CHAINS = {"forty": (13, 6, 2, 1.0, 1), "many": (28, 28, 1, 0.1, 2), "coupled": (28, 28, 2, 0.1, 2)}
 COMMAND = "import sys; from study.cli import main; sys.argv = ['stickslip', *sys.argv[1:]]; sys.exit(main())"
 
 
-def chain(n_mass: int, contacts: int, preload: float, seed: int, *, dashpot: bool) -> Model:
+def chain(n_mass: int, contacts: int, tangents: int, preload: float, seed: int, *, dashpot: bool) -> Model:
     """Masses in a chain, three motions each, with contacts to the ground in two or four lines.
 
     Parameters
     ----------
     n_mass, contacts
         Numbers of them.
+    tangents
+        Of each contact; two are coupled.
     preload
         Of each contact [N].
     seed
@@ -81,9 +84,9 @@ def chain(n_mass: int, contacts: int, preload: float, seed: int, *, dashpot: boo
             place[:, 3 * at : 3 * at + 3] = np.linalg.qr(random.normal(size=(3, 3)))[0]
             members.append(
                 FrictionContact(
-                    name=f"line{line}.{number + 1}", normal=place[0], tangents=place[1:], normal_stiffness=0.1 * spring,
-                    tangential_stiffness=0.08 * spring, friction_coefficient=0.4, preload=preload,
-                    friction=Friction.COULOMB,
+                    name=f"line{line}.{number + 1}", normal=place[0], tangents=place[1 : 1 + tangents],
+                    normal_stiffness=0.1 * spring, tangential_stiffness=0.08 * spring, friction_coefficient=0.4,
+                    preload=preload, friction=Friction.COULOMB if tangents == 2 else Friction.UNCOUPLED,
                 )
             )  # fmt: skip
         joints += members
@@ -115,13 +118,14 @@ def write_chain(model: Model, folder: Path) -> Path:
     for name, members in model.lines.items():
         contacts = [model.contact(member) for member in members]
         arrays[f"{name}_normal"] = np.array([contact.normal for contact in contacts])
-        for number in (0, 1):
-            arrays[f"{name}_{number}"] = np.array([contact.tangents[number] for contact in contacts])
         one = contacts[0]
+        for number in range(len(one.tangents)):
+            arrays[f"{name}_{number}"] = np.array([contact.tangents[number] for contact in contacts])
+        second = f'second_tangent = {{ row = "{name}_1" }}\n' if len(one.tangents) == 2 else ""
         text.append(
             f'[[line]]\nname = "{name}"\nnormal = {{ row = "{name}_normal" }}\ntangent = {{ row = "{name}_0" }}\n'
-            f'second_tangent = {{ row = "{name}_1" }}\nnormal_stiffness = "{one.normal_stiffness!r} N/m"\n'
-            f'tangential_stiffness = "{one.tangential_stiffness!r} N/m"\nfriction = "coulomb"\n'
+            f'{second}normal_stiffness = "{one.normal_stiffness!r} N/m"\n'
+            f'tangential_stiffness = "{one.tangential_stiffness!r} N/m"\nfriction = "{one.friction.value}"\n'
             f'friction_coefficient = {one.friction_coefficient}\npreload = "{one.preload} N"\nbalanced_preload = true\n'
         )
     text += [
@@ -241,7 +245,7 @@ def agreement(one: Path, other: Path) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", default=["beam", "forty", "many"])
+    parser.add_argument("names", nargs="*", default=["beam", "forty", "many", "coupled"])
     parser.add_argument("--base", type=Path, help="another checkout")
     parser.add_argument("--profile", type=Path, help="file for the profile of the last run")
     parser.add_argument("--folder", type=Path, help="where the cases are; made there if they are not")
