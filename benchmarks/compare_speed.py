@@ -215,6 +215,8 @@ def build(name: str, folder: Path) -> tuple[Path, Path]:
 def run(checkout: Path, case: Path, campaign: Path, out: Path, profile: Path | None = None) -> Mapping[str, float]:
     """CPU time [s] and largest memory [MB] of one command."""
     threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS")}
+    # An installed program has its bytecode, so a run may write it here too.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as store:
         words = [sys.executable, *(["-m", "cProfile", "-o", str(profile)] if profile else [])]
@@ -222,7 +224,7 @@ def run(checkout: Path, case: Path, campaign: Path, out: Path, profile: Path | N
         script.write_text(COMMAND, encoding="utf-8")
         done = subprocess.run(
             [*words, str(script), "compare", str(case), str(campaign), "--out", str(out), "--cache", store],
-            env={**os.environ, **threads, "PYTHONPATH": str(checkout)}, capture_output=True, text=True, check=False,
+            env={**environment, **threads, "PYTHONPATH": str(checkout)}, capture_output=True, text=True, check=False,
         )  # fmt: skip
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode:
