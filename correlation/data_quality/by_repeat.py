@@ -7,6 +7,7 @@ from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Measurement
+from correlation.row_group import group_rows
 
 #: Values of s sensors at n points in r repeats.
 Repeats = Complex[NDArray[np.complex128], "s n r"]
@@ -26,8 +27,7 @@ def arrange_by_repeat(table: Measurement, sensors: Sequence[int], harmonic: int 
     """
     repeats, column = np.unique(table.repeat, return_inverse=True)
     rows = np.flatnonzero((table.harmonic == harmonic) & np.isin(table.sensor, sensors))
-    points = np.column_stack([table.level, table.frequency, table.sweep])[rows]
-    point = np.asarray(np.unique(points, axis=0, return_inverse=True)[1]).ravel()
+    point = group_rows([table.level[rows], table.frequency[rows], table.sweep[rows]]).number
     values = np.full((len(sensors), point.max(initial=-1) + 1, len(repeats)), np.nan, dtype=np.complex128)
     for place, sensor in enumerate(sensors):
         own = table.sensor[rows] == sensor

@@ -11,6 +11,7 @@ from correlation.data_quality.channel import find_channel_suspicions
 from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
 from correlation.data_quality.missing_level import find_missing_levels
+from correlation.row_group import group_rows
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
@@ -132,7 +133,8 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
         levels = np.unique(table.level)
-        for repeat, sweep in np.unique(np.stack([table.repeat, table.sweep]), axis=1).T:
+        runs = table.where(group_rows([table.repeat, table.sweep]).first)
+        for repeat, sweep in zip(runs.repeat, runs.sweep, strict=True):
             there = np.unique(table.level[(table.repeat == repeat) & (table.sweep == sweep)])
             missing = np.setdiff1d(levels, there)
             if len(missing):
@@ -147,9 +149,9 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
 def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
     for number in range(len(campaign.tests)):
-        kinds, counts = np.unique(
-            np.stack([table.sensor, table.harmonic])[:, table.test == number], axis=1, return_counts=True
-        )
+        own = table.where(table.test == number)
+        groups = group_rows([own.sensor, own.harmonic])
+        kinds, counts = np.stack([own.sensor, own.harmonic])[:, groups.first], np.bincount(groups.number)
         few = counts < counts.max(initial=0)
         for count in np.unique(counts[few]):
             short = kinds[:, few & (counts == count)].T

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.row_group import group_rows
 
 #: A level is not reached if its largest force over its set point is below this share of that of the lowest level [-].
 REACHED = 0.95
@@ -34,8 +35,8 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         for level in levels.tolist():
             rows = np.flatnonzero(here & (table.level == level))
             # Each state has a row for every sensor and harmonic.
-            states = np.column_stack([table.frequency, table.sweep, table.repeat, table.order])[rows]
-            force = table.force[rows[np.unique(states, axis=0, return_index=True)[1]]]
+            states = group_rows([each[rows] for each in (table.frequency, table.sweep, table.repeat, table.order)])
+            force = table.force[rows[states.first]]
             if len(force) >= FEWEST and (force != level).any():
                 forces[level] = force
         if len(forces) < 2:

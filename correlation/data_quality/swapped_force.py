@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
 from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
 from correlation.feature.table import FeatureTable
+from correlation.row_group import group_rows
 
 #: Two forces can be told apart at a point where they differ by this many times the scatter of the repeats [-],
 APART = 4.0
@@ -136,12 +137,12 @@ def _words(found: tuple[int, float, float]) -> str:
 
 def _scatter(measurement: Measurement, table: FeatureTable) -> Float[NDArray[np.float64], " k"]:
     """Largest distance of a repeat or sweep from their mean, for each row of the means, shape (k,)."""
-    keys, group = np.unique(_point_columns(measurement), axis=0, return_inverse=True)
-    group, value = np.asarray(group).ravel(), measurement.value
+    points, value = _point_columns(measurement), measurement.value
+    first, group = group_rows(list(points.T))
     mean = (np.bincount(group, value.real) + 1j * np.bincount(group, value.imag)) / np.bincount(group)
-    largest = np.zeros(len(keys))
+    largest = np.zeros(len(first))
     np.maximum.at(largest, group, np.abs(value - mean[group]))
-    of_point = dict(zip(map(tuple, keys.tolist()), largest.tolist(), strict=True))
+    of_point = dict(zip(map(tuple, points[first].tolist()), largest.tolist(), strict=True))
     return np.array([of_point[tuple(key)] for key in _point_columns(table).tolist()])
 
 

@@ -5,7 +5,7 @@ the frequencies of a run, is some tenths off for a model that is wrong, and a wh
 all channels of a run have in common is the model's fault or the level's; what one alone has is its own.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
 from correlation.feature.observation import find_points
 from correlation.prediction import Points
+from correlation.row_group import group_rows
 
 #: Points of a run that tell a ratio, and how far the logarithms of half of them may be from their median [-], by
 #: themselves or beside the other channels: what is noise, or next to nothing in the model, has no one ratio.
@@ -82,11 +83,11 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
     rows = np.flatnonzero((table.harmonic == 1) & np.isfinite(model) & (model > 0) & (np.abs(table.value) > 0))
     table = table.where(rows)
     logarithm = np.log10(np.abs(table.value) / model[rows])
-    run = [table.test, np.unique(table.level, return_inverse=True)[1], table.repeat]
+    run = [table.test, table.level, table.repeat]
     # Where the model's resonance is off, all channels go up and down together.
-    state = _number([*run, table.sweep, np.unique(table.frequency, return_inverse=True)[1]])
+    state = group_rows([*run, table.sweep, table.frequency]).number
     common = _medians(state, logarithm)
-    channel = _number([*run, table.sensor])
+    channel = group_rows([*run, table.sensor]).number
     first, ratio = [], []
     for number in range(channel.max(initial=-1) + 1):
         values = np.flatnonzero(channel == number)
@@ -96,11 +97,6 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
             ratio.append(float(np.median(logarithm[values])))
     kept = table.where(np.array(first, dtype=np.int64))
     return _Runs(test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=np.array(ratio))
-
-
-def _number(columns: Sequence[NDArray[np.int64]]) -> Int[NDArray[np.int64], " k"]:
-    """Number of each row's group."""
-    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1]).ravel()
 
 
 def _medians(group: Int[NDArray[np.int64], " k"], values: Float[NDArray[np.float64], " k"]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, number_frequencies
+from correlation.row_group import group_rows
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,18 +60,18 @@ def list_curves(campaign: Campaign) -> list[CurveSet]:
 def _arranged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"], free: bool) -> CurveSet:
     table = campaign.measurement.where(rows)
     number = number_frequencies(table.frequency)
-    keys, curve = np.unique(np.column_stack([table.sweep, table.repeat]), axis=0, return_inverse=True)
-    shape = (len(keys), int(number.max()) + 1)
+    runs, curve = group_rows([table.sweep, table.repeat])
+    shape = (len(runs), int(number.max()) + 1)
     total, count = np.zeros(shape, dtype=np.complex128), np.zeros(shape)
-    np.add.at(total, (curve.ravel(), number), table.value)
-    np.add.at(count, (curve.ravel(), number), 1.0)
+    np.add.at(total, (curve, number), table.value)
+    np.add.at(count, (curve, number), 1.0)
     first = np.unique(number, return_index=True)[1]
     sensor = campaign.sensors[int(table.sensor[0])]
     with np.errstate(invalid="ignore", divide="ignore"):
         value = np.where(count > 0, total / count, np.nan)
     return CurveSet(
         free=free, level=float(table.level[0]), sensor=sensor.name, has_phase=sensor.has_phase,
-        frequency=table.frequency[first], sweep=keys[:, 0], repeat=keys[:, 1], value=value,
+        frequency=table.frequency[first], sweep=table.sweep[runs], repeat=table.repeat[runs], value=value,
     )  # fmt: skip
 
 

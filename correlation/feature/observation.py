@@ -13,6 +13,7 @@ from correlation.feature.branch import find_branches, mark_readings
 from correlation.feature.reading_noise import LEAST_REPEATED, find_reading_noise
 from correlation.feature.settling import find_unsettled
 from correlation.prediction import Points
+from correlation.row_group import group_rows
 from correlation.row_table import RowTable
 
 #: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
@@ -94,9 +95,7 @@ class Observation(RowTable):
         n = there.sum(axis=1)
         mean = np.where(there, self.repeat, 0.0).sum(axis=1) / np.maximum(n, 1)
         apart = np.where(there, np.abs(self.repeat - mean[:, None]) ** 2, 0.0).sum(axis=1)
-        _, sensor = np.unique(points.sensor, return_inverse=True)
-        key = np.column_stack([points.free, points.level, sensor, points.harmonic])
-        group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        group = group_rows([points.free, points.level, points.sensor, points.harmonic]).number
         parts = np.where(self.phased & (points.harmonic > 0), 2, 1)
         scatter = np.where(n == 1, np.sqrt(parts) * self.noise, np.sqrt(apart / np.maximum(n - 1, 1)))
         # A point that was read once tells nothing of noise, unless that is known. Most points decide: where a response
@@ -116,22 +115,13 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     sweep = np.where(split, table.sweep, 0)
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     frequency = table.frequency
-    key = np.column_stack(
-        [
-            free_test[table.test],
-            np.unique(table.level, return_inverse=True)[1],
-            number_frequencies(frequency),
-            sweep,
-            table.sensor,
-            table.harmonic,
-        ]
-    ).astype(np.int64)
-    _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    _, state = np.unique(key[:, :3], axis=0, return_inverse=True)
+    state_columns = [free_test[table.test], table.level, number_frequencies(frequency)]
+    first, row = group_rows([*state_columns, sweep, table.sensor, table.harmonic])
+    state = group_rows(state_columns).number
     _, column = np.unique(table.repeat, return_inverse=True)
     value = np.where(out, np.nan, table.value)
     shape = (len(first), int(column.max(initial=0)) + 1)
-    repeat = average_readings(value, row.ravel(), column, shape)
+    repeat = average_readings(value, row, column, shape)
     names = np.array([sensor.name for sensor in campaign.sensors])
     motion = np.array([sensor.line is None for sensor in campaign.sensors])
     sensor = table.sensor[first]
@@ -142,10 +132,10 @@ def arrange_campaign(campaign: Campaign) -> Observation:
         sensor=names[sensor],
         harmonic=table.harmonic[first],
         sweep=sweep[first],
-        force=_mean_force(table, row.ravel(), state.ravel()),
+        force=_mean_force(table, row, state),
     )
     there = np.isfinite(repeat)
-    count = np.bincount(row.ravel(), np.isfinite(value), len(first)) / np.maximum(there.sum(axis=1), 1)
+    count = np.bincount(row, np.isfinite(value), len(first)) / np.maximum(there.sum(axis=1), 1)
     mean = np.where(there, repeat, 0.0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
     mean[~there.any(axis=1)] = np.nan
     single = bool(np.mean(there.sum(axis=1) > 1) < LEAST_REPEATED)

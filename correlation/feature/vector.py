@@ -19,6 +19,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.prediction import Points
+from correlation.row_group import group_rows
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 
@@ -108,8 +109,7 @@ class FeatureVector:
     def state(self) -> Int[NDArray[np.int64], " m"]:
         """Number of the steady state that each number is of: a configuration, level, frequency, and sweep if apart."""
         points = self.points
-        key = np.column_stack([points.free, points.level, points.frequency, points.sweep])
-        return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()[self.row]
+        return group_rows([points.free, points.level, points.frequency, points.sweep]).number[self.row]
 
     def of_values(self, value: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """Features of coefficients, shape (k,) or (k, n) for n sets of them."""

@@ -12,6 +12,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.prediction import Points
+from correlation.row_group import group_rows
 from correlation.row_table import RowTable
 from fe.notebook import Tabular
 
@@ -200,13 +201,12 @@ def worst(split: Sequence[Share]) -> Share:
 def worst_cell(of: Misfit, level_unit: str = "N") -> tuple[Share, Points]:
     """The worst of all cells level x band x sensor x harmonic, and its points."""
     coded = [_codes(of, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
-    cells, number = np.unique(np.column_stack([code for code, _ in coded]), axis=0, return_inverse=True)
-    number = np.asarray(number).ravel()
+    first, number = group_rows([code for code, _ in coded])
     squares = np.nansum(of.standardised**2, axis=1)
     counts = np.isfinite(of.standardised).sum(axis=1)
     mean = np.bincount(number, squares) / np.maximum(np.bincount(number, counts), 1)
     at = int(np.argmax(mean))
-    level, band, sensor, harmonic = (labels[code] for code, (_, labels) in zip(cells[at], coded, strict=True))
+    level, band, sensor, harmonic = (labels[code[first[at]]] for code, labels in coded)
     rows = number == at
     return _share(of.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), of.points.where(rows)
 

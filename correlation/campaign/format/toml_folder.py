@@ -19,6 +19,7 @@ from correlation.campaign.time_record import TimeRecord, record_of_columns
 from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.registry import DATA_TYPES, DataContext, Datum
 from correlation.errors import CampaignError, Mistakes
+from correlation.row_group import group_rows
 
 
 def read_folder(folder: Path) -> Campaign:
@@ -144,7 +145,7 @@ def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, nam
 def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sensor: int) -> None:
     rows = (measurement.test == test) & (measurement.sensor == sensor) & (measurement.harmonic == 1)
     value = measurement.value[rows]
-    points = len(np.unique(np.stack([measurement.level[rows], measurement.frequency[rows]]), axis=1).T)
+    points = len(group_rows([measurement.level[rows], measurement.frequency[rows]]).first)
     if points >= 3 and (value == value[0]).all():
         raise CampaignError(
             f'{manifest.files_of([test])}: sensor "{manifest.sensors[sensor].name}" reads {value[0]:.4g} '
