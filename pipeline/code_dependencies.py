@@ -82,28 +82,49 @@ def _below(package: str) -> frozenset[str]:
 @cache
 def _file(module: str) -> Path | None:
     """Source file of a module whose code counts; None of a name that is no module, or that is somebody else's."""
-    top, *below = module.split(".")
-    folder = _folder(top)
+    package, _, name = module.rpartition(".")
+    if not package:
+        place = _top_level(module)
+        return place / "__init__.py" if place and place.suffix != ".py" else place
+    folder = _folder(package)
     if folder is None:
         return None
-    place = folder.joinpath(*below) if below else folder
-    if place.suffix == ".py":
-        return place if not below else None
-    candidates = (place / "__init__.py", place.with_name(f"{place.name}.py"))
-    return next((file for file in candidates if file.is_file()), None)
+    # One look into a folder is quicker than one at each of its files, and at each name that is none.
+    if name in _content(folder) and "__init__.py" in _content(folder / name):
+        return folder / name / "__init__.py"
+    return folder / f"{name}.py" if f"{name}.py" in _content(folder) else None
 
 
 @cache
-def _folder(top: str) -> Path | None:
+def _folder(package: str) -> Path | None:
+    """Folder of a package whose code counts; None if there is none."""
+    above, _, name = package.rpartition(".")
+    if not above:
+        return _top_level(package)
+    folder = _folder(above)
+    return folder / name if folder and name in _content(folder) else None
+
+
+@cache
+def _content(folder: Path) -> frozenset[str]:
+    """Names of what is in a folder; none of what is no folder."""
+    try:
+        return frozenset(entry.name for entry in folder.iterdir())
+    except OSError:
+        return frozenset()
+
+
+@cache
+def _top_level(name: str) -> Path | None:
     """Folder of a top-level package, or file of a top-level module, whose code counts."""
     try:
-        spec = importlib.util.find_spec(top)
+        spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):
         return None
     if spec is None or not spec.has_location or not spec.origin:
         return None
     origin = Path(spec.origin)
-    if top not in PRODUCT and any(origin.is_relative_to(folder) for folder in _installed()):
+    if name not in PRODUCT and any(origin.is_relative_to(folder) for folder in _installed()):
         return None
     return origin.parent if origin.name == "__init__.py" else origin
 
