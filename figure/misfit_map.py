@@ -25,6 +25,10 @@ MOST_TICKS = 7
 #: Width of a panel and height of a level in it; room for its title, for frequencies below it, and between panels; width
 #: of a character of a level [inches].
 PANEL_WIDTH, CELL, TITLE_ROOM, FOOT, BETWEEN, CHARACTER = 3.5, 0.28, 0.26, 0.36, 0.28, 0.065
+#: Sizes of titles and axis labels, and of levels and frequencies; distances from a panel to its title, to levels and
+#: frequencies, and to the axis label below these [points].
+TITLE_SIZE, NUMBER_SIZE, TITLE_GAP, NUMBER_GAP, LABEL_GAP = 9, 8, 3.0, 3.5, 15.5
+POINTS_PER_INCH = 72
 #: Room left and right of all panels; height of the scale, of its numbers and label, and of all of it [inches].
 SIDE, END, BAR, BAR_FOOT, BAR_ROOM = 0.2, 0.1, 0.18, 0.5, 0.85
 
@@ -86,27 +90,23 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     across, cells = PANEL_WIDTH, CELL * len(result.levels)
     tall = [TITLE_ROOM + cells + (FOOT if row in bottom.values() else 0.0) for row in range(len(sensors))]
     width = max(side + (across + BETWEEN) * len(harmonics) + END, 7.5)
-    figure = bare_figure(width, HEADING + sum(tall) + BAR_ROOM)
-    ticks = evenly(len(result.frequency), MOST_TICKS)
+    height = HEADING + sum(tall) + BAR_ROOM
+    figure = bare_figure(width, height)
+    axes = _page_axes(figure, width, height)
     for row, sensor in enumerate(sensors):
         first = next(harmonic for harmonic in harmonics if (sensor, harmonic) in by_place)
         for column, harmonic in enumerate(harmonics):
             if (panel := by_place.get((sensor, harmonic))) is None:
                 continue
             left, top = side + column * (across + BETWEEN), HEADING + sum(tall[:row]) + TITLE_ROOM
-            axis = add_axes(figure, left, top, across, cells)
-            _cells(axis, panel, colours, norm)
-            # Ticks take most of the time: only those with a label are made.
-            axis.set_xticks([])
-            axis.set_yticks([])
+            _draw_panel(axes, panel, left, top, colours, norm)
             if harmonic == first:
-                axis.set_yticks(range(len(result.levels)), result.levels)
+                _name_levels(axes, result.levels, left, top)
             if row == bottom[harmonic]:
-                axis.set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
-                axis.set_xlabel("frequency [Hz]", fontsize=9)
+                _name_frequencies(axes, result.frequency, left, top + cells)
     bar = figure.colorbar(
         ScalarMappable(norm=norm, cmap=colours), orientation="horizontal", extend="max",
-        cax=add_axes(figure, 0.1 * width, HEADING + sum(tall) + BAR_ROOM - BAR_FOOT - BAR, 0.8 * width, BAR),
+        cax=add_axes(figure, 0.1 * width, height - BAR_FOOT - BAR, 0.8 * width, BAR),
     )  # fmt: skip
     bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
     bar.outline.set_visible(False)
@@ -114,12 +114,48 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
     return figure
 
 
-def _cells(axes: Axes, panel: MapPanel, colours: "Colormap", norm: "BoundaryNorm") -> None:
+def _page_axes(figure: Figure, width: float, height: float) -> Axes:
+    """Invisible axes of the whole figure in inches from the left and from the top.
+
+    Axes and their ticks take most of the time of a figure of many: all panels of the map are drawn in these.
+    """
+    axes = add_axes(figure, 0.0, 0.0, width, height)
+    axes.set(xlim=(0.0, width), ylim=(height, 0.0))
+    axes.set_axis_off()
+    return axes
+
+
+def _draw_panel(
+    axes: Axes, panel: MapPanel, left: float, top: float, colours: "Colormap", norm: "BoundaryNorm"
+) -> None:
     """Draw one panel, with lines between its cells: a level and a frequency can be followed by eye."""
     n_level, n_frequency = panel.size.shape
-    x, y = np.arange(n_frequency + 1) - 0.5, np.arange(n_level + 1) - 0.5
+    x = left + PANEL_WIDTH * np.arange(n_frequency + 1) / n_frequency
+    y = top + CELL * np.arange(n_level, -1, -1)
     axes.pcolormesh(x, y, panel.size, cmap=colours, norm=norm, edgecolors="white", linewidth=0.8)
-    axes.tick_params(which="both", length=0, labelsize=8, colors=INK)
-    axes.spines[:].set_visible(False)
     words = f"harmonic {panel.harmonic}" if panel.harmonic else "static"
-    axes.set_title(f"{panel.sensor}, {words}", fontsize=9, loc="left", color=INK, pad=3, y=1.0)
+    axes.text(
+        left, top - TITLE_GAP / POINTS_PER_INCH, f"{panel.sensor}, {words}", fontsize=TITLE_SIZE, color=INK,
+        va="baseline", ha="left",
+    )  # fmt: skip
+
+
+def _name_levels(axes: Axes, levels: Sequence[str], left: float, top: float) -> None:
+    """Write the levels left of a panel; the lowest is at its bottom."""
+    x = left - NUMBER_GAP / POINTS_PER_INCH
+    for row, level in enumerate(reversed(levels)):
+        axes.text(
+            x, top + CELL * (row + 0.5), level, fontsize=NUMBER_SIZE, color=INK, va="center_baseline", ha="right"
+        )  # fmt: skip
+
+
+def _name_frequencies(axes: Axes, frequency: Float[NDArray[np.float64], " f"], left: float, bottom: float) -> None:
+    """Write some of the frequencies below a panel, and what they are."""
+    y = bottom + NUMBER_GAP / POINTS_PER_INCH
+    for place in evenly(len(frequency), MOST_TICKS):
+        x = left + PANEL_WIDTH * (place + 0.5) / len(frequency)
+        axes.text(x, y, f"{frequency[place]:.4g}", fontsize=NUMBER_SIZE, color=INK, va="top", ha="center")
+    axes.text(
+        left + PANEL_WIDTH / 2, bottom + LABEL_GAP / POINTS_PER_INCH, "frequency [Hz]", fontsize=TITLE_SIZE,
+        va="top", ha="center",
+    )  # fmt: skip
