@@ -4,6 +4,7 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from io import StringIO
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -299,24 +300,28 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
             amplitude = amplitude_error(side.measured, side.predicted)
             phase = np.degrees(phase_error(side.measured, side.predicted))
         phase[~side.phased & (points.harmonic > 0)] = np.nan
-        for row in range(len(side)):
-            numbers = (
-                side.measured[row].real, side.measured[row].imag, side.deviation[row], side.predicted[row].real,
-                side.predicted[row].imag, amplitude[row], phase[row], *side.standardised[row], *side.whitened[row],
-            )  # fmt: skip
-            sensor = str(points.sensor[row])
+        numbers = np.column_stack(
+            [
+                side.measured.real, side.measured.imag, side.deviation, side.predicted.real, side.predicted.imag,
+                amplitude, phase, side.standardised, side.whitened,
+            ]
+        ).tolist()  # fmt: skip
+        columns = (points.free, points.level, points.frequency, points.sweep, points.sensor, points.harmonic)
+        for row, (free, level, frequency, sweep, sensor, harmonic) in zip(
+            numbers, zip(*(column.tolist() for column in columns), strict=True), strict=True
+        ):
             writer.writerow(
                 [
                     name,
-                    configuration(bool(points.free[row])),
-                    f"{points.level[row]:.9g}",
+                    configuration(free),
+                    f"{level:.9g}",
                     campaign.drive.unit,
-                    f"{points.frequency[row]:.9g}",
-                    SWEEP_WORDS[int(points.sweep[row])],
+                    f"{frequency:.9g}",
+                    SWEEP_WORDS[sweep],
                     sensor,
-                    int(points.harmonic[row]),
+                    harmonic,
                     units[sensor],
-                    *(f"{number:.7g}" if np.isfinite(number) else "" for number in numbers),
+                    *(f"{number:.7g}" if isfinite(number) else "" for number in row),
                 ]
             )
     return stream.getvalue()

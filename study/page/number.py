@@ -12,7 +12,8 @@ Numbers = Float[NDArray[np.float64], " n"]
 
 def round_list(values: Numbers | Sequence[float], digits: int = 5) -> list[float | None]:
     """Numbers with so many significant digits; None for those that are not finite."""
-    return [float(f"{value:.{digits}g}") if isfinite(value) else None for value in np.asarray(values).tolist()]
+    shown = f"%.{digits}g"
+    return [float(shown % value) if isfinite(value) else None for value in np.asarray(values).tolist()]
 
 
 def bin_image(image: Float[NDArray[np.float64], "r f"], steps: Sequence[float]) -> list[list[int | None]]:
