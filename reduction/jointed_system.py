@@ -25,6 +25,7 @@ from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.joint_law.jenkins import JenkinsElement
+from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
 from reduction.joint_law.quadratic_damper import QuadraticDamper
 from reduction.joint_law.registry import Joint
@@ -37,6 +38,7 @@ __all__ = [
     "JenkinsElement",
     "Joint",
     "JointedSystem",
+    "PolynomialSpring",
     "PowerSpring",
     "QuadraticDamper",
     "along",

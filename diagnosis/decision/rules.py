@@ -3,13 +3,13 @@ r"""Rules that lead from refits to a verdict.
 An effect passes if chi^2 of the training data falls by more than the detection threshold, and the held-out data have no
 objection: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
 density of all data, each by its own covariance. Effects so close to the best that the data cannot distinguish them are
-named with it. Then the exponent of a force is fitted: one that is not its law's makes it another force. And the
-remaining residual is examined. If another effect explains a good part of it, and both together leave no unknown force,
-both are missing; at one place both together are one force whose law is not known. If an unknown force explains a good
-part of the gain of the best one, that one only stands in for it, and none of the known effects is the cause. The same
-holds if a linear effect leaves an unknown force that is no known effect: a force that varies with the amplitude has a
-linear part, and what takes up this part may gain a great deal. An effect that varies with the amplitude as well is the
-known one that is nearest.
+named with it. Then other laws are fitted in place of that of the best one: a force that has one is another force. And
+the remaining residual is examined. If another effect explains a good part of it, and both together leave no unknown
+force, both are missing; at one place both together are one force whose law is not known. If an unknown force explains a
+good part of the gain of the best one, that one only stands in for it, and none of the known effects is the cause. The
+same holds if a linear effect leaves an unknown force that is no known effect: a force that varies with the amplitude
+has a linear part, and what takes up this part may gain a great deal. An effect that varies with the amplitude as well
+is the known one that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import AbsentPeak, FarResonance
-from diagnosis.decision.law_exponent import LawExponent, fit_exponent, has_exponent
+from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
 from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
 from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
@@ -254,6 +254,9 @@ def decide(
         reason = "" if far is None else far.sentence
     if finding is Finding.NOTHING and gate.generalises_by_another_law([each.refit for each in finalists]):
         finding = Finding.UNKNOWN
+    laws = gate.find_rival_laws(effects[0]) if effects else []
+    if finding is Finding.MISSING and laws:
+        finding = Finding.AMBIGUOUS
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
     found = finding is Finding.UNKNOWN and not gate.laws and gate.is_unexplained()
@@ -272,7 +275,7 @@ def decide(
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
         reason=reason, further=gate.further if effects else None,
-        alike=_find_alike(scores, effects, finalists),
+        alike=_find_alike(scores, effects, finalists), laws=[law.words for law in laws],
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
     )  # fmt: skip
 
@@ -287,11 +290,11 @@ def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Se
     return [name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > ALIKE]
 
 
-def _tell_law(name: str, law: LawExponent, before: Refit) -> str:
+def _tell_law(name: str, law: FittedLaw, before: Refit) -> str:
     falls = held_out_fall(before, law.refit)
     return (
-        f"Something is missing, and it is none of the known effects: near {_place_of(name)}, a force that grows with "
-        f"the displacement to the power {law.words}, by which {falls}. Nearest is {name}, with the power {law.law:g}."
+        f"Something is missing, and it is none of the known effects: near {_place_of(name)}, {law.words}, by which "
+        f"{falls}. Nearest is {name}."
     )
 
 
@@ -330,7 +333,7 @@ class _ChanceGate:
     """What is left beside effects that were asked for, by name."""
     together: dict[str, Refit] = field(default_factory=dict)
     """Effects that are missing as well, by the name of the first one."""
-    laws: dict[str, LawExponent] = field(default_factory=dict)
+    laws: dict[str, FittedLaw] = field(default_factory=dict)
     """Laws that forces turned out to have in place of those of effects, by the names of these."""
 
     @property
@@ -357,17 +360,24 @@ class _ChanceGate:
         stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
         return not stands_in or self._explains_with(refit, rest.further)
 
-    def _find_another_law(self, refit: Refit) -> LawExponent | None:
-        """The law of a force, if it is another power of the displacement than the effect's."""
-        if not has_exponent(refit.effect):
-            return None
-        found = self.run_step(
-            f"exponent of {refit.name}",
-            lambda: fit_exponent(with_effect(self.arrangements[refit.name], refit), refit),
+    def _fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
+        """Laws that the force of an effect may have instead, fitted."""
+        if not has_other_laws(refit.effect):
+            return []
+        arrangement = self.arrangements[refit.name]
+        return self.run_step(
+            f"other laws of {refit.name}",
+            lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
         )
+
+    def _find_another_law(self, refit: Refit) -> FittedLaw | None:
+        """The law of a force, if it is another one than the effect's."""
         chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
-        is_another = found is not None and found.is_another(chance) and found.refit.held_cost <= refit.held_cost
-        return found if is_another else None
+        return find_better(self._fit_other_laws(refit), chance)
+
+    def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
+        """Laws that the data do not refute in place of that of an effect."""
+        return find_rivals(self._fit_other_laws(refit), REFUTED)
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another power of the displacement alone."""
@@ -375,8 +385,7 @@ class _ChanceGate:
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False
-        held_gain = refit.held_gain + refit.held_cost - law.refit.held_cost
-        if not (held_gain > 0 and law.refit.held_error < self.before.held_error):
+        if not (refit.held_gain + law.held_gain > 0 and law.refit.held_error < self.before.held_error):
             return False
         self.laws[refit.name] = law
         return True

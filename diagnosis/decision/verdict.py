@@ -66,6 +66,8 @@ class Verdict(Tabular):
         An effect that is missing beside the first of them as well.
     alike
         Names of other effects that change the data as the first of them does.
+    laws
+        Laws that the force of the first of them may have instead, in words.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
     reason
@@ -83,6 +85,7 @@ class Verdict(Tabular):
     model_error: ErrorSize = NO_ERROR
     further: Refit | None = None
     alike: Sequence[str] = ()
+    laws: Sequence[str] = ()
     probabilities: Sequence[float] = ()
     reason: str = ""
 
@@ -127,7 +130,10 @@ class Verdict(Tabular):
         )
         if self.finding is Finding.AMBIGUOUS:
             alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
-            return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{more}"
+            laws = f" There it may be {' or '.join(self.laws)} as well." if self.laws else ""
+            if len(named) == 1:
+                return f"{named[0]} is missing, or another force at its place; {fall}.{laws}{more}"
+            return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{laws}{more}"
         return f"{named[0]} is missing; {fall}.{more}"
 
     @property

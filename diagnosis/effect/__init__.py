@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, Untestable
+from diagnosis.candidate.force_law import ForceLaw
 from diagnosis.candidate.scale import Scale
 from geometry.registry import Registry
 from hbsolve.state import SteadyState
 
-__all__ = ["EFFECTS", "EffectKind", "FreeExponent"]
+__all__ = ["EFFECTS", "EffectKind", "OtherLaws"]
 
-FreeExponent = Callable[[Effect, Sequence[SteadyState]], Effect | None]
+OtherLaws = Callable[[Effect, float, Model, Sequence[SteadyState]], Sequence[ForceLaw]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,9 +39,9 @@ class EffectKind:
         Whether it is fitted from both sides of its vanishing value: chi^2 may have a least value on either.
     is_alike
         Function that decides whether effects of two meshes are the same; by their names by default.
-    free_exponent
-        Function of an effect and of the states of a model with it: an effect that sets the exponent of its force, whose
-        vanishing value is that of its law. None for a force that is no power of the displacement.
+    other_laws
+        Function of an effect, of its strength, and of a model with it and its states: laws that the force may have
+        instead. None where none is known.
     """
 
     name: str
@@ -53,7 +54,7 @@ class EffectKind:
     is_rugged: bool = False
     has_two_sides: bool = False
     is_alike: Callable[[Effect, Effect], bool] | None = None
-    free_exponent: FreeExponent | None = None
+    other_laws: OtherLaws | None = None
 
 
 def _wrong(kind: EffectKind) -> str | None:

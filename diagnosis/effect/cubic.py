@@ -9,20 +9,17 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.force_law import ForceLaw, make_clearance_laws, make_even_laws, make_power_law
 from diagnosis.candidate.place import find_moving_places, with_cubic_spring
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 from hbsolve.state import SteadyState
-from reduction.joint_law.cubic_spring import CubicSpring
-from reduction.joint_law.power_spring import PowerSpring
-from reduction.joint_law.registry import Joint
+from reduction.stuck import stuck_stiffness
 
 KIND = "cubic"
 #: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far
 #: below the stuck ones that the typical strength is reckoned at.
 SOFTEST, LARGEST = 20.0, 1e5
-#: Largest exponent that is tried: a stop that is just reached looks like one of this kind.
-MOST_STEEP = 11.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,54 +61,28 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     return [*found, *left]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Exponent:
-    """Exponent of the force of a cubic spring that is in a model.
+def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[SteadyState]) -> list[ForceLaw]:
+    """Another power, and what hardens or softens as it does; none for a user's own effect, or one of no strength.
 
-    Parameters
-    ----------
-    spring
-        Name of the spring.
-    reference
-        Displacement at which its force stays the same [m].
+    Hardening may be a spring beyond a clearance; softening, a spring that is stiffer on one side.
     """
-
-    name: str
-    spring: str
-    reference: float
-    parameters: tuple[EffectParameter, ...]
-    kind: str = "exponent"
-    physics: str = "The force grows with another power of the displacement."
-    signature: str = "The resonance rises with the amplitude by another power than two."
-
-    def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The spring as one of another power."""
-        (exponent,) = values
-        return model.with_system(joints=[self._freed(joint, exponent) for joint in model.system.joints])
-
-    def _freed(self, joint: Joint, exponent: float) -> Joint:
-        if not isinstance(joint, CubicSpring) or joint.name != self.spring:
-            return joint
-        secant = joint.stiffness * self.reference**2
-        return PowerSpring(
-            name=joint.name, direction=joint.direction, stiffness=secant, reference=self.reference, exponent=exponent
-        )
-
-
-def free_exponent(effect: Effect, states: Sequence[SteadyState]) -> Effect | None:
-    """Exponent of a cubic spring that was added, about its largest displacement; none of a user's own effect."""
-    if not isinstance(effect, Cubic):
-        return None
-    exponent = EffectParameter(name="exponent", unit="-", lower=1.0, upper=MOST_STEEP, typical=4.0, vanishes=3.0)
+    if not isinstance(effect, Cubic) or not strength:
+        return []
     largest = max((state.amplitude(effect.row) for state in states), default=0.0)
-    return Exponent(
-        name=f"exponent of {effect.name}", spring=effect.name, reference=largest or 1.0, parameters=(exponent,)
-    )
+    if not largest:
+        return []
+    name, row, rotational = effect.name, effect.row, effect.parameters[0].unit == "N m"
+    laws: list[ForceLaw] = [make_power_law(name, row, strength * largest**2, largest, 3.0, rotational=rotational)]
+    if strength > 0:
+        return [*laws, *make_clearance_laws(name, row, 0.75 * strength * largest**2, largest, rotational=rotational)]
+    stiffness = stuck_stiffness(model.system.stiffness, model.system.joints)
+    compliance = float(row @ np.linalg.solve(stiffness, row))
+    return [*laws, *make_even_laws(name, row, strength, compliance, rotational=rotational)]
 
 
 EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="places that move", physics=Cubic.physics, signature=Cubic.signature,
-        parameters={"stiffness": ("N/m^3", "N m")}, candidates=candidates, order=4, free_exponent=free_exponent,
+        parameters={"stiffness": ("N/m^3", "N m")}, candidates=candidates, order=4, other_laws=other_laws,
     )
 )  # fmt: skip

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect
 from diagnosis.effect import EFFECTS
 from diagnosis.fit.calibration import Fit, Matrix, calibrate
@@ -67,9 +68,9 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
     fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)]
     if baseline.chi2 - fits[0].chi2 < KEPT * score.gain:
-        fits.append(_fit_from(problem, effect, _typical_start(problem, score)))
+        fits.append(fit_from(problem, effect, _typical_start(problem, score)))
     if any(kind.has_two_sides for kind in EFFECTS if kind.name == effect.kind):
-        fits.append(_fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
+        fits.append(fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
     return min(fits, key=lambda fit: fit.chi2)
 
 
@@ -105,15 +106,17 @@ def fit_from_starts(
         {each.effect.name: each for each in scores},
     )
     for effect, start in starts:
-        name, begin = effect.name, partial(_fit_from, problem, effect, start)
+        name, begin = effect.name, partial(fit_from, problem, effect, start)
         fit = run_step(f"fit of {name} from another start", begin)
         if name not in found or fit.chi2 < found[name][1].chi2:
             found[name] = (by_name[name], fit)
     return list(found.values())
 
 
-def _fit_from(problem: Problem, effect: Effect, start: Values) -> Fit:
-    return calibrate(problem.train, problem.unknowns([effect]), start, problem.fit.prediction, quick=True)
+def fit_from(problem: Problem, effect: Effect, start: Values, near: Prediction | None = None) -> Fit:
+    """Quick fit of an effect from given values, whose states begin near those of a prediction; by default the fit's."""
+    near = problem.fit.prediction if near is None else near
+    return calibrate(problem.train, problem.unknowns([effect]), start, near, quick=True)
 
 
 def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:

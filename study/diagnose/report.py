@@ -127,6 +127,7 @@ def document(result: Round) -> dict[str, Any]:
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
         "alike": [*diagnosis.verdict.alike],
+        "laws": [*diagnosis.verdict.laws],
         "further": None if diagnosis.verdict.further is None else diagnosis.verdict.further.name,
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),

@@ -1,6 +1,7 @@
 """One round on a small structure: what is hidden is named, what is not is not, and kept steps are not made again."""
 
 import pickle
+import re
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -20,7 +21,9 @@ from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
+from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import friction_contacts
+from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
@@ -235,6 +238,33 @@ def test_a_spring_of_another_power_is_no_cubic_one(bench: Bench, paper: ModuleTy
     found = bench.diagnose(paper.make_campaign(truth, jitter=3e-5, seed=5))
     assert found.verdict.finding is Finding.UNKNOWN
     assert "to the power 5" in found.verdict.sentence
+
+
+def test_a_play_is_no_cubic_spring(bench: Bench, paper: ModuleType) -> None:
+    row = bench.small.places["tip z"]
+    play = [ElasticStop(name=f"hidden {side}", direction=side * row, stiffness=500.0, gap=1e-3) for side in (1.0, -1.0)]
+    truth = bench.small.with_system(joints=[*bench.small.system.joints, *play])
+    verdict = bench.diagnose(paper.make_campaign(truth, jitter=3e-5, seed=5)).verdict
+    assert verdict.finding is Finding.UNKNOWN
+    pattern = r"a spring of (\S+) \+- (\S+) N/m beyond a clearance of (\S+) \+- (\S+) m on either side"
+    said = re.search(pattern, verdict.sentence)
+    assert said is not None
+    stiffness, of_stiffness, gap, of_gap = map(float, said.groups())
+    # Twice the interval of 95 %: a normal deviation exceeds that in one case of 10,000.
+    assert abs(stiffness - 500.0) < 2 * of_stiffness < 10.0
+    assert abs(gap - 1e-3) < 2 * of_gap < 1e-4
+
+
+def test_a_spring_that_is_stiffer_on_one_side_is_told_beside_a_softening_one(bench: Bench, paper: ModuleType) -> None:
+    """The fundamental hardly tells them apart."""
+    bent = PolynomialSpring(name="hidden", direction=bench.small.places["tip z"], quadratic=1.5e5)
+    truth = bench.small.with_system(joints=[*bench.small.system.joints, bent])
+    verdict = bench.diagnose(paper.make_campaign(truth, jitter=3e-5, seed=5)).verdict
+    assert verdict.finding is Finding.AMBIGUOUS
+    said = re.search(r"a force with the square of the displacement, (\S+) \+- (\S+) N/m\^2", verdict.sentence)
+    assert said is not None
+    factor, of_factor = map(float, said.groups())
+    assert abs(factor - 1.5e5) < 2 * of_factor < 1e4
 
 
 def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:

@@ -22,6 +22,7 @@ from reduction.jointed_system import (
     JenkinsElement,
     Joint,
     JointedSystem,
+    PolynomialSpring,
     PowerSpring,
     QuadraticDamper,
 )
@@ -131,6 +132,17 @@ def test_the_cubic_spring_has_three_quarters_and_one_quarter() -> None:
     k, A = 0.7, 1.4
     f = Prescribed(CubicSpring(name="c", direction=ONE, stiffness=k), cosine(A, 6)).coefficients[:, 0]
     np.testing.assert_allclose(f, [0, 3 / 4 * k * A**3, 0, 1 / 4 * k * A**3, 0, 0], atol=ROUND_OFF)
+
+
+def test_the_polynomial_spring_has_the_powers_of_a_cosine() -> None:
+    k2, k3, k4, k5, A = 0.7, -0.4, 0.3, 0.2, 1.4
+    spring = PolynomialSpring(name="p", direction=ONE, quadratic=k2, cubic=k3, quartic=k4, quintic=k5)
+    f = Prescribed(spring, cosine(A, 6)).coefficients[:, 0]
+    even, odd = np.array([k2 * A**2 / 2, k4 * A**4 / 8]), np.array([k3 * A**3 / 4, k5 * A**5 / 16])
+    expected = [
+        even @ [1, 3], odd @ [3, 10], even @ [1, 4], odd @ [1, 5], even @ [0, 1], odd @ [0, 1],
+    ]  # fmt: skip
+    np.testing.assert_allclose(f, expected, atol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.0, 5.0])

@@ -1,6 +1,6 @@
 """From hand-made refits to a verdict: each rule alone turns it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
-from diagnosis.decision.law_exponent import LawExponent
+from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.rules import (
     CREDIBLE,
     KNOWN,
@@ -69,13 +69,13 @@ def decided(
     scores: tuple[Score, ...] = (),
     before: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
-    law: LawExponent | None = None,  # that of a cubic spring by default
+    laws: Sequence[FittedLaw] = (),
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
         if asked is not None:
             asked.append(name)
-        return (law or make_law(0.0, 3.0)) if name.startswith("exponent") else rest
+        return list(laws) if name.startswith("other laws") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
     arrangement = SimpleNamespace(left=left, fit=SimpleNamespace(model=model))
@@ -280,35 +280,44 @@ def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> Non
     assert asked == [f"what is left beside mass, limit {LIMITS.gain:.6g}"]
 
 
-def make_law(gain: float, exponent: float, held_fall: float = 0.0) -> LawExponent:
-    """Exponent beside a cubic spring that was fitted."""
-    fit: Any = SimpleNamespace(values=np.array([1e6, exponent]), deviation=np.array([1e5, 0.3]))
-    fitted = replace(refit("exponent of cubic at tip", 0.0, 0.0), fit=fit, held_cost=-held_fall, held_error=0.05)
-    return LawExponent(law=3.0, refit=fitted, gain=gain)
+def make_law(gain: float, held_gain: float = 0.0, kind: str = "clearance", *, is_distinct: bool = True) -> FittedLaw:
+    """A law in place of that of a cubic spring."""
+    law = replace(refit(f"{kind} for cubic at tip", 0.0, 0.0), held_error=0.05)
+    words = f"a force of the kind {kind}"
+    return FittedLaw(refit=law, gain=gain, held_gain=held_gain, words=words, is_distinct=is_distinct)
 
 
 @pytest.mark.parametrize(
-    ("gain", "exponent", "finding"),
+    ("law", "finding"),
     [
-        (7.0, 5.1, Finding.UNKNOWN),
-        (6.0, 5.1, Finding.MISSING),  # chance: a chi-square of one degree of freedom exceeds 6.63 in 1 %
-        (200.0, 3.4, Finding.MISSING),  # a cubic, nearly
-        (200.0, 1.7, Finding.UNKNOWN),
+        (make_law(7.0), Finding.UNKNOWN),
+        (make_law(6.0), Finding.AMBIGUOUS),  # chance: a chi-square of one degree of freedom exceeds 6.63 in 1 %
+        (make_law(7.0, -0.1), Finding.AMBIGUOUS),  # the held-out data object
+        (make_law(200.0, is_distinct=False), Finding.MISSING),  # a cubic, nearly
+        (make_law(-5.0, -0.9), Finding.AMBIGUOUS),
+        (make_law(-5.0, -1.1), Finding.MISSING),  # 5.99: odds of one in twenty
     ],
 )
-def test_a_force_of_another_power_is_none_of_the_known_effects(gain: float, exponent: float, finding: Finding) -> None:
-    verdict = decided(refit("cubic at tip", 100, 80), places=(place(90),), law=make_law(gain, exponent))
+def test_a_force_of_another_law_is_none_of_the_known_effects(law: FittedLaw, finding: Finding) -> None:
+    verdict = decided(refit("cubic at tip", 100, 80), places=(place(90),), laws=[law])
     assert verdict.finding is finding
+    assert len(verdict.laws) == (finding is Finding.AMBIGUOUS)
     if finding is Finding.UNKNOWN:
         assert verdict.place is not None
         assert verdict.place.name == "tip"
-        assert f"near tip, a force that grows with the displacement to the power {exponent} +- 0.6" in verdict.sentence
+        assert "near tip, a force of the kind clearance" in verdict.sentence
 
 
-@pytest.mark.parametrize(("held_fall", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
-def test_an_effect_that_held_out_data_refute_may_have_another_power(held_fall: float, finding: Finding) -> None:
+def test_of_laws_that_cannot_be_told_apart_the_best_of_each_kind_is_told() -> None:
+    laws = [make_law(-3.0, kind="power"), make_law(-2.0), make_law(-1.0), make_law(-90.0, kind="even")]
+    verdict = decided(refit("cubic at tip", 100, 80), laws=laws)
+    assert verdict.laws == ["a force of the kind clearance", "a force of the kind power"]
+
+
+@pytest.mark.parametrize(("held_gain", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
+def test_an_effect_that_held_out_data_refute_may_have_another_law(held_gain: float, finding: Finding) -> None:
     refuted = refit("cubic at tip", 100, -40)
-    assert decided(refuted, law=make_law(50.0, 5.0, held_fall)).finding is finding
+    assert decided(refuted, laws=[make_law(50.0, held_gain)]).finding is finding
 
 
 def test_gains_count_over_what_a_fit_leaves() -> None:

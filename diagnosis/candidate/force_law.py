@@ -1,0 +1,233 @@
+"""Laws that a force at a place may have in place of that of an effect: another power, a clearance, an even power.
+
+None of them is an effect of the catalogue: they show what an effect may stand in for, and how the force looks instead.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter
+from reduction.joint_law.elastic_stop import ElasticStop
+from reduction.joint_law.polynomial_spring import PolynomialSpring
+from reduction.joint_law.power_spring import PowerSpring
+
+Row = Float[NDArray[np.float64], " r"]
+
+#: Standard deviations of an interval.
+INTERVAL = 1.96
+#: Exponents that are so near to that of a law are rounded to it: real springs are powers only about [-].
+ROUNDED = 0.5
+#: Largest exponent that is tried: a stop that is just reached looks like one of this kind.
+MOST_STEEP = 11.0
+#: Range of a stiffness about the one that a fit begins with, and of a clearance in largest displacements [-].
+RANGE, BEYOND = 1e4, 1.5
+#: Clearance that a fit begins with, over the largest displacement, and what a spring beyond it on both sides then has
+#: of its stiffness: 1 - 2/pi (asin g + g sqrt(1 - g^2)) [-].
+CLEARANCE = 0.5
+REACHED = 1 - 2 / np.pi * (np.arcsin(CLEARANCE) + CLEARANCE * np.sqrt(1 - CLEARANCE**2))
+
+
+class ForceLaw(Effect, Protocol):
+    """A law as an effect, which knows where a fit of it begins and how to say what it found."""
+
+    @property
+    def start(self) -> tuple[float, ...]:
+        """Values that a fit begins with."""
+        ...
+
+    def is_distinct(self, values: Sequence[float]) -> bool:
+        """Whether the law is another one than that of the effect in whose place it is tried."""
+        ...
+
+    def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
+        """The law with its fitted values in words."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PowerLaw:
+    """f = k u abs(u / r)^(p - 1) along a row, shape (r,) [-]; k and p are fitted."""
+
+    name: str
+    row: Row
+    reference: float
+    """r [m]."""
+    law: float
+    """Power of the effect in whose place it is [-]."""
+    parameters: tuple[EffectParameter, ...]
+    start: tuple[float, ...]
+    kind: str = "power law"
+    physics: str = "The force grows with another power of the displacement."
+    signature: str = "The resonance moves with another power of the amplitude."
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """One joint more."""
+        stiffness, exponent = values
+        spring = PowerSpring(
+            name=self.name, direction=self.row, stiffness=stiffness, reference=self.reference, exponent=exponent
+        )
+        return model.with_system(joints=[*model.system.joints, spring])
+
+    def is_distinct(self, values: Sequence[float]) -> bool:
+        """Whether the power is no linear one either."""
+        return min(abs(values[1] - self.law), abs(values[1] - 1.0)) > ROUNDED
+
+    def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
+        """The power with its 95 % interval."""
+        half = INTERVAL * deviations[1]
+        return f"a force that grows with the displacement to the power {values[1]:.1f} +- {half:.1g}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ClearanceLaw:
+    """A spring beyond a clearance along a row, shape (r,) [-]; stiffness and clearance are fitted."""
+
+    name: str
+    row: Row
+    sides: tuple[float, ...]
+    """Directions of the row in which it acts, 1 and -1 [-]."""
+    parameters: tuple[EffectParameter, ...]
+    start: tuple[float, ...]
+    kind: str = "clearance"
+    physics: str = "A stop or a play: a spring acts beyond a clearance alone."
+    signature: str = "The resonance stays until the clearance is used up, and then rises."
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """A joint more for each side."""
+        stiffness, gap = values
+        stops = [
+            ElasticStop(name=f"{self.name} {number}", direction=side * self.row, stiffness=stiffness, gap=gap)
+            for number, side in enumerate(self.sides)
+        ]
+        return model.with_system(joints=[*model.system.joints, *stops])
+
+    def is_distinct(self, values: Sequence[float]) -> bool:
+        """Whether there is a clearance."""
+        return values[1] > 0
+
+    def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
+        """Stiffness and clearance with their 95 % intervals."""
+        (stiffness, gap), (of_stiffness, of_gap) = values, np.multiply(INTERVAL, deviations)
+        where = "on either side" if len(self.sides) == 2 else "on one side"
+        units = [each.unit for each in self.parameters]
+        return (
+            f"a spring of {stiffness:.3g} +- {of_stiffness:.2g} {units[0]} beyond a clearance of {gap:.3g} +- "
+            f"{of_gap:.2g} {units[1]} {where}"
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EvenLaw:
+    """f = k u^2 along a row, shape (r,) [-]."""
+
+    name: str
+    row: Row
+    parameters: tuple[EffectParameter, ...]
+    start: tuple[float, ...]
+    kind: str = "even law"
+    physics: str = "A spring that is stiffer on one side, as of a bent or a preloaded structure."
+    signature: str = "The resonance falls with the square of the amplitude; the mean and the second harmonic move."
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """One joint more."""
+        spring = PolynomialSpring(name=self.name, direction=self.row, quadratic=values[0])
+        return model.with_system(joints=[*model.system.joints, spring])
+
+    def is_distinct(self, values: Sequence[float]) -> bool:
+        """Always: no effect of the catalogue is even."""
+        del values
+        return True
+
+    def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
+        """The factor with its 95 % interval."""
+        return (
+            f"a force with the square of the displacement, {values[0]:.3g} +- {INTERVAL * deviations[0]:.2g} "
+            f"{self.parameters[0].unit}"
+        )
+
+
+def make_power_law(name: str, row: Row, secant: float, largest: float, law: float, *, rotational: bool) -> PowerLaw:
+    """A power law that begins as the law of an effect, whose secant stiffness at the largest displacement is given."""
+    reach = RANGE * abs(secant)
+    stiffness = EffectParameter(
+        name="stiffness", unit="N m" if rotational else "N/m", lower=-reach, upper=reach, typical=secant
+    )
+    exponent = EffectParameter(name="exponent", unit="-", lower=1.0, upper=MOST_STEEP, typical=law + 1.0, vanishes=law)
+    return PowerLaw(
+        name=f"power law for {name}", row=row, reference=largest, law=law, parameters=(stiffness, exponent),
+        start=(secant, law),
+    )  # fmt: skip
+
+
+def make_clearance_laws(name: str, row: Row, secant: float, largest: float, *, rotational: bool) -> list[ClearanceLaw]:
+    """Springs beyond a clearance on both sides and on either one, as stiff at the largest displacement as given.
+
+    Parameters
+    ----------
+    name
+        Name of the effect in whose place they are.
+    row
+        Row of the displacement, shape (r,) [-].
+    secant
+        Stiffness that the fundamental sees at the largest displacement, positive [N/m].
+    largest
+        Displacement [m].
+    rotational
+        Whether the displacement is an angle.
+    """
+    found = []
+    for sides in ((1.0, -1.0), (1.0,), (-1.0,)):
+        stiff = 2 * secant / (len(sides) * REACHED)
+        stiffness = EffectParameter(
+            name="stiffness", unit="N m" if rotational else "N/m", lower=stiff / RANGE, upper=RANGE * stiff,
+            typical=stiff, vanishes=stiff / RANGE,
+        )  # fmt: skip
+        gap = EffectParameter(
+            name="clearance", unit="rad" if rotational else "m", lower=0.0, upper=BEYOND * largest,
+            typical=CLEARANCE * largest,
+        )  # fmt: skip
+        label = " and ".join(f"{side:+.0f}" for side in sides)
+        found.append(
+            ClearanceLaw(
+                name=f"clearance {label} for {name}", row=row, sides=sides, parameters=(stiffness, gap),
+                start=(stiff, CLEARANCE * largest),
+            )
+        )  # fmt: skip
+    return found
+
+
+def make_even_laws(name: str, row: Row, cubic: float, compliance: float, *, rotational: bool) -> list[EvenLaw]:
+    r"""Even laws of either sign that soften the fundamental as a negative cubic spring k_3 does.
+
+    Beside a cosine of amplitude a, k u^2 drives a mean and a second harmonic of -k a^2 / 2 times their compliance. With
+    the cosine they give the fundamental -k^2 a^3 (alpha_0 + alpha_2 / 2). Near the resonance of one mode alpha_2 is
+    -alpha_0 / 3, so that 3/4 k_3 = -5/6 k^2 alpha_0.
+
+    Parameters
+    ----------
+    name
+        Name of the effect in whose place they are.
+    row
+        Row of the displacement, shape (r,) [-].
+    cubic
+        k_3, negative [N/m^3].
+    compliance
+        alpha_0, of the row [m/N].
+    rotational
+        Whether the displacement is an angle.
+    """
+    size = float(np.sqrt(0.9 * abs(cubic) / compliance))
+    unit, reach = "N m" if rotational else "N/m^2", RANGE * size
+    return [
+        EvenLaw(
+            name=f"even law {sign:+.0f} for {name}", row=row, start=(sign * size,),
+            parameters=(EffectParameter(name="factor", unit=unit, lower=-reach, upper=reach, typical=sign * size),),
+        )
+        for sign in (1.0, -1.0)
+    ]  # fmt: skip
