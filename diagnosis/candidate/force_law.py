@@ -51,17 +51,23 @@ class ForceLaw(Effect, Protocol):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PowerLaw:
-    """f = k u abs(u / r)^(p - 1) along a row, shape (r,) [-]; k and p are fitted."""
+class SpringLaw:
+    """A law along a row, shape (r,) [-], its parameters, and the values that a fit begins with."""
 
     name: str
     row: Row
+    parameters: tuple[EffectParameter, ...]
+    start: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PowerLaw(SpringLaw):
+    """f = k u abs(u / r)^(p - 1); k and p are fitted."""
+
     reference: float
     """r [m]."""
     law: float
     """Power of the effect in whose place it is [-]."""
-    parameters: tuple[EffectParameter, ...]
-    start: tuple[float, ...]
     kind: str = "power law"
     physics: str = "The force grows with another power of the displacement."
     signature: str = "The resonance moves with another power of the amplitude."
@@ -85,15 +91,11 @@ class PowerLaw:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ClearanceLaw:
-    """A spring beyond a clearance along a row, shape (r,) [-]; stiffness and clearance are fitted."""
+class ClearanceLaw(SpringLaw):
+    """A spring beyond a clearance; its stiffness and the clearance are fitted."""
 
-    name: str
-    row: Row
     sides: tuple[float, ...]
     """Directions of the row in which it acts, 1 and -1 [-]."""
-    parameters: tuple[EffectParameter, ...]
-    start: tuple[float, ...]
     kind: str = "clearance"
     physics: str = "A stop or a play: a spring acts beyond a clearance alone."
     signature: str = "The resonance stays until the clearance is used up, and then rises."
@@ -123,13 +125,9 @@ class ClearanceLaw:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class EvenLaw:
-    """f = k u^2 along a row, shape (r,) [-]."""
+class EvenLaw(SpringLaw):
+    """f = k u^2; k is fitted."""
 
-    name: str
-    row: Row
-    parameters: tuple[EffectParameter, ...]
-    start: tuple[float, ...]
     kind: str = "even law"
     physics: str = "A spring that is stiffer on one side, as of a bent or a preloaded structure."
     signature: str = "The resonance falls with the square of the amplitude; the mean and the second harmonic move."
