@@ -275,7 +275,7 @@ def decide(
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
         reason=reason, further=gate.further if effects else None,
-        alike=_find_alike(scores, effects, finalists), laws=[law.words for law in laws],
+        alike=_find_alike(scores, effects, finalists), laws=laws or [*gate.laws.values()],
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
     )  # fmt: skip
 

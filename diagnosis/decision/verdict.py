@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
+from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -67,7 +68,8 @@ class Verdict(Tabular):
     alike
         Names of other effects that change the data as the first of them does.
     laws
-        Laws that the force of the first of them may have instead, in words.
+        Laws that the force of the first of them may have instead; the law of the force, if the cause is unknown and a
+        law was found.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
     reason
@@ -85,7 +87,7 @@ class Verdict(Tabular):
     model_error: ErrorSize = NO_ERROR
     further: Refit | None = None
     alike: Sequence[str] = ()
-    laws: Sequence[str] = ()
+    laws: Sequence[FittedLaw] = ()
     probabilities: Sequence[float] = ()
     reason: str = ""
 
@@ -130,11 +132,16 @@ class Verdict(Tabular):
         )
         if self.finding is Finding.AMBIGUOUS:
             alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
-            laws = f" There it may be {' or '.join(self.laws)} as well." if self.laws else ""
             if len(named) == 1:
-                return f"{named[0]} is missing, or another force at its place; {fall}.{laws}{more}"
-            return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{laws}{more}"
+                return f"{named[0]} is missing, or another force at its place; {fall}.{self.other_laws}{more}"
+            return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{self.other_laws}{more}"
         return f"{named[0]} is missing; {fall}.{more}"
+
+    @property
+    def other_laws(self) -> str:
+        """Laws that the force of the best effect may have as well, as a sentence that follows one; empty if none."""
+        words = " or ".join(law.words for law in self.laws)
+        return f" There it may be {words} as well." if words else ""
 
     @property
     def smallest(self) -> str:

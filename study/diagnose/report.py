@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.fit.unknown_gain import describe_gain
 from geometry.plain_number import plain
@@ -41,6 +42,8 @@ ADVICE = {
 
 #: The next step where an unknown force has a place.
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
+#: ... and a law.
+LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
 
 
 def in_words(result: Round) -> str:
@@ -71,8 +74,10 @@ def headline(result: Round) -> str:
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     fall = held_out_falls(errors(result.diagnosis.before), errors(verdict.effects[0]))
+    if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
+        return f"{listed} is missing, or another force at its place: {fall}.{verdict.other_laws}"
     if verdict.finding is Finding.AMBIGUOUS:
-        return f"{listed} is missing, and these tests cannot tell which: {fall}."
+        return f"{listed} is missing, and these tests cannot tell which: {fall}.{verdict.other_laws}"
     return f"{listed} is missing: {fall}."
 
 
@@ -95,11 +100,13 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 
 def advice(result: Round) -> str:
     """The next step for the user."""
-    best = result.best
-    if result.diagnosis.verdict.place is not None:
+    best, verdict = result.best, result.diagnosis.verdict
+    if verdict.finding is Finding.UNKNOWN and verdict.laws:
+        return LAW
+    if verdict.place is not None:
         return PLACE
     effect = best.effect.name if best is not None and best.effect is not None else ""
-    return ADVICE[result.diagnosis.verdict.finding].format(effect=effect)
+    return ADVICE[verdict.finding].format(effect=effect)
 
 
 def threshold_in_words(result: Round) -> str:
@@ -127,7 +134,7 @@ def document(result: Round) -> dict[str, Any]:
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
         "alike": [*diagnosis.verdict.alike],
-        "laws": [*diagnosis.verdict.laws],
+        "laws": [_law_document(law) for law in diagnosis.verdict.laws],
         "further": None if diagnosis.verdict.further is None else diagnosis.verdict.further.name,
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
@@ -179,6 +186,24 @@ def _case_errors(result: Round) -> dict[str, Any]:
     """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
     return {named[item.name]: errors(item.refit).document for item in stages(result) if item.name in named}
+
+
+def _law_document(law: FittedLaw) -> dict[str, Any]:
+    """A law in place of that of an effect; its gains are those over the effect."""
+    assert law.refit.effect is not None
+    parameters, fit = law.refit.effect.parameters, law.refit.fit
+    numbers = zip(parameters, fit.values[-len(parameters) :], fit.deviation[-len(parameters) :], strict=True)
+    return {
+        "law": law.refit.effect.kind,
+        "in_words": law.words,
+        "gain": law.gain,
+        "held_out_gain": law.held_gain,
+        "held_out_error": law.refit.held_error,
+        "values": {
+            parameter.name: {**_estimate(float(value), float(deviation), "value"), "unit": parameter.unit}
+            for parameter, value, deviation in numbers
+        },
+    }
 
 
 def _estimate(value: float, deviation: float, name: str = "strength") -> dict[str, Any]:

@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from diagnosis.decision.law_of_force import FittedLaw
+from diagnosis.decision.verdict import Finding
 from pipeline.store import Store
 from study.case.setup import read_case
 from study.compare.report import side_by_side
 from study.diagnose.add import add
 from study.diagnose.history import Errors, history_of
 from study.diagnose.page import contents
-from study.diagnose.report import document, held_out_falls, in_words
+from study.diagnose.report import document, headline, held_out_falls, in_words
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import stages
@@ -62,6 +64,24 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     page = contents(later, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "<th>in the case</th><th>fitted anew</th>" in page
     assert "<td>5.5 g</td>" in page
+
+
+def test_a_law_that_the_force_may_have_as_well_is_told_in_words_and_numbers(
+    two_masses: TwoMasses, kept_rounds: Store
+) -> None:
+    case, campaign = two_masses({"mass at tip": 0.006}), read_campaign(Path("campaign"))
+    result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
+    assert document(result)["laws"] == []
+    (best,) = result.diagnosis.verdict.effects
+    law = FittedLaw(refit=best, gain=-3.0, held_gain=1.0, words="another force", is_distinct=True)
+    verdict = replace(result.diagnosis.verdict, finding=Finding.AMBIGUOUS, laws=[law])
+    doubtful = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
+    assert "is missing, or another force at its place: the held-out error falls" in headline(doubtful)
+    assert headline(doubtful).endswith("There it may be another force as well.")
+    (told,) = document(doubtful)["laws"]
+    assert (told["law"], told["in_words"], told["gain"], told["held_out_gain"]) == ("mass", "another force", -3.0, 1.0)
+    assert told["values"]["mass"]["value"] == pytest.approx(0.006, rel=0.02)
+    assert told["values"]["mass"]["unit"] == "kg"
 
 
 def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(

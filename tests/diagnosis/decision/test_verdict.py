@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.effect import EffectParameter
+from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable, worth
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
@@ -62,6 +63,16 @@ def test_several_cannot_be_told_apart() -> None:
         "mass at tip z (0.0123 kg +- 0.00098) or gap of left (1.2 +- 0.2): these data cannot tell which "
         "(the held-out error falls from 3.4 to 0.21 %)."
     )
+
+
+def test_another_law_of_the_force_is_told() -> None:
+    law = FittedLaw(refit=TIP, gain=-1.0, held_gain=0.0, words="a force of the kind clearance", is_distinct=True)
+    one, both = (replace(made(Finding.AMBIGUOUS, *effects), laws=[law]) for effects in ((TIP,), (TIP, LINE)))
+    assert one.sentence == (
+        "mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place; the held-out error falls from "
+        "3.4 to 0.21 %. There it may be a force of the kind clearance as well."
+    )
+    assert both.sentence.endswith("from 3.4 to 0.21 %). There it may be a force of the kind clearance as well.")
 
 
 def test_nothing_is_missing() -> None:
