@@ -24,23 +24,31 @@ from reduction.errors import JointError
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
+from reduction.joint_law.hertz_contact import HertzContact
 from reduction.joint_law.jenkins import JenkinsElement
+from reduction.joint_law.play import Play
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
 from reduction.joint_law.quadratic_damper import QuadraticDamper
 from reduction.joint_law.registry import Joint
+from reduction.joint_law.smooth_friction import SmoothFriction
+from reduction.joint_law.viscous_damper import ViscousDamper
 
 __all__ = [
     "CubicSpring",
     "ElasticStop",
     "Friction",
     "FrictionContact",
+    "HertzContact",
     "JenkinsElement",
     "Joint",
     "JointedSystem",
+    "Play",
     "PolynomialSpring",
     "PowerSpring",
     "QuadraticDamper",
+    "SmoothFriction",
+    "ViscousDamper",
     "along",
     "between",
 ]

@@ -19,12 +19,16 @@ from reduction.jointed_system import (
     ElasticStop,
     Friction,
     FrictionContact,
+    HertzContact,
     JenkinsElement,
     Joint,
     JointedSystem,
+    Play,
     PolynomialSpring,
     PowerSpring,
     QuadraticDamper,
+    SmoothFriction,
+    ViscousDamper,
 )
 
 Array = NDArray[np.float64]
@@ -154,6 +158,43 @@ def test_the_power_spring_has_the_fundamental_of_a_power_of_the_cosine(exponent:
     share = 2 / np.sqrt(np.pi) * gamma(exponent / 2 + 1) / gamma((exponent + 3) / 2)
     # A kink of the second derivative at p = 2, of a fraction of it at 1.5, between instants: order 2.5.
     np.testing.assert_allclose(f, [0, share * k * A * (A / r) ** (exponent - 1)], atol=1e-7)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.4, 1.2])
+def test_the_play_has_the_fundamental_of_a_wave_without_its_middle(gap: float) -> None:
+    k, A = 3.0, 1.1
+    f = Prescribed(Play(name="p", direction=ONE, stiffness=k, gap=gap), cosine(A, 2), n_sample=4096).coefficients[:, 0]
+    share = min(gap / A, 1.0)
+    first = k * A * (1 - 2 / np.pi * (np.arcsin(share) + share * np.sqrt(1 - share**2)))
+    np.testing.assert_allclose(f, [0, first], atol=2e-5)  # kinks between instants
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
+def test_the_curved_contact_has_the_coefficients_of_a_power_of_half_a_wave(exponent: float) -> None:
+    k, r, A = 0.7, 0.9, 1.4
+    contact = HertzContact(name="h", direction=ONE, stiffness=k, reference=r, exponent=exponent)
+    f = Prescribed(contact, cosine(A, 2), n_sample=4096).coefficients[:, 0]
+    # Wallis' integrals of cos^p and cos^(p + 1) over the half in which it is positive.
+    mean, first = (gamma((power + 1) / 2) / gamma(power / 2 + 1) / np.sqrt(np.pi) for power in (exponent, exponent + 1))
+    np.testing.assert_allclose(f, k * r * (A / r) ** exponent * np.array([mean / 2, first]), atol=2e-7)
+
+
+def test_the_dashpot_is_a_quarter_of_a_period_ahead() -> None:
+    c, A = 0.7, 1.4
+    f = Prescribed(ViscousDamper(name="v", direction=ONE, damping=c), cosine(A, 3)).coefficients[:, 0]
+    np.testing.assert_allclose(f, [0, 1j * c * OMEGA * A, 0], atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize(("velocity", "limit"), [(1e-3, 4 / np.pi), (1e3, 0.0)])
+def test_smooth_friction_is_coulombs_where_it_is_steep_and_a_dashpot_where_it_is_not(
+    velocity: float, limit: float
+) -> None:
+    F, A = 0.7, 1.4
+    friction = SmoothFriction(name="s", direction=ONE, limit_force=F, velocity=velocity * OMEGA * A)
+    (first,) = Prescribed(friction, cosine(A, 2), n_sample=8192).coefficients[1]
+    expected = F * limit if limit else F / velocity
+    # Within 1e-3 of a radian it is below the limit, of which the square counts; tanh x is x - x^3 / 3.
+    assert first == pytest.approx(1j * expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.4, -0.3])

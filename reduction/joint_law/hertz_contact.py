@@ -1,0 +1,74 @@
+"""A curved contact: a one-sided force that grows with a power of the indentation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduction.array_type import Row
+from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HertzContact(DirectedJoint):
+    """f = stiffness reference (max(u - gap, 0) / reference)^exponent, without friction.
+
+    Hertz's contact of two bodies at a point has the exponent 3/2. Rough surfaces have larger ones.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, positive towards the contact, shape (r,) [-].
+    stiffness
+        Force over indentation at the reference [N/m].
+    reference
+        Indentation [m].
+    exponent
+        Of the indentation, at least 1; 3/2 by default [-].
+    gap
+        [m]; negative is an indentation at rest.
+
+    Raises
+    ------
+    JointError
+        A stiffness or a reference that is not positive, an exponent below 1, or a number that is not finite.
+
+    References
+    ----------
+    Johnson, Contact Mechanics, Cambridge (1985), chapter 4.
+    """
+
+    kind = "hertz"
+    parameters = (
+        LawParameter(name="stiffness", unit="N/m", meaning="f / u at the reference", typical=1e6, positive=True),
+        LawParameter(name="reference", unit="m", meaning="indentation", typical=1e-5, positive=True),
+        LawParameter(name="exponent", unit="-", meaning="of the indentation", typical=1.5, lower=1.0, default=1.5),
+        LawParameter(name="gap", unit="m", meaning="negative for an indentation at rest", typical=-5e-6, default=0.0),
+    )
+    typical_displacement = 2e-5
+    can_slip = False
+    one_sided = True
+    n_slider = 0
+    stuck_stiffness = (0.0,)  # nothing says that it is closed
+
+    stiffness: float
+    reference: float
+    exponent: float = 1.5
+    gap: float = 0.0
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """About its mean displacement."""
+        k, r, p, gap = (parameters[each.name] for each in self.parameters)
+        u = displacement[0]
+        mean = u.mean()
+
+        def indentation(x: Row) -> Row:
+            return np.maximum(x - gap, 0.0) / r
+
+        stored = k * r**2 / (p + 1) * (indentation(u) ** (p + 1) - indentation(mean) ** (p + 1))
+        return np.asarray(stored - k * r * indentation(mean) ** p * (u - mean))

@@ -1,0 +1,55 @@
+"""A spring beyond a clearance on either side."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduction.array_type import Row
+from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Play(DirectedJoint):
+    """f = stiffness (u - gap) above the gap, stiffness (u + gap) below -gap, 0 in between.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    stiffness
+        [N/m].
+    gap
+        Clearance on either side [m].
+
+    Raises
+    ------
+    JointError
+        A stiffness that is not positive, a negative gap, or a number that is not finite.
+    """
+
+    kind = "play"
+    parameters = (
+        LawParameter(name="stiffness", unit="N/m", meaning="k beyond the gap", typical=1e6, positive=True),
+        LawParameter(name="gap", unit="m", meaning="clearance on either side", typical=1e-5, lower=0.0),
+    )
+    typical_displacement = 2e-5
+    can_slip = False
+    n_slider = 0
+    stuck_stiffness = (0.0,)  # nothing says that it is closed
+
+    stiffness: float
+    gap: float
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """About its mean displacement."""
+        stiffness, gap = parameters["stiffness"], parameters["gap"]
+        u = displacement[0]
+        beyond, mean = u - np.clip(u, -gap, gap), u.mean()
+        at_mean = mean - np.clip(mean, -gap, gap)
+        return np.asarray(stiffness * (beyond**2 / 2 - at_mean**2 / 2 - at_mean * (u - mean)))
