@@ -25,6 +25,7 @@ from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.joint_law.hertz_contact import HertzContact
+from reduction.joint_law.iwan import IwanJoint
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.joint_law.play import Play
 from reduction.joint_law.polynomial_spring import PolynomialSpring
@@ -40,6 +41,7 @@ __all__ = [
     "Friction",
     "FrictionContact",
     "HertzContact",
+    "IwanJoint",
     "JenkinsElement",
     "Joint",
     "JointedSystem",

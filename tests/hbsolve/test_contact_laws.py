@@ -20,6 +20,7 @@ from reduction.jointed_system import (
     Friction,
     FrictionContact,
     HertzContact,
+    IwanJoint,
     JenkinsElement,
     Joint,
     JointedSystem,
@@ -127,6 +128,35 @@ def test_a_stuck_jenkins_element_is_its_spring() -> None:
     held = Prescribed(jenkins, motion, start=[0.2])
     np.testing.assert_allclose(held.force, 3.0 * (held.u - 0.2), atol=ROUND_OFF)
     assert (stuck.status[0] == STICK).all()
+
+
+# ---- micro-slip
+
+IWAN = IwanJoint(
+    name="i", direction=ONE, tangential_stiffness=3.0, limit_force=0.6, exponent=-0.4, ratio=0.5,
+)  # fmt: skip
+#: Segalman's eqs for the displacement of macro-slip and R.
+INNER = 0.6 / 1.6
+MACRO = 0.6 * 1.5 / (3.0 * (0.5 + INNER))
+R = 0.6 * 0.6 / (MACRO**1.6 * (0.5 + INNER))
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 1.0])
+def test_the_work_of_an_iwan_joint_is_a_power_of_the_amplitude(share: float) -> None:
+    A = share * MACRO
+    first = Prescribed(IWAN, cosine(A, 2), n_sample=1024).coefficients[1, 0]
+    # Each slider that slips loses 4 phi (A - phi) a cycle.
+    work = 4 * R * A**2.6 / (1.6 * 2.6)
+    assert np.pi * A * first.imag == pytest.approx(work, rel=0.02)  # cells of 25 %
+
+
+def test_an_iwan_joint_is_a_spring_at_first_and_slides_at_its_limit_at_last() -> None:
+    small = Prescribed(IWAN, cosine(1e-4 * MACRO, 2))
+    np.testing.assert_allclose(small.force, 3.0 * small.u, rtol=1e-9)
+    large = Prescribed(IWAN, cosine(9 * MACRO, 2))
+    assert np.abs(large.force).max() == pytest.approx(0.6, rel=1e-12)
+    assert (large.status[0] == SLIP).any()
+    assert (large.status[0] == STICK).any()
 
 
 # ---- springs, stop and drag

@@ -1,0 +1,84 @@
+"""Segalman's four-parameter Iwan joint: sliders in parallel on one displacement."""
+
+from math import log
+from typing import Any
+
+import numpy as np
+
+from fe.compiled import compiled
+from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
+from hbsolve.joint_law.slider import slide, state, tangent_jacobian
+from reduction.joint_law.iwan import CELLS, FIRST
+
+
+@compiled
+def cells(parameters: Any, spring: Any, reach: Any, spring_by: Any, reach_by: Any) -> None:
+    """Stiffness and displacement at slip of each slider, shape (CELLS + 1,), with derivatives, shape (CELLS + 1, 4).
+
+    See `reduction.joint_law.iwan.make_cells`; with a = chi + 1 and c = a / (a + 1) the spring of the cell from y to Y
+    is K (Y^a - y^a) / (1 + beta), and its reach F (1 + beta) / (K (beta + c)) times the centroid
+    c (Y^(a+1) - y^(a+1)) / (Y^a - y^a).
+    """
+    K, F, a, beta = parameters[0], parameters[1], parameters[2] + 1.0, parameters[3]
+    c = a / (a + 1.0)
+    c_by = 1.0 / (a + 1.0) ** 2
+    largest = F * (1.0 + beta) / (K * (beta + c))
+    growth, low, low_a, low_log = FIRST ** (-1.0 / (CELLS - 1)), 0.0, 0.0, 0.0
+    for i in range(CELLS + 1):
+        if i < CELLS:
+            high = FIRST * growth**i
+            high_log = log(high)
+            high_a = high**a
+            share, moment = high_a - low_a, high_a * high - low_a * low
+            share_by, moment_by = high_a * high_log - low_a * low_log, high_a * high * high_log - low_a * low * low_log
+            place = c * moment / share
+            place_by = (c_by * moment + c * moment_by) / share - place * share_by / share
+            low, low_a, low_log = high, high_a, high_log
+        else:
+            share, share_by, place, place_by = beta, 0.0, 1.0, 0.0
+        spring[i], reach[i] = K * share / (1.0 + beta), largest * place
+        by = spring_by[i]
+        by[0], by[1], by[2] = spring[i] / K, 0.0, K * share_by / (1.0 + beta)
+        by[3] = (K - spring[i] if i == CELLS else -spring[i]) / (1.0 + beta)
+        by = reach_by[i]
+        by[0], by[1] = -reach[i] / K, reach[i] / F
+        by[2] = largest * (place_by - place * c_by / (beta + c))
+        by[3] = reach[i] * (1.0 / (1.0 + beta) - 1.0 / (beta + c))
+
+
+@compiled
+def force(
+    u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
+    sampling: Any, want: int, out: Any,
+) -> None:  # fmt: skip
+    """One direction; see `hbsolve.joint_law.registry`."""
+    n = u.shape[1]
+    spring, reach = np.empty(CELLS + 1), np.empty(CELLS + 1)
+    spring_by, reach_by = np.empty((CELLS + 1, 4)), np.empty((CELLS + 1, 4))
+    cells(parameters, spring, reach, spring_by, reach_by)
+    event, sign, closed, active = np.empty(n, np.int64), np.empty(n), np.ones(n, np.int64), 0
+    for k in range(n):
+        out.force[0, k] = -reference[0] * u[0, k]
+    for i in range(CELLS + 1):
+        w, own = out.slider[i], spring[i]
+        slide(u[0], np.full(n, own * reach[i]), own, start[i], by_multiplier[i], w, event, sign)
+        for k in range(n):
+            out.force[0, k] += own * (u[0, k] - w[k])
+            out.status[0, k] = state(k, event[k], 1)
+        if want >= JACOBIAN:
+            # The springs together are the reference.
+            tangent_jacobian(0, 0, event, sign, closed, own, own, 0.0, by_multiplier[i], sampling, out)
+            active = max(active, out.active[0])
+        if want >= PARAMETERS:
+            for k in range(n):
+                moves = event[k] >= 0 or by_multiplier[i]
+                for p in range(4):
+                    by = spring_by[i, p] * (u[0, k] - w[k])
+                    out.by_parameter[p, 0, k] += by + (own * sign[k] * reach_by[i, p] if moves else 0.0)
+                if event[k] < 0:
+                    out.by_start[i, 0, k] = own * reach[i] if by_multiplier[i] else -own
+    if want >= JACOBIAN:
+        out.active[0] = active
+
+
+FORCES.register(CompiledLaw(name="iwan", force=force, instant=None))

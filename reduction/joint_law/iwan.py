@@ -1,0 +1,95 @@
+r"""Segalman's four-parameter Iwan joint: many sliders in parallel, whose dissipation is a power of the amplitude.
+
+Springs and sliders in parallel break away at displacements :math:`\phi` of the density
+
+.. math:: \rho(\phi) = R\, \phi^\chi + S\, \delta(\phi - \phi_\mathrm{max}), \qquad 0 < \phi \le \phi_\mathrm{max} ,
+
+with :math:`\beta = S (\chi + 1) / (R\, \phi_\mathrm{max}^{\chi + 1})`, the stiffness of the last over that of the
+others.
+
+In micro-slip the work of a cycle grows with the amplitude to the power :math:`\chi + 3`. Here the density stands in
+`CELLS` sliders on a geometric grid, each at the centroid of its cell, so that stiffness and limit are exact, and a last
+one at :math:`\phi_\mathrm{max}`.
+
+References
+----------
+Segalman, A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005), 752-760.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduction.array_type import Row
+from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
+
+#: Cells of the grid, and the first edge above zero, over the displacement of macro-slip [-].
+CELLS, FIRST = 32, 1e-3
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IwanJoint(DirectedJoint):
+    """Micro-slip of a bolted joint along one row.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    tangential_stiffness
+        K_T, with all sliders stuck [N/m].
+    limit_force
+        F_S, at which all slide [N].
+    exponent
+        chi, above -1: the work of a cycle grows with the power chi + 3 of the amplitude [-].
+    ratio
+        beta: stiffness of the last spring over that of all others [-].
+
+    Raises
+    ------
+    JointError
+        A stiffness or a limit that is not positive, an exponent below -0.99, a negative ratio, or a number that is not
+        finite.
+    """
+
+    kind = "iwan"
+    parameters = (
+        LawParameter(name="tangential_stiffness", unit="N/m", meaning="K_T", typical=1e6, positive=True),
+        LawParameter(name="limit_force", unit="N", meaning="F_S", typical=10.0, positive=True),
+        LawParameter(name="exponent", unit="-", meaning="chi of the density", typical=-0.4, lower=-0.99),
+        LawParameter(name="ratio", unit="-", meaning="beta, of the last slider", typical=0.5, lower=0.0),
+    )
+    typical_displacement = 2e-5
+    n_slider = CELLS + 1
+
+    tangential_stiffness: float
+    limit_force: float
+    exponent: float
+    ratio: float
+
+    @property
+    def stuck_stiffness(self) -> tuple[float, ...]:
+        """K_T [N/m]."""
+        return (self.tangential_stiffness,)
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """Of all springs, each about its mean stretch."""
+        stiffness, _ = make_cells(*(parameters[each.name] for each in self.parameters))
+        stretch = displacement[0] - slider
+        varied = stretch - stretch.mean(axis=1, keepdims=True)
+        return np.asarray(0.5 * stiffness @ varied**2)
+
+
+def make_cells(stiffness: float, limit: float, exponent: float, ratio: float) -> tuple[Row, Row]:
+    """Stiffness [N/m] and displacement at slip [m] of each slider, shape (CELLS + 1,) both."""
+    edges = np.array([0.0, *np.geomspace(FIRST, 1.0, CELLS)])
+    share, moment = (np.diff(edges ** (exponent + power)) for power in (1, 2))
+    mean = (exponent + 1) / (exponent + 2)
+    largest = limit * (1 + ratio) / (stiffness * (ratio + mean))
+    springs = np.array([*share, ratio]) * stiffness / (1 + ratio)
+    return springs, largest * np.array([*(mean * moment / share), 1.0])
