@@ -25,7 +25,7 @@ from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.joint_law.hertz_contact import HertzContact
-from reduction.joint_law.iwan import IwanJoint
+from reduction.joint_law.iwan_joint import IwanJoint
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.joint_law.play import Play
 from reduction.joint_law.polynomial_spring import PolynomialSpring

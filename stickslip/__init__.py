@@ -56,10 +56,16 @@ if TYPE_CHECKING:
     from reduction.jointed_system import CubicSpring as CubicSpring
     from reduction.jointed_system import ElasticStop as ElasticStop
     from reduction.jointed_system import FrictionContact as FrictionContact
+    from reduction.jointed_system import HertzContact as HertzContact
+    from reduction.jointed_system import IwanJoint as IwanJoint
     from reduction.jointed_system import JenkinsElement as JenkinsElement
     from reduction.jointed_system import JointedSystem as JointedSystem
+    from reduction.jointed_system import Play as Play
+    from reduction.jointed_system import PolynomialSpring as PolynomialSpring
     from reduction.jointed_system import PowerSpring as PowerSpring
     from reduction.jointed_system import QuadraticDamper as QuadraticDamper
+    from reduction.jointed_system import SmoothFriction as SmoothFriction
+    from reduction.jointed_system import ViscousDamper as ViscousDamper
     from reduction.jointed_system import along as along
     from reduction.jointed_system import between as between
     from reduction.rom import ReducedModel as ReducedModel
@@ -101,8 +107,14 @@ _HOME = {
     "JointedSystem": "reduction.jointed_system:JointedSystem",
     "FrictionContact": "reduction.jointed_system:FrictionContact",
     "JenkinsElement": "reduction.jointed_system:JenkinsElement",
+    "IwanJoint": "reduction.jointed_system:IwanJoint",
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",
+    "Play": "reduction.jointed_system:Play",
+    "HertzContact": "reduction.jointed_system:HertzContact",
+    "ViscousDamper": "reduction.jointed_system:ViscousDamper",
+    "SmoothFriction": "reduction.jointed_system:SmoothFriction",
+    "PolynomialSpring": "reduction.jointed_system:PolynomialSpring",
     "PowerSpring": "reduction.jointed_system:PowerSpring",
     "QuadraticDamper": "reduction.jointed_system:QuadraticDamper",
     "joint_law": "reduction.joint_law.function_law:joint_law",

@@ -41,8 +41,8 @@ class ForceLaw(Effect, Protocol):
         """Values that a fit begins with."""
         ...
 
-    def is_distinct(self, values: Sequence[float]) -> bool:
-        """Whether the law is another one than that of the effect in whose place it is tried."""
+    def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
+        """Whether the law is another one than that of the effect in whose place it is tried, by its 95 % intervals."""
         ...
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
@@ -80,9 +80,10 @@ class PowerLaw(SpringLaw):
         )
         return model.with_system(joints=[*model.system.joints, spring])
 
-    def is_distinct(self, values: Sequence[float]) -> bool:
+    def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether the power is no linear one either."""
-        return min(abs(values[1] - self.law), abs(values[1] - 1.0)) > ROUNDED
+        apart = max(ROUNDED, INTERVAL * deviations[1])
+        return min(abs(values[1] - self.law), abs(values[1] - 1.0)) > apart
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The power with its 95 % interval."""
@@ -109,9 +110,9 @@ class ClearanceLaw(SpringLaw):
         ]
         return model.with_system(joints=[*model.system.joints, *stops])
 
-    def is_distinct(self, values: Sequence[float]) -> bool:
+    def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether there is a clearance."""
-        return values[1] > 0
+        return values[1] > INTERVAL * deviations[1]
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """Stiffness and clearance with their 95 % intervals."""
@@ -137,9 +138,9 @@ class EvenLaw(SpringLaw):
         spring = PolynomialSpring(name=self.name, direction=self.row, quadratic=values[0])
         return model.with_system(joints=[*model.system.joints, spring])
 
-    def is_distinct(self, values: Sequence[float]) -> bool:
+    def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Always: no effect of the catalogue is even."""
-        del values
+        del values, deviations
         return True
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:

@@ -101,11 +101,11 @@ def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -
     start = np.array([*refit.fit.values[: len(arrangement.unknowns([]).vanishing)], *law.start])
     fit = fit_from(arrangement, law, start, refit.fit.prediction)
     tested = arrangement.tested(law, fit)
-    values = fit.values[-count:].tolist()
+    values, deviations = (each[-count:].tolist() for each in (fit.values, fit.deviation))
     return FittedLaw(
         refit=tested, gain=beside - arrangement.cost_with_error_left(fit),
-        held_gain=refit.held_cost - tested.held_cost, words=law.describe(values, fit.deviation[-count:].tolist()),
-        is_distinct=law.is_distinct(values),
+        held_gain=refit.held_cost - tested.held_cost, words=law.describe(values, deviations),
+        is_distinct=law.is_distinct(values, deviations),
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.hidden_effects_campaign import examine
 from benchmarks.hidden_effects_groups import read_groups
 from benchmarks.hidden_effects_plan import Case
-from benchmarks.hidden_effects_record import MISSING
+from benchmarks.hidden_effects_record import AMBIGUOUS
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
@@ -42,7 +42,8 @@ def judge(campaign: Campaign, base: Model, accepted: Any, budget: Any, **options
 
 def test_a_campaign_of_the_score_is_judged_as_it_should_be(tmp_path: Path) -> None:
     record = examine(Case(row="cubic", seed=72005), tmp_path, read_groups(), make=make, judge=judge)
-    assert (record.failure, record.finding, record.names) == ("", MISSING, ("cubic at tip",))
+    # So few points do not tell it from a spring beyond a clearance.
+    assert (record.failure, record.finding, record.names) == ("", AMBIGUOUS, ("cubic at tip",))
     assert record.planted.effect == "cubic at tip"
     # More than one place was fitted.
     assert len(record.ranking) > 1

@@ -230,8 +230,8 @@ def test_an_empty_name_is_none(tmp_path: Path) -> None:
         ({"system": {"M": M, "D": C}}, "no field K, it has D, M"),
         ({"system": {"M": M, "D": C, "K": K, "Fex1": [1.0, 2.0]}}, "Fex1 has 2 entries, the mass 3 rows"),
         (
-            {"system": {"M": M, "D": C, "K": K, "nonlinear_elements": {"type": "tanhDryFriction"}}},
-            r'nonlinear_elements\{1\} is of type "tanhDryFriction"',
+            {"system": {"M": M, "D": C, "K": K, "nonlinear_elements": {"type": "quadraticDamper"}}},
+            r'nonlinear_elements\{1\} is of type "quadraticDamper"',
         ),
         (
             {"system": {"M": M, "D": C, "K": K, "nonlinear_elements": {"type": "cubicSpring", "stiffness": 1.0}}},

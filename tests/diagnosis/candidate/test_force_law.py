@@ -50,5 +50,7 @@ def test_an_even_law_begins_as_soft_as_the_cubic_spring(omega: float) -> None:
 
 def test_a_power_law_is_distinct_from_its_own_power_and_from_a_linear_spring() -> None:
     law = make_power_law("cubic at tip", ROW, 300.0, LARGEST, 3.0, rotational=False)
-    assert [law.is_distinct([300.0, power]) for power in (1.2, 2.0, 2.8, 3.4, 5.0)] == [False, True, False, False, True]
+    powers = (1.2, 2.0, 2.8, 3.4, 5.0)
+    assert [law.is_distinct([300.0, power], [10.0, 0.1]) for power in powers] == [False, True, False, False, True]
+    assert not law.is_distinct([300.0, 11.0], [10.0, 8.0])
     assert law.describe([300.0, 5.02], [10.0, 0.1]).endswith("grows with the displacement to the power 5.0 +- 0.2")

@@ -55,7 +55,7 @@ class IwanJoint(DirectedJoint):
         finite.
     """
 
-    kind = "iwan"
+    kind = "iwan4"
     parameters = (
         LawParameter(name="tangential_stiffness", unit="N/m", meaning="K_T", typical=1e6, positive=True),
         LawParameter(name="limit_force", unit="N", meaning="F_S", typical=10.0, positive=True),

@@ -8,14 +8,14 @@ import numpy as np
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.joint_law.slider import slide, state, tangent_jacobian
-from reduction.joint_law.iwan import CELLS, FIRST
+from reduction.joint_law.iwan_joint import CELLS, FIRST
 
 
 @compiled
 def cells(parameters: Any, spring: Any, reach: Any, spring_by: Any, reach_by: Any) -> None:
     """Stiffness and displacement at slip of each slider, shape (CELLS + 1,), with derivatives, shape (CELLS + 1, 4).
 
-    See `reduction.joint_law.iwan.make_cells`; with a = chi + 1 and c = a / (a + 1) the spring of the cell from y to Y
+    See `reduction.joint_law.iwan_joint.make_cells`; with a = chi + 1 and c = a / (a + 1) the spring of the cell from y to Y
     is K (Y^a - y^a) / (1 + beta), and its reach F (1 + beta) / (K (beta + c)) times the centroid
     c (Y^(a+1) - y^(a+1)) / (Y^a - y^a).
     """
@@ -81,4 +81,4 @@ def force(
         out.active[0] = active
 
 
-FORCES.register(CompiledLaw(name="iwan", force=force, instant=None))
+FORCES.register(CompiledLaw(name="iwan4", force=force, instant=None))

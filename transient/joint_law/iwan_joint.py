@@ -36,4 +36,4 @@ def force(
         moved[i] = after[0] - last / spring if spring > 0.0 else after[0]
 
 
-WITNESSES.register(Witness(name="iwan", force=force))
+WITNESSES.register(Witness(name="iwan4", force=force))
