@@ -15,8 +15,8 @@ from reduction.joint_law.iwan_joint import CELLS, FIRST
 def cells(parameters: Any, spring: Any, reach: Any, spring_by: Any, reach_by: Any) -> None:
     """Stiffness and displacement at slip of each slider, shape (CELLS + 1,), with derivatives, shape (CELLS + 1, 4).
 
-    See `reduction.joint_law.iwan_joint.make_cells`; with a = chi + 1 and c = a / (a + 1) the spring of the cell from y to Y
-    is K (Y^a - y^a) / (1 + beta), and its reach F (1 + beta) / (K (beta + c)) times the centroid
+    See `reduction.joint_law.iwan_joint.make_cells`. With a = chi + 1 and c = a / (a + 1) the spring of the cell from y
+    to Y is K (Y^a - y^a) / (1 + beta), and its reach F (1 + beta) / (K (beta + c)) times the centroid
     c (Y^(a+1) - y^(a+1)) / (Y^a - y^a).
     """
     K, F, a, beta = parameters[0], parameters[1], parameters[2] + 1.0, parameters[3]
