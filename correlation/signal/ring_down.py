@@ -41,7 +41,8 @@ Values = Float[NDArray[np.float64], " k"]
 #: row have not improved the information criterion by so much; no interval is shorter in ln A.
 FIRST_INTERVALS, MOST_INTERVALS, PATIENCE, SIGNIFICANT, SHORTEST_INTERVAL = 3, 24, 3, 4.0, 0.1
 #: Parts of a decay to which the first splines are fitted one after the other, and fewest samples per coefficient there.
-TRACKED, FEWEST_TRACKED = (0.04, 0.06, 0.09, 0.13, 0.2, 0.3, 0.45, 0.7, 1.0), 2
+#: Each is longer by a quarter: over a longer part the frequency that a spline foretells may lose a period.
+TRACKED, FEWEST_TRACKED = tuple(np.geomspace(0.04, 1.0, 16).tolist()), 2
 #: Standard deviation of frequencies that are read off an envelope, relative; of decay rates it is 20 times as much [-].
 PRIOR = 0.02
 #: Residual beside the signal at which a fit is as good as any measurement [-].
