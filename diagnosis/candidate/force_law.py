@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter
+from geometry.plain_number import plain
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
@@ -116,13 +117,13 @@ class ClearanceLaw(SpringLaw):
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """Stiffness and clearance with their 95 % intervals."""
-        (stiffness, gap), (of_stiffness, of_gap) = values, np.multiply(INTERVAL, deviations)
+        stiffness, gap = self.parameters
+        # Clearances are some micrometres.
+        scale, unit = (1e6, "um") if gap.unit == "m" else (1.0, gap.unit)
+        spring = _tell(values[0], deviations[0], stiffness.unit)
+        clearance = _tell(scale * values[1], scale * deviations[1], unit)
         where = "on either side" if len(self.sides) == 2 else "on one side"
-        units = [each.unit for each in self.parameters]
-        return (
-            f"a spring of {stiffness:.3g} +- {of_stiffness:.2g} {units[0]} beyond a clearance of {gap:.3g} +- "
-            f"{of_gap:.2g} {units[1]} {where}"
-        )
+        return f"a spring of {spring} beyond a clearance of {clearance} {where}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -146,9 +147,13 @@ class EvenLaw(SpringLaw):
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The factor with its 95 % interval."""
         return (
-            f"a force with the square of the displacement, {values[0]:.3g} +- {INTERVAL * deviations[0]:.2g} "
-            f"{self.parameters[0].unit}"
+            f"a force with the square of the displacement, {_tell(values[0], deviations[0], self.parameters[0].unit)}"
         )
+
+
+def _tell(value: float, deviation: float, unit: str) -> str:
+    """A value with its 95 % interval."""
+    return f"{plain(value, 3)} +- {plain(INTERVAL * deviation, 2)} {unit}"
 
 
 def make_power_law(name: str, row: Row, secant: float, largest: float, law: float, *, rotational: bool) -> PowerLaw:
