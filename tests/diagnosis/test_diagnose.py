@@ -249,7 +249,7 @@ def test_a_play_is_no_cubic_spring(bench: Bench, paper: ModuleType) -> None:
     pattern = r"a spring of (\S+) \+- (\S+) N/m beyond a clearance of (\S+) \+- (\S+) um on either side"
     said = re.search(pattern, verdict.sentence)
     assert said is not None
-    stiffness, of_stiffness, gap, of_gap = (float(each.replace(",", "")) for each in said.groups())
+    stiffness, of_stiffness, gap, of_gap = map(float, said.groups())
     # Twice the interval of 95 %: a normal deviation exceeds that in one case of 10,000.
     assert abs(stiffness - 500.0) < 2 * of_stiffness < 10.0
     assert abs(gap - 1000.0) < 2 * of_gap < 100.0
@@ -263,7 +263,7 @@ def test_a_spring_that_is_stiffer_on_one_side_is_told_beside_a_softening_one(ben
     assert verdict.finding is Finding.AMBIGUOUS
     said = re.search(r"a force with the square of the displacement, (\S+) \+- (\S+) N/m\^2", verdict.sentence)
     assert said is not None
-    factor, of_factor = (float(each.replace(",", "")) for each in said.groups())
+    factor, of_factor = map(float, said.groups())
     assert abs(factor - 1.5e5) < 2 * of_factor < 1e4
 
 
