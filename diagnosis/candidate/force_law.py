@@ -146,9 +146,8 @@ class EvenLaw(SpringLaw):
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The factor with its 95 % interval."""
-        return (
-            f"a force with the square of the displacement, {_tell(values[0], deviations[0], self.parameters[0].unit)}"
-        )
+        factor = _tell(values[0], deviations[0], self.parameters[0].unit)
+        return f"a force with the square of the displacement, {factor}"
 
 
 def _tell(value: float, deviation: float, unit: str) -> str:
