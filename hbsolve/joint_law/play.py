@@ -8,11 +8,11 @@ from fe.compiled import compiled
 from hbsolve.joint_law.registry import (
     FORCES,
     JACOBIAN,
-    PARAMETERS,
     SEPARATED,
     STICK,
     CompiledLaw,
     displacement_jacobian,
+    write_spring_instant,
 )
 
 
@@ -36,12 +36,9 @@ def force(
     n = u.shape[1]
     slope, by_displacement = np.empty(4), np.empty(n)
     for k in range(n):
-        out.force[0, k] = instant(u[0, k], 0.0, parameters, slope) - reference[0] * u[0, k]
+        value = instant(u[0, k], 0.0, parameters, slope)
+        write_spring_instant(k, value, slope, u[0, k], reference[0], want, by_displacement, out)
         out.status[0, k] = STICK if slope[0] > 0.0 else SEPARATED
-        by_displacement[k] = slope[0] - reference[0]
-        if want >= PARAMETERS:
-            for number in range(2):
-                out.by_parameter[number, 0, k] = slope[2 + number]
     if want >= JACOBIAN:
         displacement_jacobian(by_displacement, sampling, out)
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw, displacement_jacobian
+from hbsolve.joint_law.registry import FORCES, JACOBIAN, CompiledLaw, displacement_jacobian, write_spring_instant
 
 #: The lowest power, and the number of powers.
 LOWEST, COUNT = 2, 4
@@ -33,11 +33,8 @@ def force(
     n = u.shape[1]
     slope, by_displacement = np.empty(2 + COUNT), np.empty(n)
     for k in range(n):
-        out.force[0, k] = instant(u[0, k], 0.0, parameters, slope) - reference[0] * u[0, k]
-        by_displacement[k] = slope[0] - reference[0]
-        if want >= PARAMETERS:
-            for number in range(COUNT):
-                out.by_parameter[number, 0, k] = slope[2 + number]
+        value = instant(u[0, k], 0.0, parameters, slope)
+        write_spring_instant(k, value, slope, u[0, k], reference[0], want, by_displacement, out)
     if want >= JACOBIAN:
         displacement_jacobian(by_displacement, sampling, out)
 

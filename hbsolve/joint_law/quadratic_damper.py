@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw, velocity_jacobian
+from hbsolve.joint_law.registry import FORCES, JACOBIAN, CompiledLaw, velocity_jacobian, write_damper_instant
 
 
 @compiled
@@ -24,11 +24,8 @@ def force(
     n = u.shape[1]
     slope, by_velocity = np.empty(3), np.empty(n)
     for k in range(n):
-        out.force[0, k] = instant(0.0, velocity[0, k], parameters, slope)
-        by_velocity[k] = slope[1] * omega
-        if want >= PARAMETERS:
-            out.by_parameter[0, 0, k] = slope[2]
-            out.by_frequency[0, k] = slope[1] * velocity[0, k] / omega
+        value = instant(0.0, velocity[0, k], parameters, slope)
+        write_damper_instant(k, value, slope, velocity[0, k], omega, want, by_velocity, out)
     if want >= JACOBIAN:
         velocity_jacobian(by_velocity, sampling, out)
 

@@ -104,6 +104,30 @@ def velocity_jacobian(slope: Any, sampling: Any, out: Any) -> None:
     out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.differentiate.T)
 
 
+@compiled
+def write_spring_instant(
+    k: int, force: float, slope: Any, u: float, reference: float, want: int, by_displacement: Any, out: Any
+) -> None:  # fmt: skip
+    """Write what a law without memory or velocity gives at instant k; `slope` as of `CompiledLaw.instant`."""
+    out.force[0, k] = force - reference * u
+    by_displacement[k] = slope[0] - reference
+    for number in range(len(slope) - 2 if want >= PARAMETERS else 0):
+        out.by_parameter[number, 0, k] = slope[2 + number]
+
+
+@compiled
+def write_damper_instant(
+    k: int, force: float, slope: Any, velocity: float, omega: float, want: int, by_velocity: Any, out: Any
+) -> None:  # fmt: skip
+    """The same of a law of the velocity Omega du/d(Omega t), which grows with Omega."""
+    out.force[0, k] = force
+    by_velocity[k] = slope[1] * omega
+    if want >= PARAMETERS:
+        out.by_frequency[0, k] = slope[1] * velocity / omega
+        for number in range(len(slope) - 2):
+            out.by_parameter[number, 0, k] = slope[2 + number]
+
+
 #: Forces of the product's own laws; a user's law has a function instead, `reduction.joint_law.function_law`.
 FORCES: Registry[CompiledLaw] = Registry(
     "contact force",
