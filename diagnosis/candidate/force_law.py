@@ -83,8 +83,8 @@ class PowerLaw(SpringLaw):
 
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether the power is no linear one either."""
-        apart = max(ROUNDED, INTERVAL * deviations[1])
-        return min(abs(values[1] - self.law), abs(values[1] - 1.0)) > apart
+        apart = min(abs(values[1] - self.law), abs(values[1] - 1.0))
+        return apart > ROUNDED and apart > INTERVAL * deviations[1]
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The power with its 95 % interval."""

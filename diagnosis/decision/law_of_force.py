@@ -1,8 +1,8 @@
 """Test of the law of an effect: whether its force is the one that it says, or another one tells the data better.
 
-A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each law that a
-kind names beside its own is fitted in place of the effect. It is another force if -2 ln p falls by more than chance
-lets it, a chi-square of one degree of freedom for a law of one parameter more, and the held-out data do not object. It
+A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each law that a kind
+names beside its own is fitted in place of the effect. It is another force if -2 ln p falls by more than chance lets it,
+a chi-square of one degree of freedom, for laws of at most one parameter more, and the held-out data do not object. It
 cannot be told from the effect where -2 ln p of all data rises by no more than what would refute it.
 """
 

@@ -275,7 +275,8 @@ def decide(
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
         reason=reason, further=gate.further if effects else None,
-        alike=_find_alike(scores, effects, finalists), laws=laws or [*gate.laws.values()],
+        alike=_find_alike(scores, effects, finalists),
+        laws=[*gate.laws.values()] if finding is Finding.UNKNOWN else laws,
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
     )  # fmt: skip
 
@@ -333,6 +334,8 @@ class _ChanceGate:
     """What is left beside effects that were asked for, by name."""
     together: dict[str, Refit] = field(default_factory=dict)
     """Effects that are missing as well, by the name of the first one."""
+    fitted: dict[str, list[FittedLaw]] = field(default_factory=dict)
+    """Laws that were fitted in place of those of effects, by the names of these."""
     laws: dict[str, FittedLaw] = field(default_factory=dict)
     """Laws that forces turned out to have in place of those of effects, by the names of these."""
 
@@ -364,11 +367,13 @@ class _ChanceGate:
         """Laws that the force of an effect may have instead, fitted."""
         if not has_other_laws(refit.effect):
             return []
-        arrangement = self.arrangements[refit.name]
-        return self.run_step(
-            f"other laws of {refit.name}",
-            lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
-        )
+        if refit.name not in self.fitted:
+            arrangement = self.arrangements[refit.name]
+            self.fitted[refit.name] = self.run_step(
+                f"other laws of {refit.name}",
+                lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
+            )
+        return self.fitted[refit.name]
 
     def _find_another_law(self, refit: Refit) -> FittedLaw | None:
         """The law of a force, if it is another one than the effect's."""
@@ -380,7 +385,7 @@ class _ChanceGate:
         return find_rivals(self._fit_other_laws(refit), REFUTED)
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
-        """Whether the best effect that gains lowers the held-out error by another power of the displacement alone."""
+        """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
         refit = next((each for each in refits if is_significant(each, self.thresholds)), None)
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:

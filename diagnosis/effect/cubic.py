@@ -76,7 +76,12 @@ def other_laws(effect: Effect, strength: float, model: Model, states: Sequence[S
     if strength > 0:
         return [*laws, *make_clearance_laws(name, row, 0.75 * strength * largest**2, largest, rotational=rotational)]
     stiffness = stuck_stiffness(model.system.stiffness, model.system.joints)
-    compliance = float(row @ np.linalg.solve(stiffness, row))
+    try:
+        compliance = float(row @ np.linalg.solve(stiffness, row))
+    except np.linalg.LinAlgError:
+        return laws  # it moves without a force: the mean of an even one is nowhere
+    if not compliance > 0:
+        return laws
     return [*laws, *make_even_laws(name, row, strength, compliance, rotational=rotational)]
 
 

@@ -16,9 +16,9 @@ of the samples. A start, and a contact without load at either sample, is put on 
 exact where the spring was slack. As in one tangent, a contact that closes between two samples rubs from the first.
 
 The slider may need many periods to settle. A period whose last slip is at instant j takes the angle :math:`\theta` of
-that spring to :math:`F(\theta)`, where :math:`F'`, between 0 and 1, is the product of the h of all slips in it. So
-Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few periods. A cycle that slips is the only one: two
-springs that keep their distance slip at the same instants in the same direction, and so are one. A cycle that only
+that spring to :math:`F(\theta)`, where :math:`F'`, between -1 and 1, is the product of what each slip keeps of a turn.
+So Newton's method finds the cycle, :math:`\theta = F(\theta)`, in a few periods. A cycle that slips is the only one:
+two springs that keep their distance slip at the same instants in the same direction, and so are one. A cycle that only
 sticks is one of many: then periods are marched as they are until the slider returns to where it began one (shakedown),
 and the derivative is carried through all of them. A contact that stays within its limit needs no march. A spring of
 direction :math:`n` on the limit turns by :math:`d\theta`, and
@@ -167,8 +167,11 @@ def _march(
     n_slip, at, turned = _settle(u, radius, w, scale, rows, which, r_by, r_by_v, sampling, out)
     if not derive and (n_slip or not turned):
         return n_slip
-    if n_slip and _close(u, radius, w, at, rows, which, r_by, r_by_v, sampling, out):
-        return n_slip
+    if n_slip:
+        first = rows.turn[0].copy(), rows.place[0].copy()
+        if _close(u, radius, w, at, rows, which, r_by, r_by_v, sampling, out):
+            return n_slip
+        rows.instant[0], rows.turn[0], rows.place[0] = 0, first[0], first[1]
     w[:] = given
     n_slip, at = 0, NONE
     for _ in range(MAX_PERIOD):
@@ -196,7 +199,8 @@ def _settle(
         n_slip, at, kept = _period(u, radius, w, at, rows, which, r_by, r_by_v, sampling, False, out)
         moved = np.hypot(w[0] - begin0, w[1] - begin1)
         if n_slip == 0 or moved <= SETTLED * scale:
-            return n_slip, at, turned
+            # A slip that turns nothing is one by round-off: the spring only sticks.
+            return (n_slip if kept < 1.0 - TURNS else 0), at, turned
         if at == last and moved < least and kept < 1.0 - TURNS:
             least, turned = moved, True
             n0, n1, m0, m1 = u[0, at] - w[0], u[1, at] - w[1], u[0, at] - begin0, u[1, at] - begin1

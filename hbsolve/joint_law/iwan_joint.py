@@ -61,7 +61,7 @@ def force(
         out.force[0, k] = -reference[0] * u[0, k]
     for i in range(CELLS + 1):
         w, own = out.slider[i], spring[i]
-        slide(u[0], np.full(n, own * reach[i]), own, start[i], by_multiplier[i], w, event, sign)
+        slide(u[0], np.full(n, reach[i]), 1.0, start[i], by_multiplier[i], w, event, sign)
         for k in range(n):
             out.force[0, k] += own * (u[0, k] - w[k])
             out.status[0, k] = state(k, event[k], 1)

@@ -39,6 +39,7 @@ class PolynomialSpring(DirectedJoint):
         LawParameter(name="quintic", unit="N/m^5", meaning="f / u^5, of either sign", typical=2.5e24, default=0.0),
     )
     typical_displacement = 2e-5
+    one_sided = True
     n_slider = 0
     stuck_stiffness = (0.0,)
 

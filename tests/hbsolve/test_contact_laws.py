@@ -159,6 +159,14 @@ def test_an_iwan_joint_is_a_spring_at_first_and_slides_at_its_limit_at_last() ->
     assert (large.status[0] == STICK).any()
 
 
+@pytest.mark.parametrize("multiplier", [False, True])
+def test_an_iwan_joint_without_a_last_spring_slides_at_its_limit_as_well(multiplier: bool) -> None:
+    bare = replace(IWAN, ratio=0.0)
+    large = Prescribed(bare, cosine(9 * MACRO, 2), multiplier=multiplier)
+    assert np.abs(large.force).max() == pytest.approx(0.6, rel=1e-12)
+    assert (large.status[0] == SLIP).any()
+
+
 # ---- springs, stop and drag
 
 

@@ -1,16 +1,18 @@
 """Coupled Coulomb friction: exact along straight paths, and so of second order in the samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from hbsolve.aft import Start, joint_forces
+from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.joint_arrays import joint_table
 from hbsolve.joint_law import coulomb
-from hbsolve.joint_law.registry import FORCE, SLIP, STICK, LawOutput
+from hbsolve.joint_law.registry import FORCE, PARAMETERS, SLIP, STICK, LawOutput
 from hbsolve.sampling import sampling
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
@@ -99,6 +101,32 @@ def test_a_cycle_that_settles_slowly_is_where_many_periods_lead(seed: int) -> No
     many, _ = along(np.tile(path, 300))
     assert np.count_nonzero(status == SLIP) < 20
     np.testing.assert_allclose(once, many[:, -24:], atol=SETTLED)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_contact_that_sticks_after_a_start_beyond_its_limit_is_derived_through_that_slip(seed: int) -> None:
+    """Its spring ends on the limit, where round-off decides whether it slips in each period."""
+    random = np.random.default_rng([seed, 2])
+    contact = replace(pad(0.4), preload=1.0)
+    x = np.zeros((3, 5))
+    x[0, :2], x[1, 0], x[2, 3] = [0.7, 0.1], random.uniform(-0.3, 0.3), random.choice([0.0, 0.2])
+    begin = random.uniform(-0.2, 0.2, 2)
+
+    def forces(x: Array, begin: Array, want: int) -> JointForces:
+        start = Start(begin, np.zeros(2, np.int64))
+        found: JointForces = joint_forces(x, 1.0, joint_table([contact]), start, sampling(3, 64), want)
+        return found
+
+    exact, step = forces(x, begin, PARAMETERS), 1e-6
+    for number in range(2):
+        shift = step * np.eye(2)[number]
+        high, low = (forces(x, begin + sign * shift, FORCE).coefficients for sign in (1, -1))
+        np.testing.assert_allclose(exact.by_start[number], (high - low) / (2 * step), atol=1e-6)
+    for b in (0, 1):
+        moved = np.zeros_like(x)
+        moved[0, b] = step
+        high, low = (forces(x + sign * moved, begin, FORCE).coefficients for sign in (1, -1))
+        np.testing.assert_allclose(exact.jacobian[:, :, b], (high - low) / (2 * step), atol=1e-6)
 
 
 def test_the_error_of_a_prescribed_motion_falls_by_four_with_twice_the_samples() -> None:
