@@ -17,7 +17,7 @@ from pathlib import Path
 from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
 from benchmarks.rig_case import stored_run
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.decision.verdict import INTERVAL
+from diagnosis.candidate.effect import INTERVAL
 from diagnosis.diagnose import diagnose
 from study.case.setup import read_case
 from study.kind.registry import open_case

@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.processor_time import TimeUp, limited
 from benchmarks.strangers.campaign import make
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.decision.verdict import INTERVAL
+from diagnosis.candidate.effect import INTERVAL
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit

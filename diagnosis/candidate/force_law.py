@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.candidate.effect import Effect, EffectParameter
+from diagnosis.candidate.effect import INTERVAL, Effect, EffectParameter
 from geometry.plain_number import plain
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.polynomial_spring import PolynomialSpring
@@ -20,8 +20,6 @@ from reduction.joint_law.power_spring import PowerSpring
 
 Row = Float[NDArray[np.float64], " r"]
 
-#: Standard deviations of an interval.
-INTERVAL = 1.96
 #: Exponents that are so near to that of a law are rounded to it: real springs are powers only about [-].
 ROUNDED = 0.5
 #: Largest exponent that is tried: a stop that is just reached looks like one of this kind.

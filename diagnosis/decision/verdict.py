@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
+from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
@@ -18,8 +19,6 @@ from geometry.plain_number import plain
 if TYPE_CHECKING:
     import pandas
 
-#: Standard deviations of an interval.
-INTERVAL = 1.96
 #: Most digits of a strength: intervals of records without noise are next to zero.
 MOST_DIGITS = 6
 

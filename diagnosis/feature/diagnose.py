@@ -11,9 +11,10 @@ from correlation.data_type.registry import DATA_TYPES, Datum
 from correlation.model import Model
 from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
+from diagnosis.candidate.effect import INTERVAL
 from diagnosis.candidate.scale import measure_scale
 from diagnosis.decision.rules import find
-from diagnosis.decision.verdict import INTERVAL, Finding, Verdict
+from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
 from diagnosis.fit.added import Added

@@ -16,7 +16,7 @@ from scipy.special import ndtr, stdtrit
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import average_readings
-from diagnosis.decision.verdict import INTERVAL
+from diagnosis.candidate.effect import INTERVAL
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit, Vector, inverse
 from diagnosis.fit.comparison import Comparison

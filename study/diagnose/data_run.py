@@ -10,7 +10,8 @@ from typing import Any
 from correlation.campaign.measurement import Campaign
 from correlation.data_type.indication import Indication
 from correlation.sensor_placement import with_sensors
-from diagnosis.decision.verdict import INTERVAL, Finding
+from diagnosis.candidate.effect import INTERVAL
+from diagnosis.decision.verdict import Finding
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
 from diagnosis.fit.problem import Refit
 from pipeline.output import replace_file

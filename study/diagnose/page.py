@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.decision.verdict import INTERVAL, Finding
+from diagnosis.candidate.effect import INTERVAL
+from diagnosis.decision.verdict import Finding
 from diagnosis.localisation import Place
 from figure.candidates import CandidateBar, Candidates
 from figure.misfit_map import COLOURS, STEPS

@@ -6,8 +6,9 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.verdict import INTERVAL, Finding
+from diagnosis.decision.verdict import Finding
 from diagnosis.fit.unknown_gain import describe_gain
 from geometry.plain_number import plain
 from study.compare.report import side_by_side

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import Effect, EffectParameter
-from diagnosis.decision.verdict import INTERVAL, worth
+from diagnosis.candidate.effect import INTERVAL, Effect, EffectParameter
+from diagnosis.decision.verdict import worth
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.mode_correction import FrequencyCorrection
 from diagnosis.fit.problem import Refit
