@@ -85,3 +85,31 @@ instant_force = compiled_switch(
     [item.instant for item in _WITHOUT_MEMORY if item.instant is not None],
     (function.instant, "address, u, velocity, parameters, slope"),
 )
+
+_WITH_MEMORY = [item for item in FORCES if item.step_slopes is not None]
+#: ``step_slopes(kind, address, before, after, velocity, slider, parameters, out)``: see `CompiledLaw.step_slopes`.
+step_slopes = compiled_switch(
+    __name__,
+    "before, after, velocity, slider, parameters, out",
+    [item.step_slopes for item in _WITH_MEMORY if item.step_slopes is not None],
+    (function.step_slopes, "address, before, after, velocity, slider, parameters, out"),
+)
+
+
+class SlopeTable(NamedTuple):
+    """Which switch gives the slopes of each joint, and the joint's number in it; shape (n_joint,) each."""
+
+    has_memory: Whole
+    """1 for `step_slopes`, 0 for `instant_force`."""
+    kind: Whole
+
+
+def slope_table(joints: Sequence[Joint]) -> SlopeTable:
+    """Joints as arrays, for both switches."""
+    with_memory, without = ([item.name for item in laws] for laws in (_WITH_MEMORY, _WITHOUT_MEMORY))
+    has_memory = [joint.n_slider > 0 for joint in joints]
+    kinds = [
+        FUNCTION if joint.function is not None else (with_memory if slides else without).index(joint.force_law)
+        for joint, slides in zip(joints, has_memory, strict=True)
+    ]
+    return SlopeTable(np.array(has_memory, dtype=np.int64), np.array(kinds, dtype=np.int64))

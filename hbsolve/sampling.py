@@ -5,11 +5,12 @@ q_k = Q_k^c - i Q_k^s (`hbsolve.fourier`), so nh = 2 H + 1 columns.
 """
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 
+from fe.compiled import compiled
 from reduction.array_type import Array, Real
 
 
@@ -26,8 +27,9 @@ class Sampling(NamedTuple):
     """`evaluate` by instant, shape (n, nh)."""
     projected_sum: Real
     """Running sums of `project`: a run [k, l) of instants sums to row l less row k, shape (n + 1, nh)."""
-    product_sum: Real
-    """Running sums of the outer products of `project` and `instants`, shape (n + 1, nh, nh)."""
+    cosine_sum: Real
+    sine_sum: Real
+    """Running sums of cos(m Omega t) and sin(m Omega t), m = 0 to 2 H, shape (n + 1, nh): `sum_products`."""
 
 
 @lru_cache(maxsize=8)
@@ -43,10 +45,37 @@ def sampling(n_harmonic: int, n_sample: int) -> Sampling:
     project[:, 0] /= 2
     instants = np.ascontiguousarray(evaluate.T)
     nh = len(evaluate)
-    projected_sum, product_sum = np.zeros((n_sample + 1, nh)), np.zeros((n_sample + 1, nh, nh))
+    twice = angle[:, None] * np.arange(nh)
+    projected_sum, cosine_sum, sine_sum = (np.zeros((n_sample + 1, nh)) for _ in range(3))
     np.cumsum(project, axis=0, out=projected_sum[1:])
-    np.cumsum(project[:, :, None] * instants[:, None, :], axis=0, out=product_sum[1:])
-    return Sampling(evaluate, differentiate, project, instants, projected_sum, product_sum)
+    np.cumsum(np.cos(twice), axis=0, out=cosine_sum[1:])
+    np.cumsum(np.sin(twice), axis=0, out=sine_sum[1:])
+    return Sampling(evaluate, differentiate, project, instants, projected_sum, cosine_sum, sine_sum)
+
+
+@compiled
+def sum_products(sampling: Any, first: int, last: int) -> Any:
+    """Sum of the outer products of `project` and `instants` over the instants [first, last), shape (nh, nh).
+
+    Products of sines and cosines are sums of them, so that no sum of nh x nh products is stored for each instant.
+    """
+    nh, n = sampling.evaluate.shape
+    cosine = (sampling.cosine_sum[last] - sampling.cosine_sum[first]) / n
+    sine = (sampling.sine_sum[last] - sampling.sine_sum[first]) / n
+    result = np.empty((nh, nh))
+    result[0, 0] = cosine[0]
+    for j in range(1, (nh + 1) // 2):
+        c, s = 2 * j - 1, 2 * j
+        result[0, c], result[0, s] = cosine[j], sine[j]
+        result[c, 0], result[s, 0] = 2 * cosine[j], 2 * sine[j]
+        for k in range(1, j + 1):
+            a, b = 2 * k - 1, 2 * k
+            both, apart = cosine[j + k], cosine[j - k]
+            result[c, a] = result[a, c] = apart + both
+            result[s, b] = result[b, s] = apart - both
+            result[s, a] = result[a, s] = sine[j + k] + sine[j - k]
+            result[c, b] = result[b, c] = sine[j + k] - sine[j - k]
+    return result
 
 
 def real_from_complex(coefficients: Complex[Array, "*batch harmonic d"]) -> Float[Real, "*batch d nh"]:

@@ -97,7 +97,7 @@ def corrected_points(
 ) -> Iterator[Corrected]:
     """Points at one step from (x, value): along t, then along the tangent of the piece that t leads to, past a kink."""
     ahead = Direction(step * t.motion, step * t.value)
-    straight_on = _corrections(path, x, value, t, step, metric, sliders, ahead)
+    straight_on = correct_in_plane(path, x, value, t, step, metric, sliders, ahead)
     if straight_on is not None:
         yield straight_on
     try:
@@ -105,15 +105,15 @@ def corrected_points(
     except BalanceError:
         return
     turned, _ = tangent(beyond, t, metric, orientation)
-    round_kink = _corrections(path, x, value, turned, step, metric, sliders, ahead)
+    round_kink = correct_in_plane(path, x, value, turned, step, metric, sliders, ahead)
     if round_kink is not None:
         yield round_kink
 
 
-def _corrections(
+def correct_in_plane(
     path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, ahead: Direction
 ) -> Corrected | None:
-    """Newton's method in the plane square to t at one step from (x, value), from the point `ahead`."""
+    """Newton's method in the plane square to t, of length 1, at one step from (x, value), from the point `ahead`."""
     x_new, value_new = x + ahead.motion, value + ahead.value
     border, corner = np.ascontiguousarray(t.motion / metric.motion**2), t.value / metric.value**2
     best = np.inf

@@ -414,4 +414,41 @@ def _turn(
     new[3 * nh + 6] = kept * old[3 * nh + 6] - a1 * place[BY_START + 1]
 
 
-FORCES.register(CompiledLaw(name="coulomb", force=force, instant=None))
+@compiled
+def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters: Any, out: Any) -> None:
+    """See `hbsolve.joint_law.registry.CompiledLaw`; columns: both tangents and the normal after, ..., both sliders."""
+    kt, kn, mu, preload, gap = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    N_before, N = preload + kn * (before[2] - gap), preload + kn * (after[2] - gap)
+    r_before, r = mu / kt * max(N_before, 0.0), mu / kt * max(N, 0.0)
+    before_by_v, by_v = mu * kn / kt if N_before > 0.0 else 0.0, mu * kn / kt if N > 0.0 else 0.0
+    if N > 0.0:
+        out[2, 2] = kn
+    e0, e1 = after[0] - slider[0], after[1] - slider[1]
+    length = np.sqrt(e0 * e0 + e1 * e1)
+    if length <= r and r > 0.0:
+        out[3, 9], out[4, 10] = 1.0, 1.0
+    else:
+        n0, n1 = (e0 / length, e1 / length) if length > 0.0 else (0.0, 0.0)
+        a0, a1, c_before, c = (-n1 / length, n0 / length, 0.0, 0.0) if length > 0.0 else (0.0, 0.0, 0.0, 0.0)
+        b0, b1 = a0, a1
+        if r_before > 0.0 and r > 0.0:
+            n0, n1, a0, a1, b0, b1, c_before, c = _slip(
+                before[0] - slider[0], before[1] - slider[1],
+                after[0] - before[0], after[1] - before[1], r_before, r, True,
+            )  # fmt: skip
+        # w = u - r n, and n turns as in `_turn`.
+        for d in range(2):
+            across = r * n1 if d == 0 else -r * n0
+            row = out[3 + d]
+            row[0], row[1], row[6], row[7] = across * b0, across * b1, across * (a0 - b0), across * (a1 - b1)
+            row[9], row[10] = -across * a0, -across * a1
+            row[2] = across * c * by_v - (n0 if d == 0 else n1) * by_v
+            row[8] = across * c_before * before_by_v
+            row[d] += 1.0
+    for d in range(2):
+        for column in range(11):
+            out[d, column] = -kt * out[3 + d, column]
+        out[d, d] += kt
+
+
+FORCES.register(CompiledLaw(name="coulomb", force=force, instant=None, step_slopes=step_slopes))

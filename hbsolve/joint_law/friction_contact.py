@@ -11,7 +11,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.joint_law.slider import slide, state, tangent_jacobian
+from hbsolve.joint_law.slider import slide, slider_slopes, state, tangent_jacobian
 from hbsolve.joint_law.unilateral import normal_force, unilateral
 
 
@@ -58,4 +58,16 @@ def force(
                 out.by_parameter[4, d, k] = -s * mu * kn
 
 
-FORCES.register(CompiledLaw(name="friction", force=force, instant=None))
+@compiled
+def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters: Any, out: Any) -> None:
+    """See `hbsolve.joint_law.registry.CompiledLaw`."""
+    kt, kn, mu, preload, gap = parameters[0], parameters[1], parameters[2], parameters[3], parameters[4]
+    normal = len(after) - 1
+    N = preload + kn * (after[normal] - gap)
+    if N > 0.0:
+        out[normal, normal] = kn
+    for d in range(normal):
+        slider_slopes(d, normal, d, after[d], slider[d], mu * max(N, 0.0), kt, mu * kn if N > 0.0 else 0.0, out)
+
+
+FORCES.register(CompiledLaw(name="friction", force=force, instant=None, step_slopes=step_slopes))

@@ -30,6 +30,20 @@ def instant(address: int, u: float, velocity: float, parameters: Any, slope: Any
 
 
 @compiled
+def step_slopes(
+    address: int, before: Any, after: Any, velocity: Any, slider: Any, parameters: Any, out: Any
+) -> None:  # fmt: skip
+    """A step of a law with memory; see `hbsolve.joint_law.registry.CompiledLaw`."""
+    s = len(slider)
+    result = np.zeros((3 + s + len(parameters), 1 + s))
+    call_step(address, after[0], velocity[0], slider, parameters, result, 1)
+    for row in range(1 + s):
+        out[row, 0], out[row, 1] = result[1, row], result[2, row]
+        for i in range(s):
+            out[row, 3 + i] = result[3 + i, row]
+
+
+@compiled
 def force(
     address: int, u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
     sampling: Any, want: int, out: Any,

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.joint_law.slider import slide, state, tangent_jacobian
+from hbsolve.joint_law.slider import slide, slider_slopes, state, tangent_jacobian
 from reduction.joint_law.iwan_joint import CELLS, FIRST
 
 
@@ -81,4 +81,14 @@ def force(
         out.active[0] = active
 
 
-FORCES.register(CompiledLaw(name="iwan4", force=force, instant=None))
+@compiled
+def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters: Any, out: Any) -> None:
+    """See `hbsolve.joint_law.registry.CompiledLaw`."""
+    spring, reach = np.empty(CELLS + 1), np.empty(CELLS + 1)
+    spring_by, reach_by = np.empty((CELLS + 1, 4)), np.empty((CELLS + 1, 4))
+    cells(parameters, spring, reach, spring_by, reach_by)
+    for i in range(CELLS + 1):
+        slider_slopes(0, 0, i, after[0], slider[i], spring[i] * reach[i], spring[i], 0.0, out)
+
+
+FORCES.register(CompiledLaw(name="iwan4", force=force, instant=None, step_slopes=step_slopes))

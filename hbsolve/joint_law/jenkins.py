@@ -6,7 +6,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.joint_law.slider import slide, state, tangent_jacobian
+from hbsolve.joint_law.slider import slide, slider_slopes, state, tangent_jacobian
 
 
 @compiled
@@ -38,4 +38,10 @@ def force(
             out.by_parameter[1, 0, k] = sign[k]
 
 
-FORCES.register(CompiledLaw(name="jenkins", force=force, instant=None))
+@compiled
+def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters: Any, out: Any) -> None:
+    """See `hbsolve.joint_law.registry.CompiledLaw`."""
+    slider_slopes(0, 0, 0, after[0], slider[0], parameters[1], parameters[0], 0.0, out)
+
+
+FORCES.register(CompiledLaw(name="jenkins", force=force, instant=None, step_slopes=step_slopes))

@@ -84,8 +84,22 @@ class CompiledLaw:
     instant: Callable[..., Any] | None
     """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
     fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
+    step_slopes: Callable[..., Any] | None = None
+    """For laws with memory: what a step from one instant to the next derives to,
+    ``step_slopes(before, after, velocity, slider, parameters, out)``, with displacements at both instants, shape (d,),
+    velocities at the second, and sliders before. It fills `out`, shape (d + s, 3 d + s), which arrives as zeros: rows
+    the forces and sliders after the step, columns the displacements after, the velocities, the displacements before,
+    and the sliders before; none for laws without memory."""
     uses_velocity: bool = False
     """Whether `force` reads the velocity."""
+
+
+def _lacking_slopes(law: CompiledLaw) -> str | None:
+    if (law.instant is None) == (law.step_slopes is None):
+        return (
+            "has both instant and step_slopes, or neither: a law without memory has the first, one with it the second"
+        )
+    return None
 
 
 @compiled
@@ -134,4 +148,5 @@ FORCES: Registry[CompiledLaw] = Registry(
     package="hbsolve.joint_law",
     group=None,
     facts={"force": "over a period", "instant": "at an instant"},
+    check=_lacking_slopes,
 )

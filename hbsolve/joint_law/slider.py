@@ -19,6 +19,7 @@ from typing import Any
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK
+from hbsolve.sampling import sum_products
 
 
 @compiled
@@ -46,6 +47,29 @@ def slide(
 
 
 @compiled
+def slider_slopes(
+    tangent: int, normal: int, slider: int, u: float, w: float, limit: float, stiffness: float, limit_by_v: float,
+    out: Any,
+) -> None:  # fmt: skip
+    """Write the rows of one tangent and its slider, as `hbsolve.joint_law.registry.CompiledLaw.step_slopes`.
+
+    A slip to u with the limit mu N, whose derivative by v is `limit_by_v`, ends at w = u -+ mu N / k_t; a slider that
+    sticks stays at w. A contact without load slips.
+    """
+    d = (out.shape[1] - out.shape[0]) // 2
+    stretch = u - w
+    if abs(stretch) * stiffness > limit or limit <= 0.0:
+        sign = 1.0 if stretch > 0.0 else -1.0
+        out[tangent, normal] += sign * limit_by_v
+        out[d + slider, tangent] = 1.0
+        out[d + slider, normal] -= sign * limit_by_v / stiffness
+    else:
+        out[tangent, tangent] += stiffness
+        out[tangent, 3 * d + slider] -= stiffness
+        out[d + slider, 3 * d + slider] = 1.0
+
+
+@compiled
 def state(k: int, event: int, closed: int) -> int:
     """State of the contact at instant k."""
     if not closed:
@@ -70,14 +94,14 @@ def tangent_jacobian(
             is_closed = closed[k]
             while k < n and event[k] == k and sign[k] == s and closed[k] == is_closed:
                 k += 1
-            by_limit = s * limit_by_v if is_closed else 0.0
+            by_limit, products = s * limit_by_v if is_closed else 0.0, sum_products(sampling, first, k)
             for a in range(nh):
-                row, begin, end = out.jacobian[tangent, a], sampling.product_sum[first, a], sampling.product_sum[k, a]
+                row = out.jacobian[tangent, a]
                 by_u, by_v = row[tangent * nh : (tangent + 1) * nh], row[normal * nh : (normal + 1) * nh]
                 for b in range(nh):
-                    by_u[b] -= stiffness * (end[b] - begin[b])
+                    by_u[b] -= stiffness * products[a, b]
                 for b in range(nh if by_limit != 0.0 else 0):
-                    by_v[b] += by_limit * (end[b] - begin[b])
+                    by_v[b] += by_limit * products[a, b]
             rows = nh
             continue
         while k < n and event[k] == j and event[k] != k:

@@ -11,6 +11,7 @@ from typing import Any
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS
+from hbsolve.sampling import sum_products
 
 
 @compiled
@@ -53,9 +54,7 @@ def unilateral(
             first = k
             while k < n and not closed[k]:
                 k += 1
-            out.jacobian[direction, :, own : own + nh] -= stiffness * (
-                sampling.product_sum[k] - sampling.product_sum[first]
-            )
+            out.jacobian[direction, :, own : own + nh] -= stiffness * sum_products(sampling, first, k)
     if want >= PARAMETERS:
         for k in range(n):
             if closed[k]:

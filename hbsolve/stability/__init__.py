@@ -1,0 +1,1 @@
+"""Stability of steady states: Floquet multipliers, and where a branch gains or loses stability."""

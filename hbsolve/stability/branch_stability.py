@@ -1,0 +1,214 @@
+"""Stability along a branch, and the bifurcations between its points."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Complex, Int
+from scipy.optimize import brentq
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.aft import Start
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath, Path
+from hbsolve.errors import BalanceError
+from hbsolve.solution import recover_state
+from hbsolve.stability.linear_step import LinearModes, linear_modes
+from hbsolve.stability.stability import Stability, compute_stability
+from hbsolve.state import SteadyState
+from reduction.array_input import freeze_arrays
+from reduction.array_type import Array, Real, Whole
+
+#: Share of the way between two points to which a bifurcation is located.
+LOCATED = 1e-6
+
+
+class Bifurcation(Enum):
+    """What happens where multipliers leave or enter the unit circle; the value is for people."""
+
+    FOLD = "fold: the curve turns back, and the motion jumps to another branch"
+    BRANCH_POINT = "branch point: another branch of the same period crosses"
+    PERIOD_DOUBLING = "period doubling: a motion begins that repeats every second period"
+    NEIMARK_SACKER = "Neimark-Sacker: a motion begins that a second frequency modulates"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BifurcationPoint:
+    """Where the stability of a branch changes."""
+
+    kind: Bifurcation
+    index: int
+    """It lies between this point of the branch and the next one."""
+    state: SteadyState
+    """Steady state there."""
+    multiplier: complex
+    """Multiplier on the unit circle, the one with a positive imaginary part of a pair [-]."""
+
+    @property
+    def second_frequency(self) -> float:
+        """Frequency of the modulation of a Neimark-Sacker point, modulo that of the excitation [Hz]."""
+        return abs(float(np.angle(self.multiplier))) / (2 * np.pi) * self.state.frequency
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BranchStability:
+    """Stability of each of the p points of a branch, and bifurcations."""
+
+    n_unstable: Int[Whole, " p"]
+    """Number of multipliers outside the unit circle, shape (p,)."""
+    leading: Complex[Array, " p"]
+    """Multiplier of the largest size, shape (p,) [-]."""
+    bifurcations: tuple[BifurcationPoint, ...]
+    """In the order of the branch. Two between the same two points of the branch may cancel and be missed."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "n_unstable", dtype=np.int64)
+        freeze_arrays(self, "leading", dtype=np.complex128)
+
+    @property
+    def is_stable(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Whether each point is stable, shape (p,)."""
+        return np.asarray(self.n_unstable == 0)
+
+
+@on_one_blas_thread
+def branch_stability(
+    balance: HarmonicBalance,
+    branch: ResponseBranch,
+    *,
+    n_sample: int = 0,
+    report: Callable[[float, float], None] | None = None,
+) -> BranchStability:
+    """Stability of a branch over frequency or level.
+
+    Sliders that do not move stay where they are between two points.
+
+    Parameters
+    ----------
+    balance
+        Balance with which the branch was found.
+    branch
+        Branch of `frequency_response` or `level_response`.
+    n_sample
+        As for `hbsolve.stability.stability.stability`.
+    report
+        Called with the number of points that are done and of all.
+
+    Raises
+    ------
+    BalanceError
+        A branch of another balance, or one along which neither frequency nor level alone changes.
+    """
+    walk = _Walk(balance, branch, n_sample)
+    count = len(branch.angular_frequency)
+    results = []
+    for index in range(count):
+        results.append(walk.at(walk.value[index], walk.motion(index), walk.sliders(index)))
+        if report is not None:
+            report(index + 1, count)
+    n_unstable = np.array([item.n_unstable for item in results], dtype=np.int64)
+    bifurcations = [walk.locate(index, n_unstable) for index in np.flatnonzero(np.diff(n_unstable)).tolist()]
+    return BranchStability(
+        n_unstable=n_unstable,
+        leading=np.array([item.multipliers[0] if len(item.multipliers) else 0.0 for item in results]),
+        bifurcations=tuple(item for item in bifurcations if item is not None),
+    )
+
+
+class _Walk:
+    """A branch, and what lies between its points."""
+
+    def __init__(self, balance: HarmonicBalance, branch: ResponseBranch, n_sample: int) -> None:
+        if branch.coefficients.shape[1:] != (balance.n_harmonic, balance.system.n_dof):
+            raise BalanceError(
+                f"the branch has {branch.coefficients.shape[1]} harmonics with the mean and "
+                f"{branch.coefficients.shape[2]} degrees of freedom, the balance {balance.n_harmonic} and "
+                f"{balance.system.n_dof}: give the balance with which it was found"
+            )
+        self.balance, self.branch, self.n_sample = balance, branch, n_sample
+        self.path, self.value = _path_of(balance, branch)
+        self.modes: LinearModes = linear_modes(balance)
+
+    def motion(self, index: int) -> Real:
+        """Real coefficients of the joint directions at a point."""
+        return self.branch.start(self.balance, index)
+
+    def sliders(self, index: int) -> Start:
+        """Sliders of a point."""
+        place = np.array(self.branch.slider[index])
+        return Start(place, np.zeros(len(place), dtype=np.int64))
+
+    def at(self, value: float, motion: Real, sliders: Start) -> Stability:
+        """Stability of a motion at a value of the path."""
+        balance, condensed = self.path.at(value)
+        return compute_stability(balance, self.modes, condensed.angular_frequency, motion, sliders, self.n_sample)
+
+    def locate(self, index: int, n_unstable: Int[Whole, " p"]) -> BifurcationPoint | None:
+        """The bifurcation after a point; none where no steady state lies between."""
+        x, sliders, value = self.motion(index), self.sliders(index), self.value
+        way = Direction(self.motion(index + 1) - x, float(value[index + 1] - value[index]))
+        amplitude = float(np.linalg.norm(x)) or 1.0
+        metric = Metric(amplitude, float(np.ptp(value)) or 1.0)
+        length = metric.length(way)
+        t = Direction(way.motion / length, way.value / length)
+        number = int(max(n_unstable[index], n_unstable[index + 1])) - 1
+        best: tuple[float, Real, float, Stability] | None = None
+
+        def beyond(share: float) -> float:
+            nonlocal best
+            ahead = Direction(share * way.motion, share * way.value)
+            result = correct_in_plane(self.path, x, float(value[index]), t, share * length, metric, sliders, ahead)
+            if result is None:
+                raise _NoState
+            here = self.at(result.value, result.motion, sliders)
+            distance = float(np.log(np.abs(here.multipliers[number])))
+            if best is None or abs(distance) < abs(np.log(np.abs(best[3].multipliers[number]))):
+                best = share, result.motion, result.value, here
+            return distance
+
+        try:
+            brentq(beyond, 0.0, 1.0, xtol=LOCATED)
+        except (_NoState, ValueError):
+            return None
+        assert best is not None
+        _, motion, at, here = best
+        multiplier = complex(here.multipliers[number])
+        balance, condensed = self.path.at(at)
+        return BifurcationPoint(
+            kind=self._kind(index, multiplier),
+            index=index,
+            state=recover_state(balance, condensed, motion, sliders, 0.0, 0),
+            multiplier=multiplier if multiplier.imag >= 0 else multiplier.conjugate(),
+        )
+
+    def _kind(self, index: int, multiplier: complex) -> Bifurcation:
+        if abs(multiplier.imag) > REAL * abs(multiplier):
+            return Bifurcation.NEIMARK_SACKER
+        if multiplier.real < 0:
+            return Bifurcation.PERIOD_DOUBLING
+        near = self.value[max(index - 1, 0) : index + 3]
+        turns = bool((np.diff(near) > 0).any() and (np.diff(near) < 0).any())
+        return Bifurcation.FOLD if turns else Bifurcation.BRANCH_POINT
+
+
+#: Imaginary part of a multiplier, in shares of its size, below which it counts as real.
+REAL = 1e-6
+
+
+class _NoState(Exception):
+    """No steady state was found between two points."""
+
+
+def _path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
+    """What the branch was continued over, and its value at each point."""
+    frequency, level = branch.angular_frequency, branch.level
+    if not len(frequency):
+        raise BalanceError("the branch has no point")
+    if np.ptp(level) == 0:
+        return FrequencyPath(balance=balance.at_level(float(level[0]))), frequency
+    if np.ptp(frequency) == 0:
+        return LevelPath(balance=balance, angular_frequency=float(frequency[0])), level
+    raise BalanceError("both frequency and level change along the branch: give one along which one of them does")
