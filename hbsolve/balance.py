@@ -19,11 +19,19 @@ from reduction.array_input import real_number, whole_number
 from reduction.array_type import Real, Whole
 from reduction.joint_law.joint_arrays import addresses
 from reduction.jointed_system import JointedSystem
+from reduction.memory_estimate import available_memory
 
 #: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
 SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
 #: Eigenvalue of the damping, relative to its largest entry or eigenvalue, that still counts as round-off.
 NEGATIVE = 1e-9
+#: Largest stiffness of the linear reference, and of a joint, over that of the structure along a direction [-]. A joint
+#: of the first is rigid beside the structure; of the second, round-off of its displacement is 1e-6 of its force.
+STIFFEST, BEYOND = 1e6, 1e10
+#: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
+BASES, JACOBIANS = 11, 2
+#: Memory below which nobody asks how much is free [byte].
+LITTLE = 2e8
 #: Largest load [N]: norms of what it moves must not overflow.
 MOST_FORCE = 1e100
 #: Largest Omega [rad/s]: nor must (H Omega)^4.
@@ -49,8 +57,9 @@ class HarmonicBalance:
     Raises
     ------
     BalanceError
-        Too few harmonics for the force, too few samples for the harmonics, numbers of them that are not whole, loads
-        too large to compute with, or no system.
+        Too few harmonics for the force, too few samples for the harmonics, numbers of them that are not whole or whose
+        arrays do not fit into the memory that is free, loads or joints' stiffnesses too large to compute with, or no
+        system.
     ModelError
         Matrices of no vibrating structure, or one that is not supported even with all contacts stuck.
 
@@ -79,7 +88,7 @@ class HarmonicBalance:
         object.__setattr__(self, "level", real_number(self.level, "level", BalanceError))
         object.__setattr__(self, "n_sample", self.n_sample or default_samples(self.n_harmonic))
         self._check()
-        table = joint_table(self.system.joints)
+        table = _limited_table(self.system)
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "structure", self._structure(table))
         _warn_of_negative_damping(self.system.damping)
@@ -101,6 +110,9 @@ class HarmonicBalance:
                 f"n_sample = {self.n_sample} is too few for H = {self.n_harmonic - 1}: joints need 4 H + 1 samples at "
                 f"least, {4 * self.n_harmonic - 3}, and friction many more"
             )
+        _refuse_beyond_memory(
+            sum(len(joint.directions) for joint in self.system.joints), self.n_harmonic, self.n_sample
+        )
         if not np.isfinite(self.level):
             raise BalanceError(f"level = {self.level} must be a finite number")
         if largest[0] > MOST_FORCE or abs(self.level) > MOST_FORCE / max(largest[1], 1.0):
@@ -164,7 +176,7 @@ class HarmonicBalance:
 
         None if the linear structure with all contacts stuck, the directions or the harmonic force are others.
         """
-        own, table = self.system, joint_table(system.joints)
+        own, table = self.system, _limited_table(system)
         pairs = [(getattr(own, name), getattr(system, name)) for name in ("mass", "damping", "stiffness", "dynamic")]
         pairs += [(self.table.reference, table.reference), (self.table.kind, table.kind)]
         directions = [joint.directions for joint in system.joints]
@@ -267,6 +279,41 @@ class HarmonicBalance:
 def default_samples(n_harmonic: int) -> int:
     """Instants per period for H + 1 = n_harmonic, unless others are asked for [-]."""
     return int(2 ** ceil(log2(max(SAMPLE_PER_HARMONIC * (n_harmonic - 1), LEAST_SAMPLE))))
+
+
+def _limited_table(system: JointedSystem) -> JointTable:
+    """Joints as arrays, with a linear reference that is not much stiffer than the structure where they act.
+
+    A slip moves a contact by its force over the structure's stiffness, and the reference by its force over its own: if
+    the former is lost in the round-off of the balance, so is the response.
+    """
+    table = joint_table(system.joints)
+    if not len(table.reference):
+        return table
+    rows = np.vstack([joint.directions for joint in system.joints])
+    beside = np.einsum("ij,ij->i", rows @ system.stiffness, rows) / np.einsum("ij,ij->i", rows, rows) ** 2
+    most = np.where(beside > 0, STIFFEST * beside, np.inf)
+    excess = table.reference / most
+    if excess.max() * STIFFEST > BEYOND:
+        worst = int(excess.argmax())
+        name = system.joints[int(np.searchsorted(table.direction, worst, side="right")) - 1].name
+        raise BalanceError(
+            f'joint "{name}" has a stiffness of {table.reference[worst]:.3g} N/m, where the structure has '
+            f"{beside[worst]:.3g} N/m: that is more than numbers of 16 digits resolve, and {most[worst]:.3g} N/m are "
+            "rigid there"
+        )
+    return table._replace(reference=np.minimum(table.reference, most))
+
+
+def _refuse_beyond_memory(n_direction: int, n_harmonic: int, n_sample: int) -> None:
+    """Refuse harmonics and samples whose arrays would not fit."""
+    nh = 2 * n_harmonic - 1
+    needed = 8.0 * (BASES * nh * n_sample + JACOBIANS * n_direction * 3 * nh**2 + 4 * n_direction * n_sample)
+    if needed > LITTLE and needed > (free := available_memory()):
+        raise BalanceError(
+            f"H = {n_harmonic - 1} with {n_sample} samples and {n_direction} joint directions takes about "
+            f"{needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free: take fewer harmonics or samples"
+        )
 
 
 def _checked_frequency(angular_frequency: float) -> float:

@@ -66,7 +66,6 @@ def force(
             out.force[0, k] += own * (u[0, k] - w[k])
             out.status[0, k] = state(k, event[k], 1)
         if want >= JACOBIAN:
-            # The springs together are the reference.
             tangent_jacobian(0, 0, event, sign, closed, own, own, 0.0, by_multiplier[i], sampling, out)
             active = max(active, out.active[0])
         if want >= PARAMETERS:
@@ -77,6 +76,11 @@ def force(
                     out.by_parameter[p, 0, k] += by + (own * sign[k] * reach_by[i, p] if moves else 0.0)
                 if event[k] < 0:
                     out.by_start[i, 0, k] = own * reach[i] if by_multiplier[i] else -own
+    beyond = parameters[0] - reference[0]
+    if want >= JACOBIAN and beyond != 0.0:
+        active = sampling.evaluate.shape[0]
+        for a in range(active):
+            out.jacobian[0, a, a] += beyond
     if want >= JACOBIAN:
         out.active[0] = active
 

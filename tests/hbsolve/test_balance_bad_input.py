@@ -234,6 +234,10 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         lambda: HarmonicBalance(system=system(), n_harmonic=6, n_sample=20),
         r"n_sample = 20 is too few for H = 5.* 21",
     ),
+    "more than memory": (
+        lambda: HarmonicBalance(system=system(), n_harmonic=20_001, n_sample=10_000_000),
+        r"H = 20000 with 10000000 samples .* GB of memory, but .* take fewer harmonics or samples",
+    ),
     "fewer samples later": (lambda: balance(6).with_samples(8), r"n_sample = 8 is too few"),
     "level": (lambda: balance().at_level(np.nan), r"level = nan must be a finite number"),
     "endless level": (lambda: balance().at_level(1e300), r"level = 1e\+300 of a harmonic force of 0\.2 N.* 1e\+100 N"),

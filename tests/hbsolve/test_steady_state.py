@@ -1,5 +1,6 @@
 """What finds a steady state where Newton's method from one start does not, on oscillators whose states are known."""
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,11 @@ from numpy.typing import NDArray
 import hbsolve.steady_state
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
-from hbsolve.errors import NoSteadyState
+from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import along_an_arc, from_many_starts, steady_state
-from reduction.jointed_system import CubicSpring, JenkinsElement, JointedSystem
+from reduction.jointed_system import CubicSpring, FrictionContact, IwanJoint, JenkinsElement, JointedSystem
 
 ONE = np.ones(1)
 DAMPING, CUBIC, FORCE = 0.05, 0.2, 0.3
@@ -138,3 +139,51 @@ def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch
     monkeypatch.setattr(hbsolve.steady_state, "ARC_POINTS", 2)
     with pytest.raises(NoSteadyState, match="Newton's method wandered; start from"):
         steady_state(balance, THREE, start=before)
+
+
+def test_many_harmonics_and_samples_take_memory_for_both_and_not_for_their_square() -> None:
+    """Products of the basis at each instant would take 16,384 x 321 x 321 numbers, 13 GB."""
+    slider = JenkinsElement(name="rub", direction=ONE, tangential_stiffness=1.0, limit_force=0.3)
+    system = JointedSystem(
+        mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]], joints=[slider], harmonic_force=[[0.0], [0.5]]
+    )
+    tracemalloc.start()
+    state = steady_state(HarmonicBalance(system=system, n_harmonic=161, n_sample=16384), 1.3)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 1e9
+    coarse = steady_state(HarmonicBalance(system=system, n_harmonic=41, n_sample=4096), 1.3)
+    assert state.amplitude(0) == pytest.approx(coarse.amplitude(0), rel=1e-6)
+
+
+@pytest.mark.parametrize("joint", ["friction", "jenkins", "iwan"])
+def test_a_stiffer_spring_of_a_slider_changes_the_response_less_and_less(joint: str) -> None:
+    """Springs that are rigid beside the structure must not lose what slips in the round-off of what sticks."""
+
+    def amplitude(stiffness: float) -> float:
+        row = np.array([1.0, 0.0])
+        law = {
+            "friction": lambda: FrictionContact(
+                name="rub", tangents=row, normal=row[::-1], tangential_stiffness=stiffness, normal_stiffness=1.0,
+                friction_coefficient=0.3, preload=0.4,
+            ),
+            "jenkins": lambda: JenkinsElement(
+                name="rub", direction=row, tangential_stiffness=stiffness, limit_force=0.1
+            ),
+            "iwan": lambda: IwanJoint(
+                name="rub", direction=row, tangential_stiffness=stiffness, limit_force=0.1, exponent=-0.5, ratio=0.2
+            ),
+        }[joint]()  # fmt: skip
+        system = JointedSystem(
+            mass=np.eye(2), damping=0.02 * np.eye(2), stiffness=[[2.0, -1.0], [-1.0, 2.0]], joints=[law],
+            static_load=[0.0, 0.4 * (joint == "friction")], harmonic_force=[[0, 0], [0.5, 0.3]],
+        )  # fmt: skip
+        return steady_state(HarmonicBalance(system=system, n_harmonic=8), 1.3).amplitude(0)
+
+    rigid = amplitude(1e6)
+    # What a spring of 1e4 gives beside a structure of 2 N/m is 1e-4 of the motion, and one of 1e6 a hundredth of that.
+    assert amplitude(1e4) == pytest.approx(rigid, rel=2e-3)
+    for stiffness in (1e7, 1e8, 1e9):
+        assert amplitude(stiffness) == pytest.approx(rigid, rel=1e-5)
+    with pytest.raises(BalanceError, match=r'"rub" has a stiffness of 3e\+14 N/m.* 2e\+06 N/m are rigid there'):
+        amplitude(3e14)
