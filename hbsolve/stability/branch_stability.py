@@ -15,8 +15,8 @@ from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath, Path
 from hbsolve.errors import BalanceError
+from hbsolve.linear_modes import LinearModes, linear_modes
 from hbsolve.solution import recover_state
-from hbsolve.stability.linear_step import LinearModes, linear_modes
 from hbsolve.stability.stability import Stability, compute_stability
 from hbsolve.state import SteadyState
 from reduction.array_input import freeze_arrays

@@ -16,25 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from fe.dense_modes import compute_dense_modes
-from hbsolve.balance import HarmonicBalance
+from hbsolve.linear_modes import LinearModes
 from reduction.array_type import Matrix
-
-#: Share of the largest modal damping below which the other entries are round-off of the modes.
-DIAGONAL = 1e-9
-
-
-class LinearModes(NamedTuple):
-    """The linear reference of a balance in its modes; r modes, d joint directions."""
-
-    eigenvalue: Matrix
-    """Diagonal of Lambda, shape (r,) [1/s^2]."""
-    damping: Matrix
-    """C_m, shape (r, r) [1/s]."""
-    rows: Matrix
-    """B Phi, shape (d, r) [kg^-1/2]."""
-    is_diagonal: bool
-    """Whether C_m is diagonal."""
 
 
 class LinearStep(NamedTuple):
@@ -47,22 +30,6 @@ class LinearStep(NamedTuple):
     by_force_before: Matrix
     by_force_after: Matrix
     """What unit joint forces g at the first and at the second instant add, shape (2 r, d)."""
-
-
-def linear_modes(balance: HarmonicBalance) -> LinearModes:
-    """Modes of the linear reference of a balance."""
-    system, rows = balance.system, balance.structure.directions
-    stuck = system.stiffness + rows.T @ (balance.table.reference[:, None] * rows)
-    modes = compute_dense_modes(system.mass, stuck)
-    shapes = modes.mode_shapes
-    damping = shapes.T @ system.damping @ shapes
-    others = damping - np.diag(np.diag(damping))
-    return LinearModes(
-        eigenvalue=modes.lambda_,
-        damping=damping,
-        rows=np.ascontiguousarray(rows @ shapes),
-        is_diagonal=bool(np.abs(others).max(initial=0.0) <= DIAGONAL * np.abs(damping).max(initial=0.0)),
-    )
 
 
 def linear_step(modes: LinearModes, step: float) -> LinearStep:

@@ -29,8 +29,9 @@ from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
 from hbsolve.joint_arrays import instant_force, slope_table, step_slopes
 from hbsolve.joint_law.registry import FORCE
+from hbsolve.linear_modes import LinearModes
 from hbsolve.solution import forces_at
-from hbsolve.stability.linear_step import LinearModes, linear_step
+from hbsolve.stability.linear_step import linear_step
 from reduction.array_type import Real, Whole
 
 
@@ -58,7 +59,7 @@ def monodromy(
     balance
         System; its samples are the instants.
     modes
-        Its `linear_modes`.
+        Its `hbsolve.linear_modes`.
     angular_frequency
         Omega [rad/s].
     motion

@@ -8,7 +8,7 @@ from jaxtyping import Complex
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
-from hbsolve.stability.linear_step import LinearModes, linear_modes
+from hbsolve.linear_modes import LinearModes, linear_modes
 from hbsolve.stability.monodromy import monodromy
 from hbsolve.state import SteadyState, check_state
 from reduction.array_input import freeze_arrays

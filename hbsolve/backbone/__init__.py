@@ -1,0 +1,1 @@
+"""Nonlinear modes: frequency, damping and shape of a mode against its amplitude."""

@@ -1,0 +1,44 @@
+"""The linear reference of a balance in its modes."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fe.dense_modes import compute_dense_modes
+from hbsolve.balance import HarmonicBalance
+from reduction.array_type import Matrix, Vector
+
+#: Share of the largest modal damping below which the other entries are round-off of the modes.
+DIAGONAL = 1e-9
+
+
+class LinearModes(NamedTuple):
+    """Modes with all contacts stuck and closed; r modes, d joint directions."""
+
+    eigenvalue: Vector
+    """Diagonal of Lambda, ascending, shape (r,) [1/s^2]."""
+    damping: Matrix
+    """C_m, shape (r, r) [1/s]."""
+    shapes: Matrix
+    """Phi, mass-normalised, shape (r, r) [kg^-1/2]."""
+    rows: Matrix
+    """B Phi, shape (d, r) [kg^-1/2]."""
+    is_diagonal: bool
+    """Whether C_m is diagonal."""
+
+
+def linear_modes(balance: HarmonicBalance) -> LinearModes:
+    """Modes of the linear reference of a balance."""
+    system, rows = balance.system, balance.structure.directions
+    stuck = system.stiffness + rows.T @ (balance.table.reference[:, None] * rows)
+    modes = compute_dense_modes(system.mass, stuck)
+    shapes = modes.mode_shapes
+    damping = shapes.T @ system.damping @ shapes
+    others = damping - np.diag(np.diag(damping))
+    return LinearModes(
+        eigenvalue=modes.lambda_,
+        damping=damping,
+        shapes=shapes,
+        rows=np.ascontiguousarray(rows @ shapes),
+        is_diagonal=bool(np.abs(others).max(initial=0.0) <= DIAGONAL * np.abs(damping).max(initial=0.0)),
+    )
