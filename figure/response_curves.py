@@ -4,14 +4,50 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
+from figure.style import (
+    INK,
+    LONGEST_LEGEND,
+    PALE,
+    Axes,
+    Figure,
+    Headed,
+    add_title,
+    choose_family_colours,
+    new_figure,
+    open_box,
+)
+
+Values = Float[NDArray[np.float64], " p"]
 
 #: Lines of the curves of one group.
 LINES = ("-", "--", ":", "-.")
+
+
+#: Markers of points by the order of their labels.
+MARKERS = ("o", "s", "D", "^", "v", "P")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CurveMark:
+    """A point of a curve that has a name.
+
+    Parameters
+    ----------
+    label
+        Text in the legend.
+    parameter
+        Frequency [Hz] or level [-].
+    response
+        Complex amplitude [unit of the figure].
+    """
+
+    label: str
+    parameter: float
+    response: complex
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,12 +64,18 @@ class DrawnCurve:
         Complex amplitude, shape (p,) [unit of the figure].
     group
         Curves of one group have one colour and differ by their lines; by default each is a group.
+    unstable
+        Which points no motion stays at, shape (p,); None where that is not known.
+    marks
+        Points with names, such as bifurcations.
     """
 
     label: str
     parameter: Float[NDArray[np.float64], " p"]
     response: Complex[NDArray[np.complex128], " p"]
     group: float | None = None
+    unstable: Bool[NDArray[np.bool_], " p"] | None = None
+    marks: Sequence[CurveMark] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,11 +88,14 @@ class ResponseCurves(Headed):
         Curves in their order, at least one.
     parameter_label, amplitude_label
         Labels of the axes, with units.
+    backbone
+        Amplitudes of a nonlinear mode over its frequency; none by default.
     """
 
     curves: Sequence[DrawnCurve]
     parameter_label: str
     amplitude_label: str
+    backbone: DrawnCurve | None = None
 
 
 @draws(ResponseCurves, "response_curves")
@@ -58,14 +103,18 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
     """Draw the curves."""
     figure = new_figure(9, 6)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
+    if result.backbone is not None:
+        along, size = result.backbone.parameter, np.abs(result.backbone.response)
+        amplitude.plot(along, size, color=INK, linestyle="--", linewidth=1.2, label=result.backbone.label)
     for curve, (colour, line) in zip(result.curves, _looks(result.curves), strict=True):
-        look = {"color": colour, "linestyle": line, "linewidth": 1.5}
-        amplitude.plot(curve.parameter, np.abs(curve.response), label=curve.label, **look)
+        for axes, values in ((amplitude, np.abs(curve.response)), (phase, _phase(curve.response))):
+            _draw_line(axes, curve, values, colour, line)
         # A dot shows where the solver stood: the curve between two is drawn straight.
-        amplitude.plot(curve.parameter, np.abs(curve.response), ".", color=colour, markersize=3)
-        phase.plot(curve.parameter, _phase(curve.response), **look)
+        stable = slice(None) if curve.unstable is None else ~curve.unstable
+        amplitude.plot(curve.parameter[stable], np.abs(curve.response[stable]), ".", color=colour, markersize=3)
         top = int(np.argmax(np.abs(curve.response)))
         amplitude.plot(curve.parameter[top], np.abs(curve.response[top]), "o", color=colour, markersize=5)
+    _draw_marks(amplitude, result.curves)
     amplitude.set_ylabel(result.amplitude_label)
     amplitude.set_ylim(bottom=0)
     phase.set_ylabel("phase [deg]")
@@ -81,6 +130,29 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
         amplitude.legend(frameon=False)
     add_title(figure, result.title)
     return figure
+
+
+def _draw_line(axes: Axes, curve: DrawnCurve, values: Values, colour: str, line: str) -> None:
+    """The stable part as a line, the unstable part thin and pale, to the points on either side."""
+    stable = values if curve.unstable is None else np.where(curve.unstable, np.nan, values)
+    axes.plot(curve.parameter, stable, color=colour, linestyle=line, linewidth=1.5, label=curve.label)
+    if curve.unstable is not None and curve.unstable.any():
+        near = np.convolve(curve.unstable, np.ones(3), mode="same") > 0
+        pale = np.where(near, values, np.nan)
+        axes.plot(curve.parameter, pale, color=colour, linestyle=(0, (1, 1.5)), linewidth=1.2, alpha=0.6)
+
+
+def _draw_marks(axes: Axes, curves: Sequence[DrawnCurve]) -> None:
+    """Points with names, one marker for each name, and what a pale line means."""
+    marks = [mark for curve in curves for mark in curve.marks]
+    for label, marker in zip(sorted({mark.label for mark in marks}), MARKERS, strict=False):
+        own = [mark for mark in marks if mark.label == label]
+        axes.plot(
+            [mark.parameter for mark in own], [abs(mark.response) for mark in own], marker, color=INK, markersize=6,
+            markerfacecolor="white", label=label, zorder=5,
+        )  # fmt: skip
+    if any(curve.unstable is not None and curve.unstable.any() for curve in curves):
+        axes.plot([], [], color=PALE, linestyle=(0, (1, 1.5)), linewidth=1.2, label="unstable")
 
 
 def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:

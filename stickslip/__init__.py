@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from geometry.errors import InputError as InputError
     from geometry.rig import Rig as Rig
     from geometry.step_io import write_step as write_step
+    from hbsolve.backbone.backbone import backbone as backbone
     from hbsolve.balance import HarmonicBalance as HarmonicBalance
     from hbsolve.continuation.branch import ResponseBranch as ResponseBranch
     from hbsolve.continuation.branch import load_branch as load_branch
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
     from hbsolve.limits.objective import OutputHarmonic as OutputHarmonic
     from hbsolve.limits.response_limits import limit_problem as limit_problem
     from hbsolve.limits.response_limits import response_limits as response_limits
+    from hbsolve.stability.branch_stability import branch_stability as branch_stability
+    from hbsolve.stability.stability import stability as stability
     from hbsolve.steady_state import steady_state as steady_state
     from reduction.craig_bampton import craig_bampton as craig_bampton
     from reduction.file.rom_hdf5 import load_rom as load_rom
@@ -124,6 +127,9 @@ _HOME = {
     # Periodic response
     "HarmonicBalance": "hbsolve.balance:HarmonicBalance",
     "steady_state": "hbsolve.steady_state:steady_state",
+    "stability": "hbsolve.stability.stability:stability",
+    "branch_stability": "hbsolve.stability.branch_stability:branch_stability",
+    "backbone": "hbsolve.backbone.backbone:backbone",
     "frequency_response": "hbsolve.continuation.response:frequency_response",
     "level_response": "hbsolve.continuation.response:level_response",
     "ResponseBranch": "hbsolve.continuation.branch:ResponseBranch",

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane
+from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane, tangent
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath, Path
+from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linear_modes import LinearModes, linear_modes
 from hbsolve.solution import recover_state
@@ -33,6 +33,11 @@ class Bifurcation(Enum):
     BRANCH_POINT = "branch point: another branch of the same period crosses"
     PERIOD_DOUBLING = "period doubling: a motion begins that repeats every second period"
     NEIMARK_SACKER = "Neimark-Sacker: a motion begins that a second frequency modulates"
+
+    @property
+    def label(self) -> str:
+        """Its name."""
+        return self.value.partition(":")[0]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -178,20 +183,23 @@ class _Walk:
         multiplier = complex(here.multipliers[number])
         balance, condensed = self.path.at(at)
         return BifurcationPoint(
-            kind=self._kind(index, multiplier),
+            kind=self._kind(index, multiplier, t, metric),
             index=index,
             state=recover_state(balance, condensed, motion, sliders, 0.0, 0),
             multiplier=multiplier if multiplier.imag >= 0 else multiplier.conjugate(),
         )
 
-    def _kind(self, index: int, multiplier: complex) -> Bifurcation:
+    def _kind(self, index: int, multiplier: complex, way: Direction, metric: Metric) -> Bifurcation:
         if abs(multiplier.imag) > REAL * abs(multiplier):
             return Bifurcation.NEIMARK_SACKER
         if multiplier.real < 0:
             return Bifurcation.PERIOD_DOUBLING
-        near = self.value[max(index - 1, 0) : index + 3]
-        turns = bool((np.diff(near) > 0).any() and (np.diff(near) < 0).any())
-        return Bifurcation.FOLD if turns else Bifurcation.BRANCH_POINT
+        # Tangents along the way to the next point: a fold turns them from one direction of the parameter to the other.
+        before, after = (
+            tangent(equation(self.path, float(self.value[at]), self.motion(at), self.sliders(at)), way, metric, 0)[0]
+            for at in (index, index + 1)
+        )
+        return Bifurcation.FOLD if before.value * after.value < 0 else Bifurcation.BRANCH_POINT
 
 
 #: Imaginary part of a multiplier, in shares of its size, below which it counts as real.

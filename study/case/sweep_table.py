@@ -43,6 +43,7 @@ class FrequencySweepTable(CaseModel):
     levels: Annotated[tuple[Level, ...], Field(min_length=1), AfterValidator(require_different)] = (1.0,)
     histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
     seed: Annotated[int, Field(ge=0, strict=True)] = 0
+    stability: Annotated[bool, Field(strict=True)] = False
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:
@@ -62,6 +63,7 @@ class LevelSweepTable(CaseModel):
         Field(min_length=1, examples=[["40 Hz"]]),
         AfterValidator(require_different),
     ]
+    stability: Annotated[bool, Field(strict=True)] = False
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:

@@ -34,6 +34,8 @@ class SolveModel:
         Joints of each contact line, by name.
     in_newtons
         Whether a level is the amplitude of the force itself [N].
+    stability
+        Whether the stability of each point is computed.
     """
 
     system: JointedSystem
@@ -44,6 +46,7 @@ class SolveModel:
     slider: Row | None = None
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     in_newtons: bool = False
+    stability: bool = False
 
 
 def require_sweep(opened: OpenCase) -> None:
@@ -71,8 +74,9 @@ def make_solve_model(read: ReadCase) -> SolveModel:
         The case lacks a sweep, a load or a sensor of motion.
     """
     require_sweep(read.opened)
-    model = make_vibrating_model(read)
-    return replace(model, curves=_curves(read, "N" if model.in_newtons else ""))
+    model, sweep = make_vibrating_model(read), read.opened.case.sweep
+    assert sweep is not None
+    return replace(model, curves=_curves(read, "N" if model.in_newtons else ""), stability=sweep.stability)
 
 
 def make_vibrating_model(read: ReadCase) -> SolveModel:

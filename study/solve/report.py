@@ -3,6 +3,7 @@
 from typing import Any
 
 from study.kind.registry import Extras
+from study.solve.result import Peak
 from study.solve.run import Solved
 
 
@@ -40,6 +41,18 @@ def solve_text(solved: Solved, extras: Extras | None = None) -> str:
             f"  {peak.label:<{width}}  {peak.peak_frequency_hz:14.5f}  {peak.peak_level:8.4g}"
             f"  {peak.peak_amplitude:{wide}.5g}  {peak.n_point:6}  {peak.peak_truncation_error:28.1e}{at_end}"
         )
-    lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks), "", *map(str, solved.files)]
+    lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks)]
+    if solved.model.stability:
+        lines += ["", *(f"  {peak.label}: {_bifurcations(peak)}" for peak in solved.peaks)]
+    lines += ["", *map(str, solved.files)]
     lines += map(str, extras.files if extras else ())
     return "\n".join(lines)
+
+
+def _bifurcations(peak: Peak) -> str:
+    """Where the stability of a curve changes."""
+    points = [
+        f"{item['kind']} at {item['frequency_hz']:.6g} Hz, level {item['level']:.4g}"
+        for item in peak.bifurcations or ()
+    ]
+    return "; ".join(points) or "its stability does not change"

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
+from hbsolve.stability.branch_stability import BranchStability
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint, JointedSystem
 from study.solve.curve import Curve
@@ -45,10 +46,13 @@ class SolvedCurve:
         Request of the case.
     branch
         Points of the curve.
+    stability
+        Of each point; None where it was not asked for.
     """
 
     curve: Curve
     branch: ResponseBranch
+    stability: BranchStability | None = None
 
     @property
     def parameter(self) -> Float[NDArray[np.float64], " p"]:
@@ -82,6 +86,12 @@ class SolvedCurve:
             iterations=int(branch.iterations[point]),
         )
 
+    @property
+    def n_unstable(self) -> Float[NDArray[np.float64], " p"]:
+        """Number of unstable multipliers of each point, shape (p,) [-]; not a number where it is not known."""
+        count = len(self.branch.frequency)
+        return np.full(count, np.nan) if self.stability is None else self.stability.n_unstable.astype(np.float64)
+
     def error(self, name: str) -> Float[NDArray[np.float64], " p"]:
         """truncation_error or sample_error of each point, shape (p,) [-]; not a number where it is not known."""
         values = np.asarray(getattr(self.branch, name))
@@ -90,6 +100,12 @@ class SolvedCurve:
     def peak(self, output: Sensor, harmonic: int) -> int:
         """Point of the largest amplitude of a harmonic of an output."""
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
+
+
+def output_of(output: Sensor, state: SteadyState) -> Complex[NDArray[np.complex128], " harmonic"]:
+    """Coefficients of an output in a steady state, shape (n_harmonic,) [SI]."""
+    q = state.coefficients @ output.row
+    return np.asarray(q * (1j * harmonics(state.angular_frequency, len(q))) ** DERIVATIVE[output.quantity])
 
 
 def list_state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
@@ -140,6 +156,11 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
             "truncation_error": ("point", errors("truncation_error"), {"units": "1"}),
             "sample_error": ("point", errors("sample_error"), {"units": "1"}),
             "iterations": ("point", joined("iterations")),
+            "n_unstable": (
+                "point",
+                np.concatenate([item.n_unstable for item in curves]),
+                {"units": "1", "long_name": "Floquet multipliers outside the unit circle"},
+            ),
         },
         coords={
             "harmonic": np.arange(coefficients.shape[1]),
@@ -171,6 +192,8 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
             f"{output.name} half range [{unit}]",
         ]
     head += [f"{joint.name} {state}" for joint in model.system.joints for state in list_state_names(joint).values()]
+    with_stability = any(item.stability for item in curves)
+    head += ["unstable multipliers"] if with_stability else []
     write([*head, "truncation error", "sample error", "residual norm", "iterations"])
     for item in curves:
         branch = item.branch
@@ -181,6 +204,7 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
             columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * item.half_range(output)]
         for number, joint in enumerate(model.system.joints):
             columns += [branch.contact_share[:, number, state] for state in list_state_names(joint)]
+        columns += [item.n_unstable] if with_stability else []
         columns += [item.error("truncation_error"), item.error("sample_error"), branch.residual_norm]
         for point, values in enumerate(zip(*columns, strict=True)):
             cells = (f"{value:.10g}" for value in values)
@@ -210,6 +234,8 @@ class Peak:
         Largest of all its points [-].
     stop_reason
         Reason in words.
+    bifurcations
+        Kind, frequency [Hz] and level of each; None where stability was not asked for.
     """
 
     label: str
@@ -222,6 +248,7 @@ class Peak:
     peak_truncation_error: float
     truncation_error: float
     stop_reason: str
+    bifurcations: Sequence[Mapping[str, Any]] | None = None
 
 
 def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
@@ -240,6 +267,12 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
         peak_truncation_error=float(item.error("truncation_error")[point]),
         truncation_error=float(item.error("truncation_error").max()),
         stop_reason=branch.stop_message,
+        bifurcations=None
+        if item.stability is None
+        else [
+            {"kind": point.kind.label, "frequency_hz": point.state.frequency, "level": point.state.level}
+            for point in item.stability.bifurcations
+        ],
     )
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from casefile.table import located
+from correlation.model import Sensor
 from figure.contact_states import ContactStates, StatePanel
 from figure.hysteresis_loops import HysteresisLoops, Loop
-from figure.response_curves import DrawnCurve, ResponseCurves
+from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.style import evenly
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
@@ -29,9 +30,11 @@ from study.solve.result import (
     format_response_csv,
     list_state_names,
     make_response_dataset,
+    output_of,
     peak_of,
     truncation_warning,
 )
+from study.solve.stability import curve_stability
 
 #: Panels that still can be read: joints and curves beyond these are left to the netCDF file.
 MOST_JOINTS, MOST_CURVES = 4, 6
@@ -121,7 +124,11 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> Solve
     with run.progress.step(f"curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
         branch = run.store.run(response_curve, *inputs, checkpoint=checkpoint, report=report)
     checkpoint.remove()
-    return SolvedCurve(curve=curve, branch=branch)
+    if not model.stability:
+        return SolvedCurve(curve=curve, branch=branch)
+    with run.progress.step(f"stability of curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
+        stability = run.store.run(curve_stability, model.system, branch, *inputs[2:], report=report)
+    return SolvedCurve(curve=curve, branch=branch, stability=stability)
 
 
 def _results(
@@ -140,6 +147,8 @@ def _results(
                 parameter=item.parameter,
                 response=scale * item.output(output)[:, harmonic],
                 group=item.curve.fixed,
+                unstable=None if item.stability is None else ~item.stability.is_stable,
+                marks=_marks(item, output, scale, harmonic),
             )
             for item in curves
         ]
@@ -174,6 +183,18 @@ def _results(
         title=f"{title}: contacts at the highest point of {which_curves}",
     )
     return drawn
+
+
+def _marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> list[CurveMark]:
+    """Bifurcations of a curve."""
+    return [
+        CurveMark(
+            label=point.kind.label,
+            parameter=point.state.frequency if item.curve.parameter == "frequency" else point.state.level,
+            response=scale * complex(output_of(output, point.state)[harmonic]),
+        )
+        for point in (item.stability.bifurcations if item.stability else ())
+    ]
 
 
 def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:

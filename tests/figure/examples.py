@@ -24,7 +24,7 @@ from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.misfit_map import MapPanel, MisfitMap
 from figure.reactions import Reaction, Reactions
-from figure.response_curves import DrawnCurve, ResponseCurves
+from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.ring_down import DecayDrawing
 from figure.stabilisation import StabilisationDrawing
 from figure.waterfall import Waterfall, WaterfallStep
@@ -48,8 +48,17 @@ def response_curves() -> ResponseCurves:
     ]
     # A curve that turns back.
     back = np.concatenate([FREQUENCY, FREQUENCY[-2:20:-1]])
-    curves.append(DrawnCurve(label="fold", parameter=back, response=np.linspace(0.5, 9.0, len(back)) * np.exp(-1j)))
-    return ResponseCurves(curves=curves, title="Title", parameter_label="frequency [Hz]", amplitude_label="tip [um]")
+    response = np.linspace(0.5, 9.0, len(back)) * np.exp(-1j)
+    marks = [CurveMark(label="fold", parameter=back[40], response=response[40])]
+    curves.append(DrawnCurve(label="fold", parameter=back, response=response, unstable=back > 105, marks=marks))
+    backbone = DrawnCurve(label="backbone", parameter=FREQUENCY, response=np.linspace(0.1, 40.0, 41) + 0j)
+    return ResponseCurves(
+        curves=curves,
+        title="Title",
+        parameter_label="frequency [Hz]",
+        amplitude_label="tip [um]",
+        backbone=backbone,
+    )
 
 
 def contact_states() -> ContactStates:

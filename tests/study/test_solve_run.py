@@ -333,3 +333,48 @@ def test_the_shipped_chain_rubs_with_a_varying_load_and_has_no_fold(home: Path) 
         peaks.append(float(curve["frequency"][int(np.argmax(amplitude))]))
     # The more it slips, the softer it is: from the stuck mode at 105.9 Hz towards the free one at 70.8 Hz.
     assert 106 > peaks[0] > peaks[1] > peaks[2] > peaks[3] > 70.8
+
+
+DUFFING = """\
+schema = 2
+title = "Hardening"
+[structure]
+kind = "plain"
+file = "mass.npz"
+[[joint]]
+kind = "cubic"
+name = "spring"
+dof = 0
+stiffness = "2000 N/mm^3"
+[[load]]
+dof = 0
+amplitude = "1 N"
+[[sensor]]
+name = "mass"
+dof = 0
+[harmonics]
+highest = 3
+[sweep]
+from = "158 Hz"
+to = "175 Hz"
+levels = [0.2, 3]
+step = "0.1 Hz"
+stability = true
+"""
+
+
+def test_a_hardening_curve_is_unstable_between_its_folds(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (home / "hard.toml").write_text(DUFFING)
+    assert solve("out", "--json", case="hard.toml") == 0
+    low, high = json.loads(capfd.readouterr().out)["curves"]
+    assert low["bifurcations"] == []
+    assert [item["kind"] for item in high["bifurcations"]] == ["fold", "fold"]
+    upper, lower = (item["frequency_hz"] for item in high["bifurcations"])
+    with (home / "out" / "hard_response.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["curve"] == "level 3"]
+    unstable = [float(row["frequency [Hz]"]) for row in rows if float(row["unstable multipliers"])]
+    assert lower < min(unstable) <= max(unstable) < upper
+    data = xr.open_dataset(home / "out" / "hard_response.nc", engine="h5netcdf")
+    assert int(data["n_unstable"].sum()) == len(unstable)
+    assert solve("out", case="hard.toml") == 0
+    assert f"fold at {upper:.6g} Hz" in capfd.readouterr().out

@@ -47,7 +47,7 @@ SETTLE = 100
     parameters=[LawParameter(name="strength", unit="N s/m", meaning="c", typical=1.0, positive=True)],
     typical_displacement=1.0,
     n_state=0,
-    stuck_stiffness=lambda **_: 0.0,
+    stuck_stiffness=lambda *_: 0.0,
     energy=None,
 )
 def van_der_pol(u: float, velocity: float, state: tuple[float, ...], parameters: tuple[float, ...]) -> float:
