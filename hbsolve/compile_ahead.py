@@ -5,6 +5,7 @@ import numpy as np
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.response import frequency_response
+from hbsolve.stability.stability import stability
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 
@@ -32,7 +33,9 @@ def warm() -> None:
         harmonic_force=np.array([[0.0, 0.0], [1.0, 0.0]]),
     )
     balance = HarmonicBalance(system=system, n_harmonic=4)
-    contact_motion(balance, steady_state(balance, 0.7))
+    state = steady_state(balance, 0.7)
+    contact_motion(balance, state)
+    stability(balance, state)
     frequency_response(balance, 0.7, 0.8)
 
 

@@ -10,6 +10,7 @@ from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import RADII, Certificate
+from hbsolve.limits.companions import SearchedFrequencies, add_companions
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Best, Key
@@ -75,7 +76,7 @@ def response_limits(
     problem
         From `limit_problem`.
     angular_frequency
-        Ascending, shape (f,) [rad/s]; neighbours help each other, so one curve is better than single points.
+        Ascending, shape (f,) [rad/s]. Neighbours help each other: where few are given the search adds some.
     levels
         Scales of the harmonic force, ascending and positive [-].
     settings
@@ -96,10 +97,11 @@ def response_limits(
     chosen = settings or LimitSettings()
     omega = ascending(angular_frequency, "angular_frequency")
     scale = ascending(levels, "levels")
-    starts = starts_by_level(problem, omega, scale, chosen)
-    run = Runner.of(problem, omega, store, executor, progress)
+    searched = add_companions(problem.balance, omega, chosen.frequencies)
+    starts = starts_by_level(problem, searched.angular_frequency, scale, chosen)
+    run = Runner.of(problem, searched.angular_frequency, store, executor, progress)
     best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
-    return collect_limits(problem, omega, scale, best, audits, certificates)
+    return collect_limits(problem, searched, scale, best, audits, certificates)
 
 
 def starts_by_level(
@@ -129,24 +131,29 @@ def ascending(given: object, what: str) -> Frequencies:
 
 def collect_limits(
     problem: LimitProblem,
-    omega: Frequencies,
+    searched: SearchedFrequencies,
     levels: Real,
     best: list[Best],
     audits: list[dict[int, Audit]],
     certificates: list[dict[Key, Certificate]],
 ) -> ResponseLimits:
-    """Arrays of the optima, audits and certificates of each level."""
-    balance = problem.balance
+    """Arrays of the optima, audits and certificates of each level, at the frequencies asked for."""
+    balance, omega = problem.balance, searched.angular_frequency[searched.asked]
+    point = {int(number): at for at, number in enumerate(searched.asked)}
     arrays = blank_arrays(
         side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,
         coefficient=2 * balance.n_harmonic - 1, slider_number=balance.n_slider,
     )  # fmt: skip
     for level in range(len(levels)):
-        for (at, side), optimum in best[level].items():
+        for (number, side), optimum in best[level].items():
+            if (at := point.get(number)) is None:
+                continue
             answer = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
-            for name, value in (answer | certificates[level][at, side]).items():
+            for name, value in (answer | certificates[level][number, side]).items():
                 arrays[name][list(LimitSide).index(side), level, at] = value
-        for at, audit in audits[level].items():
+        for number, audit in audits[level].items():
+            if (at := point.get(number)) is None:
+                continue
             arrays["n_sampled"][level, at] = audit.count
             arrays["sampled"][:, level, at] = (audit.lowest, audit.highest) if audit.count else np.nan
             arrays["n_outside"][:, level, at] = audit.below, audit.above

@@ -54,9 +54,19 @@ class LimitSettings:
     """Of random starts, kicks and histories."""
     kicks: int = KICKS
     """Rounds of kicks after levels have handed on their optima, at most 3 [-]."""
+    frequencies: int = 24
+    """Least number of frequencies of a search: where fewer are asked for it adds some, as far as the next resonance
+    (`hbsolve.limits.companions`); 1 adds none [-]."""
 
     def __post_init__(self) -> None:
-        for name, least in (("population", 1), ("sample", 0), ("block", 1), ("seed", 0), ("kicks", 0)):
+        for name, least in (
+            ("population", 1),
+            ("sample", 0),
+            ("block", 1),
+            ("seed", 0),
+            ("kicks", 0),
+            ("frequencies", 1),
+        ):
             value = whole_number(getattr(self, name), name, BalanceError)
             if value < least:
                 raise BalanceError(f"{name} = {value} must be {least} at least")

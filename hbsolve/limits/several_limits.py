@@ -8,6 +8,7 @@ from typing import Any
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.errors import BalanceError
+from hbsolve.limits.companions import add_companions
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Key
 from hbsolve.limits.problem import Frequencies, LimitProblem
@@ -79,26 +80,27 @@ def several_limits(
         raise BalanceError("there is no objective: give one at least")
     chosen = settings or LimitSettings()
     omega, scale = ascending(angular_frequency, "angular_frequency"), ascending(levels, "levels")
+    searched = add_companions(problem.balance, omega, chosen.frequencies)
     problems = {name: replace(problem, objective=item) for name, item in objectives.items()}
     shared_work = WORK_PER_HISTORY * (2 * chosen.population + chosen.sample)
     total = shared_work + len(problems)
 
-    def runner(searched: LimitProblem, before: float, prefix: str) -> Runner:
+    def runner(single: LimitProblem, before: float, prefix: str) -> Runner:
         def report(stage: StageProgress) -> None:
             if progress is not None:
                 progress(SeveralProgress(stage=stage, before=before, shared=shared_work, total=total))
 
-        return replace(Runner.of(searched, omega, store, executor, report), prefix=prefix)
+        return replace(Runner.of(single, searched.angular_frequency, store, executor, report), prefix=prefix)
 
     first = next(iter(problems.values()))
     shared = _shared(runner(first, 0.0, ""), [*objectives.values()], scale, chosen)
     result = {}
-    for number, (name, searched) in enumerate(problems.items()):
-        run = runner(searched, shared_work + number, f"{name}: ")
+    for number, (name, single) in enumerate(problems.items()):
+        run = runner(single, shared_work + number, f"{name}: ")
         search = StagedSearch(run=run, levels=scale.tolist(), starts=(), settings=chosen)
         best, certificates = search.limits_from([_starts(parts, number) for parts in shared])
         audits = [_audits(parts, number) for parts in shared]
-        result[name] = collect_limits(searched, omega, scale, best, audits, certificates)
+        result[name] = collect_limits(single, searched, scale, best, audits, certificates)
     return result
 
 
