@@ -80,7 +80,7 @@ def main() -> None:
     problem = limit_problem(balance, OutputHarmonic(row=TIP))
     print(f"box: {problem.box.reach.max() * 1e6:.2f} um; first frequency, stuck: {first / 2 / np.pi:.2f} Hz")
     # Compiles.
-    response_limits(problem, [0.98 * first], [4.0], settings=LimitSettings(sample=2))
+    response_limits(problem, [0.98 * first], [4.0], settings=LimitSettings(sample=2, frequencies=1))
     omega = first * np.linspace(*BAND, n_frequency)
     limits, spent = timed(problem, omega, 0)
     search = sum(spent.values()) - spent["audit"]

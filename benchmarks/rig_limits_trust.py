@@ -140,7 +140,8 @@ def races(problem: LimitProblem, limits: ResponseLimits, seconds: float) -> None
     for level, frequency in RACE:
         at, row = int(np.abs(limits.frequency - frequency).argmin()), list(limits.level).index(level)
         race(problem, limits, row, at, seconds)
-        own, spent, _ = timed(problem, [float(limits.angular_frequency[at])], [level], LimitSettings(sample=0))
+        alone = LimitSettings(sample=0, frequencies=1)
+        own, spent, _ = timed(problem, [float(limits.angular_frequency[at])], [level], alone)
         print(f"  search of this point alone, both limits: {own.upper[0, 0] * 1e6:.3f} um in {spent:.2f} s", flush=True)
 
 
@@ -153,7 +154,7 @@ def main() -> None:
     asked = words.parse_args()
     problem, omega, levels = rig_problem(asked.spacing)
     # Compiles.
-    response_limits(problem, [omega[0]], levels[:1], settings=LimitSettings(sample=2))
+    response_limits(problem, [omega[0]], levels[:1], settings=LimitSettings(sample=2, frequencies=1))
     limits, search, audit = timed(problem, omega, levels, LimitSettings())
     points = limits.lower.size
     print(f"search {search:.1f} s, {search / points:.3f} s a point of {points}; audit {audit:.1f} s", flush=True)

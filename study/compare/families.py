@@ -228,7 +228,12 @@ def family_search(
         earlier=find_earlier_levels(campaign, levels),
         reach=reach,
         settings=LimitSettings(
-            population=table.population, sample=table.samples, block=table.block, seed=table.seed, kicks=1
+            population=table.population,
+            sample=table.samples,
+            block=table.block,
+            seed=table.seed,
+            kicks=1,
+            frequencies=1,  # `choose_frequencies` has filled in those between measured ones
         ),
     )
 
