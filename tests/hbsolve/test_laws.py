@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.energy import energy_balance
-from hbsolve.joint_arrays import joint_table
+from hbsolve.joint_arrays import instant_force, joint_table, slope_table, step_slopes
 from hbsolve.joint_law.registry import PARAMETERS
 from hbsolve.sampling import sampling
 from hbsolve.steady_state import steady_state
@@ -29,6 +29,8 @@ N_HARMONIC, N_SAMPLE, OMEGA = 4, 128, 300.0
 #: Step of the differences as a share of each quantity, and the relative error allowed: round-off over the step is
 #: 1e-9, and where a kink lies within a step of an instant, 1 / n_sample of the force is not differentiable.
 STEP, TOLERANCE = 1e-7, 1e-5
+#: Periods after which changes of sliders repeat.
+PERIODS = 20
 
 
 @pytest.fixture(params=LAWS.names())
@@ -101,6 +103,52 @@ def test_derivatives_equal_central_differences(law: type[Joint], seed: int) -> N
         step = STEP * OMEGA
         low, high = (evaluated(x, joint, begin, omega=OMEGA + sign * step) for sign in (-1, 1))
         check_column(exact.by_frequency, low, high, step)
+
+
+def slopes_of_steps(joint: Joint, x: NDArray[np.float64], slider: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Of each step of a period to the next instant, as `hbsolve.joint_law.registry.CompiledLaw.step_slopes`."""
+    table, laws, samples = joint_table([joint]), slope_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    u, velocity, d = x @ samples.evaluate, OMEGA * x @ samples.differentiate, len(x)
+    result = []
+    for k in range(N_SAMPLE):
+        out = np.zeros((d + joint.n_slider, 3 * d + joint.n_slider))
+        if laws.has_memory[0]:
+            before = [np.ascontiguousarray(values[:, k - 1]) for values in (u, slider)]
+            after = [np.ascontiguousarray(values[:, k]) for values in (u, velocity)]
+            step_slopes(laws.kind[0], table.address[0], before[0], *after, before[1], table.value, out)
+        else:
+            slope = np.zeros(2 + len(table.value))
+            instant_force(laws.kind[0], table.address[0], u[0, k], velocity[0, k], table.value, slope)
+            out[0, :2] = slope[:2]
+        result.append(out)
+    return result
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_slopes_of_steps_add_up_to_the_jacobian_of_a_period(law: type[Joint], seed: int) -> None:
+    """A change of the motion that repeats every period, carried on by the slopes until sliders repeat as well."""
+    samples = sampling(N_HARMONIC, N_SAMPLE)
+    for joint in variants(law):
+        x = 2 * motion(joint, seed)
+        d, nh = x.shape
+        exact = evaluated(x, joint, np.zeros(joint.n_slider), want=PARAMETERS)
+        slopes = slopes_of_steps(joint, x, exact.slider)
+        moved = np.zeros((d, N_SAMPLE, d, nh))
+        rate = np.zeros_like(moved)
+        for row in range(d):
+            moved[row, :, row], rate[row, :, row] = samples.evaluate.T, OMEGA * samples.differentiate.T
+        moved, rate = moved.reshape(d, N_SAMPLE, d * nh), rate.reshape(d, N_SAMPLE, d * nh)
+        slider, force = np.zeros((joint.n_slider, d * nh)), np.zeros_like(moved)
+        for k in [*range(N_SAMPLE)] * PERIODS:
+            after = slopes[k] @ np.vstack([moved[:, k], rate[:, k], moved[:, k - 1], slider])
+            force[:, k], slider = after[:d], after[d:]
+        force -= joint_table([joint]).reference[:, None, None] * moved
+        found = np.einsum("dkc,ka->dac", force, samples.project)
+        expected = exact.jacobian[:, :, : d * nh]
+        # Round-off, and what a coupled contact keeps of its first turn after so many periods.
+        np.testing.assert_allclose(
+            found, expected, rtol=0, atol=1e-8 * max(np.abs(expected).max(), np.abs(force).max())
+        )
 
 
 def vibrating(joint: Joint) -> JointedSystem:
