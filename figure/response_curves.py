@@ -137,7 +137,9 @@ def _draw_line(axes: Axes, curve: DrawnCurve, values: Values, colour: str, line:
     stable = values if curve.unstable is None else np.where(curve.unstable, np.nan, values)
     axes.plot(curve.parameter, stable, color=colour, linestyle=line, linewidth=1.5, label=curve.label)
     if curve.unstable is not None and curve.unstable.any():
-        near = np.convolve(curve.unstable, np.ones(3), mode="same") > 0
+        near = curve.unstable.copy()
+        near[1:] |= curve.unstable[:-1]
+        near[:-1] |= curve.unstable[1:]
         pale = np.where(near, values, np.nan)
         axes.plot(curve.parameter, pale, color=colour, linestyle=(0, (1, 1.5)), linewidth=1.2, alpha=0.6)
 

@@ -28,6 +28,8 @@ NEGATIVE = 1e-9
 #: Largest stiffness of the linear reference, and of a joint, over that of the structure along a direction [-]. A joint
 #: of the first is rigid beside the structure; of the second, round-off of its displacement is 1e-6 of its force.
 STIFFEST, BEYOND = 1e6, 1e10
+#: Stiffness along a direction, over the largest of all, that counts as none [-].
+ROUND_OFF = 1e-9
 #: Arrays of instants and coefficients while a basis is made, and Jacobians of all joints while they are used [-].
 BASES, JACOBIANS = 11, 2
 #: Memory below which nobody asks how much is free [byte].
@@ -292,7 +294,9 @@ def _limited_table(system: JointedSystem) -> JointTable:
         return table
     rows = np.vstack([joint.directions for joint in system.joints])
     beside = np.einsum("ij,ij->i", rows @ system.stiffness, rows) / np.einsum("ij,ij->i", rows, rows) ** 2
-    most = np.where(beside > 0, STIFFEST * beside, np.inf)
+    # A body that joints alone hold has the round-off of its elements.
+    round_off = ROUND_OFF * np.abs(system.stiffness).max()
+    most = np.where(beside > round_off, STIFFEST * beside, np.inf)
     excess = table.reference / most
     if excess.max() * STIFFEST > BEYOND:
         worst = int(excess.argmax())

@@ -24,6 +24,8 @@ FIRST, LARGEST, LEAST, MOST_POINTS = 0.1, 0.25, 1e-6, 2000
 #: A step of so many iterations or fewer grows by GROW; one without a solution shrinks by SHRINK.
 EASY, GROW, SHRINK = 4, 1.5, 0.4
 
+#: Share of the largest entry of the damping that counts as round-off.
+ASYMMETRY = 1e-9
 #: Frequency over the highest one below which a mode is a rigid-body motion.
 RIGID = 1e-7
 
@@ -45,7 +47,7 @@ class Backbone:
     modal_mass: Numbers
     """q_1^H M q_1, which is a^2 where the shape does not change, shape (p,) [m^2 kg]."""
     complete: bool
-    """Whether the largest amplitude was reached."""
+    """Whether the largest amplitude was reached; otherwise no step was short enough, or the mode turned back."""
     slider: Float[Real, "p s"] = field(default_factory=lambda: np.zeros((0, 0)))
     """Sliders at the start of the period, shape (p, s) [m]."""
 
@@ -72,8 +74,8 @@ class Backbone:
         r"""Level of a force in the fundamental at which the forced response passes each point, shape (p,) [-].
 
         At phase resonance the force works as much as the damping of the nonlinear mode takes,
-        :math:`|q_1^H f_1| = 2 \zeta \omega^2 q_1^H M q_1`. It is exact for a force in the shape of the inertia, and
-        near it for others where the mode is well apart from its neighbours.
+        :math:`|q_1^H f_1| = 2 \zeta \omega^2 q_1^H M q_1`. It is exact for a force in the shape of the
+        inertia where higher harmonics do no work, and near it where the mode is well apart from its neighbours.
 
         Parameters
         ----------
@@ -125,8 +127,8 @@ def backbone(
     Raises
     ------
     BalanceError
-        A mode that does not exist or is a rigid-body motion, amplitudes that are not positive and ascending, or a step
-        that is not positive.
+        A mode that does not exist or is a rigid-body motion, amplitudes that are not positive and ascending, a step
+        that is not larger than the smallest one, no fundamental, or damping that is not symmetric.
     NoSteadyState
         No periodic motion at the first amplitude: begin with a smaller one.
 
@@ -140,8 +142,15 @@ def backbone(
     first, last = real_number(first, "first", BalanceError), real_number(last, "last", BalanceError)
     if not 0 < first < last < np.inf:
         raise BalanceError(f"the amplitudes from {first:g} to {last:g} must be positive and ascending")
-    if not 0 < real_number(step, "step", BalanceError) < np.inf:
-        raise BalanceError(f"step = {step:g} must be positive and finite")
+    if not LEAST < real_number(step, "step", BalanceError) < np.inf:
+        raise BalanceError(f"step = {step:g} must be finite and larger than {LEAST:g}")
+    if balance.n_harmonic < 2:
+        raise BalanceError("n_harmonic = 1 is the mean alone: a mode needs its fundamental, n_harmonic = 2 at least")
+    if (
+        np.abs(balance.system.damping - balance.system.damping.T).max()
+        > ASYMMETRY * np.abs(balance.system.damping).max()
+    ):
+        raise BalanceError("the damping is not symmetric: backbones of gyroscopic structures are not computed")
     walk = _Walk(ModalBalance(balance, number - 1), slider_start(balance, slider), float(np.log(last)), step)
     points = walk.follow(float(np.log(first)), report)
     return walk.result(points)

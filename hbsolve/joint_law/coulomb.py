@@ -39,7 +39,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, CompiledLaw
+from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, TOUCH, CompiledLaw
 from hbsolve.joint_law.unilateral import normal_force, unilateral
 from reduction.array_type import Real, Whole
 
@@ -425,7 +425,7 @@ def step_slopes(before: Any, after: Any, velocity: Any, slider: Any, parameters:
         out[2, 2] = kn
     e0, e1 = after[0] - slider[0], after[1] - slider[1]
     length = np.sqrt(e0 * e0 + e1 * e1)
-    if length <= r and r > 0.0:
+    if length <= r + TOUCH * (r + abs(after[0]) + abs(after[1])) and r > 0.0:
         out[3, 9], out[4, 10] = 1.0, 1.0
     else:
         n0, n1 = (e0 / length, e1 / length) if length > 0.0 else (0.0, 0.0)

@@ -45,6 +45,9 @@ from reduction.array_type import Real, Whole
 FORCE, JACOBIAN, PARAMETERS = cast("tuple[int, int, int]", tuple(np.arange(3)))
 #: Most directions that a joint may have.
 MAX_DIRECTION = 3
+#: A slip of less than this share of the limit and of the displacement is round-off: a slider that sticks after it was
+#: dragged touches its limit to the last digits.
+TOUCH = 1e-10
 #: State of a contact at an instant.
 STICK, SLIP, SEPARATED = 0, 1, 2
 

@@ -18,7 +18,7 @@ Siewert et al., J. Eng. Gas Turbines Power 132 (2010): the predictor-corrector.
 from typing import Any
 
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK
+from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK, TOUCH
 from hbsolve.sampling import sum_products
 
 
@@ -58,7 +58,7 @@ def slider_slopes(
     """
     d = (out.shape[1] - out.shape[0]) // 2
     stretch = u - w
-    if abs(stretch) * stiffness > limit or limit <= 0.0:
+    if abs(stretch) * stiffness > limit + TOUCH * (limit + stiffness * abs(u)) or limit <= 0.0:
         sign = 1.0 if stretch > 0.0 else -1.0
         out[tangent, normal] += sign * limit_by_v
         out[d + slider, tangent] = 1.0

@@ -24,6 +24,9 @@ from reduction.array_type import Array, Real, Whole
 
 #: Share of the way between two points to which a bifurcation is located.
 LOCATED = 1e-6
+#: Imaginary part of a multiplier, in shares of its size, below which it counts as real; distance from the unit circle
+#: beyond which it has jumped; and angle of one that a fold may have beside it in a structure with hardly any damping.
+REAL, ON_CIRCLE, NEAR_ONE = 1e-6, 1e-3, 0.5
 
 
 class Bifurcation(Enum):
@@ -33,6 +36,8 @@ class Bifurcation(Enum):
     BRANCH_POINT = "branch point: another branch of the same period crosses"
     PERIOD_DOUBLING = "period doubling: a motion begins that repeats every second period"
     NEIMARK_SACKER = "Neimark-Sacker: a motion begins that a second frequency modulates"
+    JUMP = "jump: multipliers jump, where a contact begins or ends to slip or to touch"
+    UNKNOWN = "unknown: no steady state was found between two points whose stability differs"
 
     @property
     def label(self) -> str:
@@ -50,7 +55,7 @@ class BifurcationPoint:
     state: SteadyState
     """Steady state there."""
     multiplier: complex
-    """Multiplier on the unit circle, the one with a positive imaginary part of a pair [-]."""
+    """Multiplier on the unit circle, or nearest to it at a jump; of a pair that with a positive imaginary part [-]."""
 
     @property
     def second_frequency(self) -> float:
@@ -67,7 +72,8 @@ class BranchStability:
     leading: Complex[Array, " p"]
     """Multiplier of the largest size, shape (p,) [-]."""
     bifurcations: tuple[BifurcationPoint, ...]
-    """In the order of the branch. Two between the same two points of the branch may cancel and be missed."""
+    """In the order of the branch, one wherever `n_unstable` changes. Two between the same two points may cancel and be
+    missed."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "n_unstable", dtype=np.int64)
@@ -119,7 +125,7 @@ def branch_stability(
     return BranchStability(
         n_unstable=n_unstable,
         leading=np.array([item.multipliers[0] if len(item.multipliers) else 0.0 for item in results]),
-        bifurcations=tuple(item for item in bifurcations if item is not None),
+        bifurcations=tuple(bifurcations),
     )
 
 
@@ -132,6 +138,13 @@ class _Walk:
                 f"the branch has {branch.coefficients.shape[1]} harmonics with the mean and "
                 f"{branch.coefficients.shape[2]} degrees of freedom, the balance {balance.n_harmonic} and "
                 f"{balance.system.n_dof}: give the balance with which it was found"
+            )
+        names = tuple(joint.name for joint in balance.system.joints)
+        if branch.joint_names != names or branch.slider.shape[1] != balance.n_slider:
+            raise BalanceError(
+                f"the branch has the joints {', '.join(branch.joint_names) or 'none'} with {branch.slider.shape[1]} "
+                f"sliders, the balance {', '.join(names) or 'none'} with {balance.n_slider}: give the balance with "
+                "which it was found"
             )
         self.balance, self.branch, self.n_sample = balance, branch, n_sample
         self.path, self.value = _path_of(balance, branch)
@@ -151,8 +164,8 @@ class _Walk:
         balance, condensed = self.path.at(value)
         return compute_stability(balance, self.modes, condensed.angular_frequency, motion, sliders, self.n_sample)
 
-    def locate(self, index: int, n_unstable: Int[Whole, " p"]) -> BifurcationPoint | None:
-        """The bifurcation after a point; none where no steady state lies between."""
+    def locate(self, index: int, n_unstable: Int[Whole, " p"]) -> BifurcationPoint:
+        """The bifurcation after a point."""
         x, sliders, value = self.motion(index), self.sliders(index), self.value
         way = Direction(self.motion(index + 1) - x, float(value[index + 1] - value[index]))
         amplitude = float(np.linalg.norm(x)) or 1.0
@@ -160,7 +173,7 @@ class _Walk:
         length = metric.length(way)
         t = Direction(way.motion / length, way.value / length)
         number = int(max(n_unstable[index], n_unstable[index + 1])) - 1
-        best: tuple[float, Real, float, Stability] | None = None
+        best = x, float(value[index]), self.at(float(value[index]), x, sliders)
 
         def beyond(share: float) -> float:
             nonlocal best
@@ -169,41 +182,48 @@ class _Walk:
             if result is None:
                 raise _NoState
             here = self.at(result.value, result.motion, sliders)
-            distance = float(np.log(np.abs(here.multipliers[number])))
-            if best is None or abs(distance) < abs(np.log(np.abs(best[3].multipliers[number]))):
-                best = share, result.motion, result.value, here
+            distance = _distance(here, number)
+            if abs(distance) < abs(_distance(best[2], number)):
+                best = result.motion, result.value, here
             return distance
 
         try:
             brentq(beyond, 0.0, 1.0, xtol=LOCATED)
+            located = True
         except (_NoState, ValueError):
-            return None
-        assert best is not None
-        _, motion, at, here = best
-        multiplier = complex(here.multipliers[number])
+            located = False
+        motion, at, here = best
+        multiplier = complex(here.multipliers[number]) if number < len(here.multipliers) else complex("nan")
+        kind = self._kind(index, multiplier, t, metric) if located else Bifurcation.UNKNOWN
         balance, condensed = self.path.at(at)
         return BifurcationPoint(
-            kind=self._kind(index, multiplier, t, metric),
+            kind=kind,
             index=index,
             state=recover_state(balance, condensed, motion, sliders, 0.0, 0),
             multiplier=multiplier if multiplier.imag >= 0 else multiplier.conjugate(),
         )
 
     def _kind(self, index: int, multiplier: complex, way: Direction, metric: Metric) -> Bifurcation:
+        if abs(abs(multiplier) - 1) > ON_CIRCLE:
+            return Bifurcation.JUMP
+        # Tangents along the way of the curve: a fold turns them from one direction of the parameter to the other.
+        near = range(max(index - 1, 0), min(index + 3, len(self.value)))
+        ways = []
+        for at in near:
+            here = equation(self.path, float(self.value[at]), self.motion(at), self.sliders(at))
+            way, _ = tangent(here, way, metric, 0)
+            ways.append(way.value)
+        if min(ways) < 0 < max(ways) and abs(np.angle(multiplier)) < NEAR_ONE:
+            return Bifurcation.FOLD
         if abs(multiplier.imag) > REAL * abs(multiplier):
             return Bifurcation.NEIMARK_SACKER
-        if multiplier.real < 0:
-            return Bifurcation.PERIOD_DOUBLING
-        # Tangents along the way to the next point: a fold turns them from one direction of the parameter to the other.
-        before, after = (
-            tangent(equation(self.path, float(self.value[at]), self.motion(at), self.sliders(at)), way, metric, 0)[0]
-            for at in (index, index + 1)
-        )
-        return Bifurcation.FOLD if before.value * after.value < 0 else Bifurcation.BRANCH_POINT
+        return Bifurcation.PERIOD_DOUBLING if multiplier.real < 0 else Bifurcation.BRANCH_POINT
 
 
-#: Imaginary part of a multiplier, in shares of its size, below which it counts as real.
-REAL = 1e-6
+def _distance(here: Stability, number: int) -> float:
+    """How far a multiplier is outside the unit circle; sliders that have stopped have none."""
+    size = np.abs(here.multipliers[number]) if number < len(here.multipliers) else 0.0
+    return float(np.log(max(size, np.finfo(float).tiny)))
 
 
 class _NoState(Exception):
@@ -215,6 +235,8 @@ def _path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Re
     frequency, level = branch.angular_frequency, branch.level
     if not len(frequency):
         raise BalanceError("the branch has no point")
+    if len(level) > 1 and np.ptp(level) == 0 and np.ptp(frequency) == 0:
+        raise BalanceError("neither frequency nor level changes along the branch: a joint's parameter cannot")
     if np.ptp(level) == 0:
         return FrequencyPath(balance=balance.at_level(float(level[0]))), frequency
     if np.ptp(frequency) == 0:

@@ -69,8 +69,8 @@ def monodromy(
 
     Returns
     -------
-        Matrix of modal displacements and velocities, of the sliders that move, and of the joint forces that change. No
-        state depends on those of the period before: they are the multipliers of zero.
+        Matrix of modal displacements and velocities, of the sliders that move, and of the joint forces that change. The
+        first values of these forces are free in the scheme, but fixed by the motion: they add multipliers near zero.
     """
     sampling = balance.sampling
     u = motion @ sampling.evaluate

@@ -8,6 +8,7 @@ from jaxtyping import Complex
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError
 from hbsolve.linear_modes import LinearModes, linear_modes
 from hbsolve.stability.monodromy import monodromy
 from hbsolve.state import SteadyState, check_state
@@ -15,7 +16,8 @@ from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Real
 
 #: Least number of instants at which a disturbance is followed. Where contacts change their state between two of them,
-#: the error is of first order in their distance: with so many, multipliers are within 1e-3 of the integration in time.
+#: the error is of first order in their distance: with so many, multipliers are within 1e-3 of the integration in time
+#: for joints that are about as stiff as the structure.
 LEAST_SAMPLE = 4096
 #: A multiplier of 1 by this counts as neutral: round-off and instants leave as much of undamped motions.
 NEUTRAL = 1e-6
@@ -67,7 +69,7 @@ def stability(balance: HarmonicBalance, state: SteadyState, *, n_sample: int = 0
     Raises
     ------
     BalanceError
-        A state of another balance, or too few instants.
+        A state of another balance, too few instants, or joints too stiff beside the structure.
     """
     check_state(balance, state)
     return compute_stability(
@@ -84,8 +86,20 @@ def compute_stability(
     n_sample: int = 0,
 ) -> Stability:
     """The same for the motion of the joint directions, real coefficients of shape (d, 2 H + 1) [m]."""
+    _refuse_stiffer_joints(balance)
     fine = balance.with_samples(n_sample or max(balance.n_sample, LEAST_SAMPLE))
     matrix, n_zero = monodromy(fine, modes, angular_frequency, motion, start)
     values = np.linalg.eigvals(matrix).astype(np.complex128)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     return Stability(angular_frequency=angular_frequency, multipliers=values[: len(values) - n_zero])
+
+
+def _refuse_stiffer_joints(balance: HarmonicBalance) -> None:
+    """Refuse springs that the linear reference does not have: forces between instants could not follow them."""
+    for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
+        for number, stiffness in enumerate(joint.reference_stiffness):
+            if stiffness > (most := balance.table.reference[first + number]):
+                raise BalanceError(
+                    f'joint "{joint.name}" has a stiffness of {stiffness:.3g} N/m, too much beside this structure for '
+                    f"its stability: give {most:.3g} N/m, which are rigid there"
+                )

@@ -135,5 +135,13 @@ def test_bad_input_is_one_sentence() -> None:
         backbone(balance, 2, 0.1, 1.0)
     with pytest.raises(BalanceError, match=r"from 1 to 0\.1 must be positive and ascending"):
         backbone(balance, 1, 1.0, 0.1)
+    still = JointedSystem(mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], joints=[], harmonic_force=[[0.0]])
+    mean = HarmonicBalance(system=still, n_harmonic=1)
+    with pytest.raises(BalanceError, match="a mode needs its fundamental"):
+        backbone(mean, 1, 0.1, 1.0)
+    gyroscopic = chain(damping=np.array([[0.01, 0.1, 0], [-0.1, 0.01, 0], [0, 0, 0.01]]))
+    turning = HarmonicBalance(system=gyroscopic, n_harmonic=3)
+    with pytest.raises(BalanceError, match="the damping is not symmetric"):
+        backbone(turning, 1, 0.1, 1.0)
     with pytest.raises(BalanceError, match="give 1 coefficients of harmonic 1"):
         backbone(balance, 1, 0.1, 1.0).level(np.ones(3))

@@ -259,3 +259,28 @@ def test_an_exponential_of_the_state_matrix_is_the_monodromy_of_constant_coeffic
     expected = np.linalg.eigvals(scipy.linalg.expm(first_order * 2 * np.pi / 0.9))
     assert len(result.multipliers) == 4
     assert largest_difference(result, expected) < 1e-11
+
+
+def test_a_slider_that_was_dragged_and_then_sticks_is_a_spring() -> None:
+    """A static load drags it from rest to its limit, which it touches once per period afterwards to the last digit."""
+    for static in np.linspace(0.5, 2.0, 12):
+        slider = JenkinsElement(name="j", direction=row(1), tangential_stiffness=1.0, limit_force=0.2)
+        system = chain(1, slider, load=0.02, static=static)
+        pushed = JointedSystem(
+            mass=system.mass, damping=system.damping, stiffness=system.stiffness, joints=[slider],
+            static_load=[static, 0.0], harmonic_force=system.dynamic,
+        )  # fmt: skip
+        balance = HarmonicBalance(system=pushed, n_harmonic=6)
+        result = stability(balance, steady_state(balance, 0.9))
+        stuck = system.stiffness + np.outer(row(1), row(1))
+        first_order = np.block([[np.zeros((2, 2)), np.eye(2)], [-stuck, -system.damping]])
+        expected = np.exp(np.linalg.eigvals(first_order) * 2 * np.pi / 0.9)
+        assert len(result.multipliers) == 4
+        assert largest_difference(result, expected) < 1e-11
+
+
+def test_a_joint_that_is_stiffer_than_the_linear_reference_is_refused() -> None:
+    slider = JenkinsElement(name="j", direction=row(1), tangential_stiffness=1e8, limit_force=0.2)
+    balance = HarmonicBalance(system=chain(1, slider, load=0.02), n_harmonic=6)
+    with pytest.raises(BalanceError, match=r'joint "j" has a stiffness of 1e\+08 N/m, too much'):
+        stability(balance, steady_state(balance, 0.9))
