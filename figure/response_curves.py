@@ -25,8 +25,8 @@ Values = Float[NDArray[np.float64], " p"]
 
 #: Lines of the curves of one group.
 LINES = ("-", "--", ":", "-.")
-
-
+#: Line of unstable parts.
+UNSTABLE = (0, (1, 1.5))
 #: Markers of points by the order of their labels.
 MARKERS = ("o", "s", "D", "^", "v", "P")
 
@@ -141,7 +141,7 @@ def _draw_line(axes: Axes, curve: DrawnCurve, values: Values, colour: str, line:
         near[1:] |= curve.unstable[:-1]
         near[:-1] |= curve.unstable[1:]
         pale = np.where(near, values, np.nan)
-        axes.plot(curve.parameter, pale, color=colour, linestyle=(0, (1, 1.5)), linewidth=1.2, alpha=0.6)
+        axes.plot(curve.parameter, pale, color=colour, linestyle=UNSTABLE, linewidth=1.2, alpha=0.6)
 
 
 def _draw_marks(axes: Axes, curves: Sequence[DrawnCurve]) -> None:
@@ -154,7 +154,7 @@ def _draw_marks(axes: Axes, curves: Sequence[DrawnCurve]) -> None:
             markerfacecolor="white", label=label, zorder=5,
         )  # fmt: skip
     if any(curve.unstable is not None and curve.unstable.any() for curve in curves):
-        axes.plot([], [], color=PALE, linestyle=(0, (1, 1.5)), linewidth=1.2, label="unstable")
+        axes.plot([], [], color=PALE, linestyle=UNSTABLE, linewidth=1.2, label="unstable")
 
 
 def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:

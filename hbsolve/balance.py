@@ -227,6 +227,14 @@ class HarmonicBalance:
         count = np.diff(self.table.direction)
         return np.repeat(self.table.direction[:-1], count), np.repeat(count, count)
 
+    def find_stiffer_joint(self) -> tuple[str, float, float] | None:
+        """Name and stiffness of a joint stiffer than the linear reference, and what that has instead [N/m]; or none."""
+        for joint, first in zip(self.system.joints, self.table.direction, strict=False):
+            for stiffness, most in zip(joint.reference_stiffness, self.table.reference[first:], strict=False):
+                if stiffness > most:
+                    return joint.name, stiffness, float(most)
+        return None
+
     def at(self, angular_frequency: float) -> Condensed:
         """The linear structure at one frequency.
 

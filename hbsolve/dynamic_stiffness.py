@@ -149,6 +149,11 @@ class DynamicStiffness:
         """Number of degrees of freedom r [-]."""
         return len(self.mass)
 
+    @property
+    def modes(self) -> DenseModes:
+        """Modes of mass and stiffness."""
+        return self._modes
+
     @cached_property
     def n_rigid(self) -> int:
         """Number of rigid-body motions: directions in which the stiffness resists nothing [-]."""

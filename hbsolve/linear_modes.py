@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fe.dense_modes import compute_dense_modes
 from hbsolve.balance import HarmonicBalance
 from reduction.array_type import Matrix, Vector
 
@@ -29,16 +28,14 @@ class LinearModes(NamedTuple):
 
 def linear_modes(balance: HarmonicBalance) -> LinearModes:
     """Modes of the linear reference of a balance."""
-    system, rows = balance.system, balance.structure.directions
-    stuck = system.stiffness + rows.T @ (balance.table.reference[:, None] * rows)
-    modes = compute_dense_modes(system.mass, stuck)
+    modes = balance.structure.stuck.modes
     shapes = modes.mode_shapes
-    damping = shapes.T @ system.damping @ shapes
+    damping = shapes.T @ balance.system.damping @ shapes
     others = damping - np.diag(np.diag(damping))
     return LinearModes(
         eigenvalue=modes.lambda_,
         damping=damping,
         shapes=shapes,
-        rows=np.ascontiguousarray(rows @ shapes),
+        rows=np.ascontiguousarray(balance.structure.directions @ shapes),
         is_diagonal=bool(np.abs(others).max(initial=0.0) <= DIAGONAL * np.abs(damping).max(initial=0.0)),
     )

@@ -62,13 +62,12 @@ def slider_table(balance: HarmonicBalance) -> SliderTable:
     A system without sliders, tangents that one Coulomb limit couples, whose disc has no interval, and joints stiffer
     than the linear reference are refused (`BalanceError`).
     """
-    for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
-        for number, stiffness in enumerate(joint.reference_stiffness):
-            if stiffness > (most := balance.table.reference[first + number]):
-                raise BalanceError(
-                    f'joint "{joint.name}" has a stiffness of {stiffness:.3g} N/m, which response limits cannot have '
-                    f"beside this structure: give {most:.3g} N/m, which are rigid there"
-                )
+    if (stiffer := balance.find_stiffer_joint()) is not None:
+        name, stiffness, most = stiffer
+        raise BalanceError(
+            f'joint "{name}" has a stiffness of {stiffness:.3g} N/m, which response limits cannot have beside this '
+            f"structure: give {most:.3g} N/m, which are rigid there"
+        )
     rows: list[SliderInterval] = []
     lines: list[str] = []
     for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):

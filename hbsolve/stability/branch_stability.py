@@ -17,7 +17,7 @@ from hbsolve.continuation.continuation_parameter import FrequencyPath, LevelPath
 from hbsolve.errors import BalanceError
 from hbsolve.linear_modes import LinearModes, linear_modes
 from hbsolve.solution import recover_state
-from hbsolve.stability.stability import Stability, compute_stability
+from hbsolve.stability.stability import Stability, compute_stability, refuse_stiffer_joints
 from hbsolve.state import SteadyState
 from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Real, Whole
@@ -117,7 +117,7 @@ def branch_stability(
     count = len(branch.angular_frequency)
     results = []
     for index in range(count):
-        results.append(walk.at(walk.value[index], walk.motion(index), walk.sliders(index)))
+        results.append(walk.at_point(index))
         if report is not None:
             report(index + 1, count)
     n_unstable = np.array([item.n_unstable for item in results], dtype=np.int64)
@@ -146,6 +146,7 @@ class _Walk:
                 f"sliders, the balance {', '.join(names) or 'none'} with {balance.n_slider}: give the balance with "
                 "which it was found"
             )
+        refuse_stiffer_joints(balance)
         self.balance, self.branch, self.n_sample = balance, branch, n_sample
         self.path, self.value = _path_of(balance, branch)
         self.modes: LinearModes = linear_modes(balance)
@@ -159,10 +160,13 @@ class _Walk:
         place = np.array(self.branch.slider[index])
         return Start(place, np.zeros(len(place), dtype=np.int64))
 
-    def at(self, value: float, motion: Real, sliders: Start) -> Stability:
-        """Stability of a motion at a value of the path."""
-        balance, condensed = self.path.at(value)
-        return compute_stability(balance, self.modes, condensed.angular_frequency, motion, sliders, self.n_sample)
+    def at(self, angular_frequency: float, motion: Real, sliders: Start) -> Stability:
+        """Stability of a motion, on which the level has no bearing."""
+        return compute_stability(self.balance, self.modes, angular_frequency, motion, sliders, self.n_sample)
+
+    def at_point(self, index: int) -> Stability:
+        """Stability of a point."""
+        return self.at(float(self.branch.angular_frequency[index]), self.motion(index), self.sliders(index))
 
     def locate(self, index: int, n_unstable: Int[Whole, " p"]) -> BifurcationPoint:
         """The bifurcation after a point."""
@@ -173,7 +177,7 @@ class _Walk:
         length = metric.length(way)
         t = Direction(way.motion / length, way.value / length)
         number = int(max(n_unstable[index], n_unstable[index + 1])) - 1
-        best = x, float(value[index]), self.at(float(value[index]), x, sliders)
+        best = x, float(value[index]), self.at_point(index)
 
         def beyond(share: float) -> float:
             nonlocal best
@@ -181,7 +185,7 @@ class _Walk:
             result = correct_in_plane(self.path, x, float(value[index]), t, share * length, metric, sliders, ahead)
             if result is None:
                 raise _NoState
-            here = self.at(result.value, result.motion, sliders)
+            here = self.at(result.at.condensed.angular_frequency, result.motion, sliders)
             distance = _distance(here, number)
             if abs(distance) < abs(_distance(best[2], number)):
                 best = result.motion, result.value, here

@@ -72,6 +72,7 @@ def stability(balance: HarmonicBalance, state: SteadyState, *, n_sample: int = 0
         A state of another balance, too few instants, or joints too stiff beside the structure.
     """
     check_state(balance, state)
+    refuse_stiffer_joints(balance)
     return compute_stability(
         balance, linear_modes(balance), state.angular_frequency, state.motion, state.start, n_sample
     )
@@ -86,7 +87,6 @@ def compute_stability(
     n_sample: int = 0,
 ) -> Stability:
     """The same for the motion of the joint directions, real coefficients of shape (d, 2 H + 1) [m]."""
-    _refuse_stiffer_joints(balance)
     fine = balance.with_samples(n_sample or max(balance.n_sample, LEAST_SAMPLE))
     matrix, n_zero = monodromy(fine, modes, angular_frequency, motion, start)
     values = np.linalg.eigvals(matrix).astype(np.complex128)
@@ -94,12 +94,11 @@ def compute_stability(
     return Stability(angular_frequency=angular_frequency, multipliers=values[: len(values) - n_zero])
 
 
-def _refuse_stiffer_joints(balance: HarmonicBalance) -> None:
+def refuse_stiffer_joints(balance: HarmonicBalance) -> None:
     """Refuse springs that the linear reference does not have: forces between instants could not follow them."""
-    for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
-        for number, stiffness in enumerate(joint.reference_stiffness):
-            if stiffness > (most := balance.table.reference[first + number]):
-                raise BalanceError(
-                    f'joint "{joint.name}" has a stiffness of {stiffness:.3g} N/m, too much beside this structure for '
-                    f"its stability: give {most:.3g} N/m, which are rigid there"
-                )
+    if (stiffer := balance.find_stiffer_joint()) is not None:
+        name, stiffness, most = stiffer
+        raise BalanceError(
+            f'joint "{name}" has a stiffness of {stiffness:.3g} N/m, too much beside this structure for its stability: '
+            f"give {most:.3g} N/m, which are rigid there"
+        )
