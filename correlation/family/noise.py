@@ -21,6 +21,9 @@ roughness, give the covariance V of the fitted :math:`(a^2, b^2)` by the informa
 
 and the degrees of freedom :math:`\nu` of the noise of a reading: few where no other reading is as small.
 
+Curves of fewer than four frequencies have no roughness. Their scatter at each frequency then stands for the noise: it
+is larger where histories differ, so that what leaves the limits by less is not seen, but noise alone is no failure.
+
 References
 ----------
 F. E. Satterthwaite, An approximate distribution of estimates of variance components, Biometrics Bulletin 2 (1946).
@@ -63,7 +66,8 @@ class ReadingNoise:
     absolute
         Constant part [SI unit of the sensor].
     source
-        "stated" in the manifest, estimated from the "curves" of the families, or "unknown".
+        "stated" in the manifest; estimated from the roughness of the "curves" of the families, or from their "scatter"
+        at each frequency, which histories add to; or "unknown".
     covariance
         Variance of relative^2, covariance with absolute^2 and variance of absolute^2; 0 where nothing was estimated.
     """
@@ -197,7 +201,22 @@ def _carried(family: Family, target: Values) -> Values:
 
 
 def _noise(tables: Sequence[_Table]) -> ReadingNoise:
-    squared, scatter, dof, effective = [], [], [], []
+    """From the roughness of curves, else from the scatter at each frequency."""
+    for source, told in (("curves", _roughness(tables)), ("scatter", _scatter(tables))):
+        squared, scatter, dof, effective = told
+        if not scatter.any():
+            continue
+        a2, b2 = fit_variance_law(squared, np.maximum(scatter, 1e-12 * float(np.median(scatter))), dof)
+        covariance = _law_covariance(squared, a2, b2, effective)
+        return ReadingNoise(
+            relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source=source, covariance=covariance
+        )
+    return ReadingNoise()
+
+
+def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
+    """Squares of readings, variances, their degrees of freedom, and those without what neighbours share."""
+    parts = [np.zeros((4, 0))]
     for table in tables:
         f, count = table.frequency, np.isfinite(table.value).sum(axis=0)
         if len(f) < FEWEST_POINTS:
@@ -214,21 +233,33 @@ def _noise(tables: Sequence[_Table]) -> ReadingNoise:
         whole = left * (1 - 1 / np.maximum(count[1:-1], 2))
         mean = np.nansum(table.value, axis=0) / np.maximum(count, 1)
         use = (seen > 1) & (left > LEAST_LEFT)
-        scatter += list(np.where(there, rough**2, 0.0).sum(axis=0)[use] / seen[use] / whole[use])
-        # Of the readings that each roughness is made of.
-        squared += list((rows**2 @ mean**2)[use] / left[use])
-        dof += list((seen[use] - 1).astype(float))
         scaled = rows[use] / np.sqrt(left[use])[:, None]
         correlation = scaled @ scaled.T
-        effective += list((seen[use] - 1) * use.sum() / max(float((correlation**2).sum()), 1.0))
-    if not any(scatter):
-        return ReadingNoise()
-    floor = 1e-12 * float(np.median(scatter))
-    a2, b2 = fit_variance_law(np.array(squared), np.maximum(scatter, floor), np.array(dof))
-    covariance = _law_covariance(np.array(squared), a2, b2, np.array(effective))
-    return ReadingNoise(
-        relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source="curves", covariance=covariance
-    )
+        dof = (seen[use] - 1).astype(float)
+        parts.append(
+            np.array(
+                [
+                    # Of the readings that each roughness is made of.
+                    (rows**2 @ mean**2)[use] / left[use],
+                    np.where(there, rough**2, 0.0).sum(axis=0)[use] / seen[use] / whole[use],
+                    dof,
+                    dof * use.sum() / max(float((correlation**2).sum()), 1.0),
+                ]
+            )
+        )
+    return np.concatenate(parts, axis=1)
+
+
+def _scatter(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
+    """The same of readings at one frequency, which friction histories scatter, too: no less than the noise."""
+    parts = [np.zeros((4, 0))]
+    for table in tables:
+        count = np.isfinite(table.value).sum(axis=0)
+        use = count > 1
+        dof = count[use] - 1.0
+        mean = np.nansum(table.value, axis=0)[use] / count[use]
+        parts.append(np.array([mean**2, np.nansum(table.apart**2, axis=0)[use] / dof, dof, dof]))
+    return np.concatenate(parts, axis=1)
 
 
 def _law_covariance(squared: Values, a2: float, b2: float, dof: Values) -> tuple[float, float, float]:

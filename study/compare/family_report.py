@@ -227,6 +227,12 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
             f"The noise of {', '.join(unknown)} is not known (too few curves to tell it, none stated): only numerical "
             "error widens those limits, so state it in the manifest."
         )
+    short = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "scatter"})
+    if short:
+        yield (
+            f"The curves of {', '.join(short)} have too few frequencies to tell noise from friction history: their whole "
+            "scatter counts as noise, and what leaves the limits by less is not seen."
+        )
     missing = sum(item.family.n_point - item.n_compared for item in comparison.verdicts)
     if missing:
         yield f"{missing} readings lie where no limit was found, and were not compared."

@@ -91,3 +91,38 @@ def test_noise_that_few_readings_of_another_level_tell_claims_no_failure() -> No
             leaves += judge_family(item, closed, noise, shift=0.0, n_reading=count).leaves
     # One in a hundred by each of two criteria: a mean of 2, and no more than 6 in 99 of a hundred cases.
     assert leaves <= 6
+
+
+def test_scatter_of_curves_that_are_too_short_for_a_roughness_claims_no_failure() -> None:
+    leaves, ratio = 0, []
+    for seed in range(200):
+        short = [
+            replace(item, curves=tuple(
+                replace(curve, frequency=curve.frequency[-2:], value=curve.value[-2:]) for curve in item.curves
+            ))
+            for item in families(np.random.default_rng(seed))
+        ]  # fmt: skip
+        noise = estimate_repeat_errors(campaign(), short).noise["tip", 1]
+        assert noise.source == "scatter"
+        own = LEVELS[-1] * RESONANCE[-2:]
+        ratio.append((noise.deviation(own) / (NOISE * own)) ** 2)
+        for item in short:
+            closed = PredictedBand(
+                frequency=FREQUENCY, value=np.tile(item.level * RESONANCE, (2, 1)), deviation=np.zeros((2, 6)),
+                jump=np.zeros((2, 6), dtype=bool),
+            )  # fmt: skip
+            leaves += judge_family(item, closed, noise, shift=0.0, n_reading=sum(each.n_point for each in short)).leaves
+    # Without histories scatter is noise: 18 degrees of freedom each, a standard error of 0.024 of the mean of 200. The
+    # absolute part, which is never negative, takes some of the variance where there is none, as above.
+    assert 0.85 < np.mean(ratio) < 1.05
+    # As above: a mean of 4, and no more than 9 in 99 of a hundred cases.
+    assert leaves <= 9
+
+
+def test_one_short_curve_tells_no_noise() -> None:
+    random = np.random.default_rng(0)
+    one = [
+        replace(item, curves=(replace(item.curves[0], frequency=FREQUENCY[:2], value=item.curves[0].value[:2]),))
+        for item in families(random)
+    ]
+    assert estimate_repeat_errors(campaign(), one).noise["tip", 1].source == "unknown"
