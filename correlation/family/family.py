@@ -141,12 +141,11 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
     """Number of the point of the test that each reading belongs to, curve after curve, shape (p,).
 
     The frequencies of repeats may differ a little. Readings are of one point where they are nearest to the same
-    frequency of the longest curve, and clearly nearer than to the next; all others are points of their own.
+    frequency of a longer curve, and clearly nearer than to the next; where one curve has several, the others are points
+    of their own.
     """
-    longest = max(curves, key=lambda curve: len(curve.frequency)).frequency
-    place = np.unique(longest)
-    step = np.diff(place, prepend=-np.inf, append=np.inf)
-    reach = ALIGNED * np.minimum(step[:-1], step[1:])
+    place = _places(curves)
+    reach = _reach(place)
     result: list[int] = []
     fresh = len(place)
     for curve in curves:
@@ -160,3 +159,21 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
                 result.append(fresh)
                 fresh += 1
     return np.array(result, dtype=np.int64)
+
+
+def _places(curves: Sequence[FamilyCurve]) -> Values:
+    """Frequencies of the longest curve, and those of others that are near none of them, rising [Hz]."""
+    place = np.zeros(0)
+    for curve in sorted(curves, key=lambda each: -len(each.frequency)):
+        own = np.unique(curve.frequency)
+        if len(place):
+            apart = np.abs(own[:, None] - place)
+            own = own[(apart > _reach(place)).all(axis=1)]
+        place = np.union1d(place, own)
+    return place
+
+
+def _reach(place: Values) -> Values:
+    """How near a frequency is to one of these that it belongs to, shape (n,) [Hz]."""
+    step = np.diff(place, prepend=-np.inf, append=np.inf)
+    return np.asarray(ALIGNED * np.minimum(step[:-1], step[1:]))

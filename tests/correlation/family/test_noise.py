@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.family.band import PredictedBand
-from correlation.family.family import Family, FamilyCurve
+from correlation.family.family import Family, FamilyCurve, common_points
 from correlation.family.noise import ReadingNoise, estimate_repeat_errors
 from correlation.family.verdict import judge_family
 from tests.correlation.family.test_family import campaign
@@ -126,3 +126,18 @@ def test_one_short_curve_tells_no_noise() -> None:
         for item in families(random)
     ]
     assert estimate_repeat_errors(campaign(), one).noise["tip", 1].source == "unknown"
+
+
+def test_curves_share_a_frequency_that_the_longest_has_not() -> None:
+    random = np.random.default_rng(1)
+    split = [
+        replace(item, curves=tuple(
+            replace(curve, frequency=curve.frequency[own], value=curve.value[own])
+            for curve, own in zip(item.curves, (slice(4), slice(4), slice(3, 6), slice(3, 6)), strict=True)
+        ))
+        for item in families(random)
+    ]  # fmt: skip
+    point = common_points(split[0].curves)
+    # Four frequencies of the first two curves; the last of them and two new ones of the others.
+    assert point.tolist() == [0, 1, 2, 3, 0, 1, 2, 3, 3, 4, 5, 3, 4, 5]
+    assert estimate_repeat_errors(campaign(), split).noise["tip", 1].source == "curves"
