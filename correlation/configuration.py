@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -34,8 +34,8 @@ class Tangent:
     ----------
     jointed, free
         Rates of the structure's data in either configuration.
-    gain
-        Rate of each sensor's gain, by its name.
+    gain, delay
+        Rate of each sensor's gain and of its delay [s], by its name.
     shift
         Relative rate of the true frequency, by configuration, as far as velocities and accelerations are read with it;
         what it does to the structure is among the rates of the data.
@@ -44,6 +44,7 @@ class Tangent:
     jointed: ModelParameter
     free: ModelParameter
     gain: Mapping[str, float]
+    delay: Mapping[str, float] = field(default_factory=dict)
     shift: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -53,6 +54,8 @@ class Rates(NamedTuple):
     system: ModelRates
     gain: Float[NDArray[np.float64], "s p"]
     """Relative rate of each sensor's gain."""
+    delay: Float[NDArray[np.float64], "s p"]
+    """Rate of each sensor's delay [s]."""
     shift: Float[NDArray[np.float64], " p"]
     """As in `Tangent`."""
 
@@ -321,7 +324,7 @@ class Configuration:
         if self.model.base_acceleration is not None:
             first = drive[:, min(1, drive.shape[1] - 1)]
             readings[:, 1] += first * (1j * omega[:, None]) ** (order - 2.0) * self.base
-        return np.asarray(readings)
+        return self._late(np.asarray(readings), times)
 
     @cached_property
     def base(self) -> NDArray[np.float64]:
@@ -336,18 +339,19 @@ class Configuration:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients @ self.rows[0].T, self._forces(state), state)
         if self.model.base_acceleration is not None:
-            table[1] += state.level * (1j * state.angular_frequency) ** (self.rows[2] - 2.0) * self.base
+            turn = 1j * state.angular_frequency
+            table[1] += state.level * turn ** (self.rows[2] - 2.0) * self.base * np.exp(-turn * self.delay)
         return np.asarray(table[harmonics, self.numbers(names)])
 
     def rates(self, tangents: Sequence[Tangent]) -> Rates:
         """Rates of parameters as this configuration has them, for `slopes` of many states."""
-        gain = [
-            [each.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for each in tangents]
-            for sensor in self.model.sensors
-        ]
+        sensors = self.model.sensors
+        gain = [[each.gain.get(sensor.name, 0.0) / (sensor.gain or 1.0) for each in tangents] for sensor in sensors]
+        delay = [[each.delay.get(sensor.name, 0.0) for each in tangents] for sensor in sensors]
         return Rates(
             ModelRates.of(self.balance, [each.free if self.free else each.jointed for each in tangents]),
             np.array(gain).reshape(-1, len(tangents)),
+            np.array(delay).reshape(-1, len(tangents)),
             np.array([each.shift.get(self.configuration, 0.0) for each in tangents]),
         )
 
@@ -371,7 +375,9 @@ class Configuration:
         moved -= found.reaction.swapaxes(0, 1) @ contact.swapaxes(1, 2)
         numbers, read = self.numbers(names), self.read(state, names, harmonics)
         values = self._readings(moved.swapaxes(0, 1), found.force, state)[:, harmonics, numbers].T
-        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift))
+        turn = 1j * harmonics[:, None] * state.angular_frequency
+        late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.shift)
+        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift - late))
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""
@@ -387,7 +393,18 @@ class Configuration:
         """All sensors' readings of some displacements at them, and joint forces, at the frequency of a state."""
         _, force, order = self.rows
         times = 1j * np.arange(moved.shape[-2])[:, None] * state.angular_frequency
-        return np.asarray(moved * times**order + forces @ force.T)
+        return self._late(np.asarray(moved * times**order + forces @ force.T), times)
+
+    def _late(
+        self, readings: Complex[NDArray[np.complex128], "... h s"], times: NDArray[np.complexfloating[Any, Any]]
+    ) -> Complex[NDArray[np.complex128], "... h s"]:
+        """Readings as late as the sensors are."""
+        return readings * np.exp(-times * self.delay) if self.delay.any() else readings
+
+    @cached_property
+    def delay(self) -> NDArray[np.float64]:
+        """Time by which each sensor's reading is late, shape (s,) [s]."""
+        return np.array([sensor.delay for sensor in self.model.sensors])
 
     @cached_property
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:

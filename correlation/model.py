@@ -40,6 +40,8 @@ class Sensor:
         "displacement", "velocity" or "acceleration".
     gain
         Reading per unit [-].
+    delay
+        Time by which the reading is late [s].
     relative
         Whether it reads the motion relative to a shaken base, such as a strain gauge or a laser on the shaker; an
         accelerometer and a laser on the floor read the absolute motion. Without a shaken base both are one.
@@ -49,6 +51,7 @@ class Sensor:
     row: Row
     quantity: str = "displacement"
     gain: float = 1.0
+    delay: float = 0.0
     relative: bool = False
 
     def __post_init__(self) -> None:
@@ -71,12 +74,15 @@ class LineSensor:
         "tangential" (along the first tangents) or "normal" (positive in compression).
     gain
         Reading per newton [-].
+    delay
+        Time by which the reading is late [s].
     """
 
     name: str
     line: str
     component: str
     gain: float = 1.0
+    delay: float = 0.0
 
     def __post_init__(self) -> None:
         if self.component not in COMPONENTS:

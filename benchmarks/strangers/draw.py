@@ -75,7 +75,8 @@ def _known(layout: Layout, model: Model, random: np.random.Generator) -> Callabl
     measured = {sensor.name for sensor in layout.sensors}
     kinds: Mapping[str, Sequence[int]] = {}
     for number, effect in enumerate(candidates):
-        if effect.kind != "gain" or effect.name.removeprefix("gain of ") in measured:
+        # Delays are drawn with the strangers, whose seeds are older than the kind.
+        if effect.kind != "delay" and (effect.kind != "gain" or effect.name.removeprefix("gain of ") in measured):
             kinds = {**kinds, effect.kind: (*kinds.get(effect.kind, ()), number)}
 
     def draft() -> Known:
@@ -104,7 +105,7 @@ def _strangers(plan: Blueprint, layout: Layout, model: Model, random: np.random.
         stiffness = highest / (motion * 2 * plan.ratio)
         if kind == "sensor delay":
             sensor = str(random.choice([each.name for each in layout.sensors]))
-            return Stranger(kind=kind, place=sensor, strength=0.0, typical=0.02 / plan.stuck)
+            return Stranger(kind=kind, place=sensor, strength=0.0, typical=0.02 / plan.stuck, known=True)
         if kind == "tuned mass":
             natural = plan.stuck * random.uniform(0.92, 1.08)
             return Stranger(

@@ -92,7 +92,7 @@ class Stranger:
     @property
     def name(self) -> str:
         """Kind and place."""
-        return f"{self.kind} at {self.place}"
+        return f"delay of {self.place}" if self.known else f"{self.kind} at {self.place}"
 
     def bound(self, model: Model) -> Callable[[Model], Model]:
         """See `Hidden`."""

@@ -381,7 +381,9 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
         moved = sensor.row @ relative
         if configured.base_acceleration is not None and not sensor.relative:
             moved = moved + (sensor.row @ configured.base_acceleration) / (1j * omega) ** 2
-        rows.append(sensor.gain * moved * (1j * omega) ** DERIVATIVE[sensor.quantity])
+        rows.append(
+            sensor.gain * moved * (1j * omega) ** DERIVATIVE[sensor.quantity] * np.exp(-1j * omega * sensor.delay)
+        )
     return np.array(rows)
 
 

@@ -12,7 +12,7 @@ EFFECTS.register(
             "Nothing while all contacts stick; at levels that slip the line's tangential force saturates at another "
             "value, while its normal force stays; nothing without contacts."
         ),
-        order=8,
+        order=9,
         is_rugged=True,
     )
 )

@@ -129,6 +129,6 @@ def _is_alike(one: Effect, other: Effect) -> bool:
 EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="contact lines", physics=Gap.physics, signature=Gap.signature,
-        parameters={"gap": ("m",)}, candidates=candidates, order=11, has_two_sides=True, is_alike=_is_alike,
+        parameters={"gap": ("m",)}, candidates=candidates, order=12, has_two_sides=True, is_alike=_is_alike,
     )
 )  # fmt: skip

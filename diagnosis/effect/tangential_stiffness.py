@@ -12,6 +12,6 @@ EFFECTS.register(
             "The tangential forces of the lines are shared otherwise from the lowest level on, where all contacts "
             "stick, and alike where they slip; nothing without contacts."
         ),
-        order=9,
+        order=10,
     )
 )

@@ -72,6 +72,11 @@ def differentiate(
                     for a, b in zip(before.sensors, after.sensors, strict=True)
                     if a.gain != b.gain
                 },
+                delay={
+                    a.name: (b.delay - a.delay) / (high - low)
+                    for a, b in zip(before.sensors, after.sensors, strict=True)
+                    if a.delay != b.delay
+                },
                 shift={name: change / (high - low) for name, change in shift.items() if change},
             )
         )

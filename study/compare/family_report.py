@@ -230,8 +230,8 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
     short = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "scatter"})
     if short:
         yield (
-            f"The curves of {', '.join(short)} have too few frequencies to tell noise from friction history: their whole "
-            "scatter counts as noise, and what leaves the limits by less is not seen."
+            f"The curves of {', '.join(short)} have too few frequencies to tell noise from friction history: their "
+            "whole scatter counts as noise, and what leaves the limits by less is not seen."
         )
     missing = sum(item.family.n_point - item.n_compared for item in comparison.verdicts)
     if missing:

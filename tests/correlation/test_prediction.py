@@ -142,6 +142,34 @@ def test_derivatives_are_those_of_predictions(name: str, small: Model, predicted
     assert shares(found, exact, predicted).max() < 1e-5
 
 
+def test_a_late_sensor_reads_with_its_phase_turned_back_by_each_harmonic(small: Model, predicted: Prediction) -> None:
+    late = 2e-4
+    points = predicted.points
+    found = Predictor(points=points).predict(small.with_sensor("root", delay=late), predicted).value
+    turn = np.exp(-2j * np.pi * points.frequency * points.harmonic * late)
+    expected = predicted.value * np.where(points.sensor == "root", turn, 1.0)
+    assert np.abs(turn - 1).max() > 0.01
+    # The same states, read at a time earlier: round-off.
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 2e-4])
+def test_derivatives_of_a_delay_are_those_of_predictions(offset: float, small: Model, paper: ModuleType) -> None:
+    from diagnosis.fit.tangent import differentiate
+
+    def delayed(model: Model, by: float) -> Model:
+        return model.with_sensor("root", delay=offset + by).shifted("jointed", by)
+
+    (tangent,) = differentiate(
+        lambda values: delayed(small, float(values[0])), np.zeros(1), np.array([1e-5]), [(-1e-3, 1e-3)]
+    )
+    predictor = Predictor(points=paper.make_points(small))
+    at = predictor.predict(delayed(small, 0.0))
+    found = predictor.derivatives(delayed(small, 0.0), at, [tangent])[:, 0]
+    # As above.
+    assert shares(found, differences(delayed, 1e-5, small, at), at).max() < 1e-5
+
+
 @pytest.mark.parametrize("offset", [0.0, 0.02])
 def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: Model, paper: ModuleType) -> None:
     from diagnosis.fit.tangent import differentiate

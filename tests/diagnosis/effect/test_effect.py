@@ -34,7 +34,7 @@ def numbers(model: Model) -> list[np.ndarray]:
     joints = [
         np.array([value for value in vars(joint).values() if isinstance(value, float)]) for joint in system.joints
     ]
-    gains = np.array([each.gain for each in model.sensors])
+    gains = np.array([(each.gain, each.delay) for each in model.sensors])
     return [system.mass, system.damping, system.stiffness, system.static, system.dynamic, gains, *joints]
 
 
@@ -134,7 +134,7 @@ def test_every_effect_acts_on_the_free_structure_or_leaves_it(effect_kind: Effec
         applied = effect.apply(free, typical(effect))
         assert same(applied, effect.apply(bench, typical(effect)).free()), effect.name
         contact = "contact line" in effect_kind.acts_on
-        line_sensor = effect.name in {"gain of left_T", "gain of left_N"}
+        line_sensor = effect.name.removeprefix("gain of ").removeprefix("delay of ") in {"left_T", "left_N"}
         assert same(applied, free) == (contact or line_sensor), effect.name
 
 

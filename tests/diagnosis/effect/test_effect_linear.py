@@ -68,6 +68,11 @@ def test_a_gain_scales_what_its_sensor_reads(bench: Model) -> None:
     assert [each.gain for each in applied(bench, "gain of left_N", 1.1).sensors] == [1.0, 1.0, pytest.approx(1.65)]
 
 
+def test_a_delay_adds_to_that_of_its_sensor(bench: Model) -> None:
+    late = applied(applied(bench, "delay of left_N", 1e-4), "delay of left_N", 2e-4)
+    assert [each.delay for each in late.sensors] == [0.0, 0.0, pytest.approx(3e-4)]
+
+
 def test_places_that_cannot_act_are_listed_with_their_reason(bench: Model) -> None:
     more = {
         "nowhere": np.zeros(7),
