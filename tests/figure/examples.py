@@ -23,6 +23,8 @@ from figure.mac_matrix import MacMatrix
 from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.misfit_map import MapPanel, MisfitMap
+from figure.parameter_curves import ParameterCurve, ParameterCurves
+from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.ring_down import DecayDrawing
@@ -205,6 +207,42 @@ def stabilisation_drawing() -> StabilisationDrawing:
 
 
 #: One result per kind, made when it is asked for.
+def parameter_curves() -> ParameterCurves:
+    curves = [
+        ParameterCurve(value=value, line=line, along=FREQUENCY, amplitude=value * np.abs(receptance(98 + 2 * line)))
+        for value in (0.5, 1.0, 2.0)
+        for line in range(2)
+    ]
+    return ParameterCurves(
+        panels=[(f"level {level}", curves) for level in (1, 2, 3)],
+        colour_label="factor mu [-]",
+        lines=("zeta = 1", "zeta = 2"),
+        along_label="frequency [Hz]",
+        amplitude_label="amplitude [um]",
+        **TITLES,
+    )
+
+
+def parameter_trends() -> ParameterTrends:
+    value = np.linspace(0.5, 2.0, 5)
+    trends = [
+        TrendLine(
+            group=group, line=line, value=value, quantity=np.array([99 + value * line, 10**value, value * group]),
+            doubtful=value > 1.5,
+        )
+        for group in range(2)
+        for line in range(2)
+    ]  # fmt: skip
+    return ParameterTrends(
+        trends=trends,
+        groups=("level 1", "level 2"),
+        lines=("zeta = 1", "zeta = 2"),
+        quantity_labels=("peak frequency [Hz]", "peak amplitude [um]", "equivalent damping ratio [%]"),
+        parameter_label="factor mu [-]",
+        **TITLES,
+    )
+
+
 EXAMPLES: dict[type, Callable[[], object]] = {
     ResponseCurves: response_curves,
     ContactStates: contact_states,
@@ -215,6 +253,8 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     LineForces: line_forces,
     FamiliesOverLimits: families_over_limits,
     MisfitMap: misfit_map,
+    ParameterCurves: parameter_curves,
+    ParameterTrends: parameter_trends,
     FrfOverlay: frf_overlay,
     MeshConvergence: mesh_convergence,
     MeasuredData: lambda: MeasuredData(
