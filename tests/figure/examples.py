@@ -1,6 +1,7 @@
 """A result of each kind that a figure draws: the smallest that shows all of its parts."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,8 +28,10 @@ from figure.parameter_curves import ParameterCurve, ParameterCurves
 from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
+from figure.response_spread import ResponseSpread, SpreadBand
 from figure.ring_down import DecayDrawing
 from figure.stabilisation import StabilisationDrawing
+from figure.variance_shares import SharePanel, VarianceShares
 from figure.waterfall import Waterfall, WaterfallStep
 
 FREQUENCY = np.linspace(90.0, 110.0, 41)
@@ -243,8 +246,37 @@ def parameter_trends() -> ParameterTrends:
     )
 
 
+def response_spread() -> ResponseSpread:
+    nominal = np.abs(receptance(100.0))
+    quantiles = np.array([0.8, 1.0, 1.3])[:, None] * nominal
+    band = SpreadBand(
+        label="", colour="#0072b2", along=FREQUENCY, quantiles=quantiles, nominal_along=FREQUENCY, nominal=nominal,
+        first_order=np.array([0.7 * nominal - 1, 1.6 * nominal]),
+    )  # fmt: skip
+    bands = [replace(band, label=f"{side} limit", first_order=None) for side in ("upper", "lower")]
+    return ResponseSpread(
+        panels=[("level 1", [band]), ("level 2", bands), ("level 3", [band])],
+        along_label="frequency [Hz]",
+        amplitude_label="amplitude [um]",
+        **TITLES,
+    )
+
+
+def variance_shares() -> VarianceShares:
+    first = np.array([[0.7, 0.2, -0.01], [0.5, np.nan, 0.1]])
+    panel = SharePanel(
+        label="of the peak amplitude", first=first, total=first + 0.1, interval=np.array([first - 0.1, first + 0.3]),
+        linear=np.array([[0.8, 0.2, 0.0], [0.6, 0.3, 0.1]]),
+    )  # fmt: skip
+    return VarianceShares(
+        panels=[panel] * 3, groups=("level 1", "level 2"), parameters=("mu", "wall.preload", "zeta"), **TITLES
+    )
+
+
 EXAMPLES: dict[type, Callable[[], object]] = {
     ResponseCurves: response_curves,
+    ResponseSpread: response_spread,
+    VarianceShares: variance_shares,
     ContactStates: contact_states,
     HysteresisLoops: hysteresis_loops,
     LimitBands: limit_bands,

@@ -21,31 +21,12 @@ from study.run_context import Options
 from study.sweep.curve import find_peak
 from study.sweep.grid import MOST_POINTS, read_grid
 from study.sweep.run import sweep
+from tests.study.rubbing_mass import CASE as RUBBING_MASS
+from tests.study.rubbing_mass import LIMITS, write_matrices
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT = 120  # s; a hang is an error, a slow machine is none
-#: One mass on a spring, with a line that rubs.
-CASE = """\
-schema = 2
-title = "One mass"
-[structure]
-kind = "plain"
-file = "mass.npz"
-[[line]]
-name = "wall"
-normal = { dof = 1 }
-tangent = { dof = 0 }
-normal_stiffness = "1 N/um"
-tangential_stiffness = "0.3 N/um"
-friction_coefficient = 0.5
-preload = "4 N"
-balanced_preload = true
-[[load]]
-dof = 0
-amplitude = "1 N"
-[[sensor]]
-name = "mass"
-dof = 0
+CASE = f"""{RUBBING_MASS}
 [harmonics]
 highest = 3
 [sweep]
@@ -53,18 +34,11 @@ from = "140 Hz"
 to = "200 Hz"
 levels = [0.01, 2]
 """
-LIMITS = """\
-[limits]
-frequencies = ["165 Hz", "170 Hz"]
-levels = [2]
-population = 2
-samples = 0
-"""
 
 
 @pytest.fixture
 def home(at_home: Path) -> Path:
-    np.savez(at_home / "mass.npz", M=np.diag([1.0, 0.1]), K=np.diag([1e6, 1e6]), C=np.diag([20.0, 5.0]))
+    write_matrices(at_home)
     (at_home / "my.toml").write_text(CASE)
     return at_home
 
