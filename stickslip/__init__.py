@@ -76,6 +76,8 @@ if TYPE_CHECKING:
     from study.case.setup import read_case as read_case
     from study.compare.run import compare as compare
     from study.diagnose.round import diagnose_case as diagnose
+    from study.spread.spread import spread as spread
+    from study.sweep.run import sweep as sweep
     from transient.integrate import integrate as integrate
     from transient.steady import steady_motion as steady_motion
 
@@ -140,6 +142,8 @@ _HOME = {
     # Time
     "integrate": "transient.integrate:integrate",
     "steady_motion": "transient.steady:steady_motion",
+    "sweep": "study.sweep.run:sweep",
+    "spread": "study.spread.spread:spread",
     # Measurements
     "read_campaign": "correlation.campaign.read_campaign:read_campaign",
     "read_case": "study.case.setup:read_case",

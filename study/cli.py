@@ -40,6 +40,8 @@ COMMANDS = (
     ("reduce", "study.command.reduce:app", "Reduce a blade, a rig, your own part or matrices by Craig-Bampton."),
     ("solve", "study.command.solve:app", "Compute response curves of a structure with friction and gaps."),
     ("limits", "study.command.limits:app", "Find the band of responses that unknown friction history can produce."),
+    ("sweep", "study.command.sweep:app", "Compute response curves and limits over a grid of parameters."),
+    ("spread", "study.command.spread:app", "Compute the spread of the response over uncertain parameters."),
     ("campaign", "study.command.campaign:app", "Draft the manifest of a folder of test files (campaign new)."),
     ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),

@@ -16,6 +16,7 @@ from study.case.load_table import DeadWeightTable, LoadTable, StaticLoadTable
 from study.case.place import PlaceTable
 from study.case.sensor_table import SensorTable
 from study.case.sweep_table import Sweep
+from study.case.uncertain_table import UncertainTable
 from study.limits.table import LimitsTable
 
 #: Advice to who takes too few samples per period: so many at least, and so many per harmonic.
@@ -148,6 +149,7 @@ class Case(CaseModel, Generic[S]):
     harmonics: HarmonicsTable = HarmonicsTable()
     sweep: Sweep | None = None
     limits: LimitsTable = LimitsTable()
+    uncertain: tuple[UncertainTable, ...] = ()
     accepted: AcceptedTable = AcceptedTable()
     numerical_error: NumericalErrorTable = NumericalErrorTable()
     plugins: PluginsTable = PluginsTable()

@@ -80,7 +80,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     narrow = find_narrow_resonance(search)
     if narrow is not None:
         run.warn(narrow.sentence(listed=table.frequencies is not None))
-    rows = _found(search, path.stem, run, executor)
+    rows = find_limits(search, path.stem, run, executor)
     output = None
     if table.objective not in FORCES:
         output = next(item for item in model.outputs if table.sensor in {None, item.name})
@@ -93,8 +93,25 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     return Limited(curves=curves, objective=table.objective, files=tuple(files))
 
 
-def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
-    """From the store, or searched for, each task stored beside the results until all are there."""
+def find_limits(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
+    """From the store, or searched for, each task stored beside the results until all are there.
+
+    Parameters
+    ----------
+    search
+        Request of the case.
+    stem
+        Stem of the folder of finished tasks.
+    run
+        Output folder, store and progress of the run.
+    executor
+        Runs the tasks; a process for each core by default.
+
+    Raises
+    ------
+    ComputationFailed
+        No rest under the static load, or a process that was killed.
+    """
     assert run.output is not None
     known = run.store.look_up(found_limits, search)
     if known is not None:

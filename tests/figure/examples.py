@@ -1,6 +1,7 @@
 """A result of each kind that a figure draws: the smallest that shows all of its parts."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,10 +24,14 @@ from figure.mac_matrix import MacMatrix
 from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.misfit_map import MapPanel, MisfitMap
+from figure.parameter_curves import ParameterCurve, ParameterCurves
+from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
+from figure.response_spread import ResponseSpread, SpreadBand
 from figure.ring_down import DecayDrawing
 from figure.stabilisation import StabilisationDrawing
+from figure.variance_shares import SharePanel, VarianceShares
 from figure.waterfall import Waterfall, WaterfallStep
 
 FREQUENCY = np.linspace(90.0, 110.0, 41)
@@ -205,8 +210,73 @@ def stabilisation_drawing() -> StabilisationDrawing:
 
 
 #: One result per kind, made when it is asked for.
+def parameter_curves() -> ParameterCurves:
+    curves = [
+        ParameterCurve(value=value, line=line, along=FREQUENCY, amplitude=value * np.abs(receptance(98 + 2 * line)))
+        for value in (0.5, 1.0, 2.0)
+        for line in range(2)
+    ]
+    return ParameterCurves(
+        panels=[(f"level {level}", curves) for level in (1, 2, 3)],
+        colour_label="factor mu [-]",
+        lines=("zeta = 1", "zeta = 2"),
+        along_label="frequency [Hz]",
+        amplitude_label="amplitude [um]",
+        **TITLES,
+    )
+
+
+def parameter_trends() -> ParameterTrends:
+    value = np.linspace(0.5, 2.0, 5)
+    trends = [
+        TrendLine(
+            group=group, line=line, value=value, quantity=np.array([99 + value * line, 10**value, value * group]),
+            doubtful=value > 1.5,
+        )
+        for group in range(2)
+        for line in range(2)
+    ]  # fmt: skip
+    return ParameterTrends(
+        trends=trends,
+        groups=("level 1", "level 2"),
+        lines=("zeta = 1", "zeta = 2"),
+        quantity_labels=("peak frequency [Hz]", "peak amplitude [um]", "equivalent damping ratio [%]"),
+        parameter_label="factor mu [-]",
+        **TITLES,
+    )
+
+
+def response_spread() -> ResponseSpread:
+    nominal = np.abs(receptance(100.0))
+    quantiles = np.array([0.8, 1.0, 1.3])[:, None] * nominal
+    band = SpreadBand(
+        label="", colour="#0072b2", along=FREQUENCY, quantiles=quantiles, nominal_along=FREQUENCY, nominal=nominal,
+        first_order=np.array([0.7 * nominal - 1, 1.6 * nominal]),
+    )  # fmt: skip
+    bands = [replace(band, label=f"{side} limit", first_order=None) for side in ("upper", "lower")]
+    return ResponseSpread(
+        panels=[("level 1", [band]), ("level 2", bands), ("level 3", [band])],
+        along_label="frequency [Hz]",
+        amplitude_label="amplitude [um]",
+        **TITLES,
+    )
+
+
+def variance_shares() -> VarianceShares:
+    first = np.array([[0.7, 0.2, -0.01], [0.5, np.nan, 0.1]])
+    panel = SharePanel(
+        label="of the peak amplitude", first=first, total=first + 0.1, interval=np.array([first - 0.1, first + 0.3]),
+        linear=np.array([[0.8, 0.2, 0.0], [0.6, 0.3, 0.1]]),
+    )  # fmt: skip
+    return VarianceShares(
+        panels=[panel] * 3, groups=("level 1", "level 2"), parameters=("mu", "wall.preload", "zeta"), **TITLES
+    )
+
+
 EXAMPLES: dict[type, Callable[[], object]] = {
     ResponseCurves: response_curves,
+    ResponseSpread: response_spread,
+    VarianceShares: variance_shares,
     ContactStates: contact_states,
     HysteresisLoops: hysteresis_loops,
     LimitBands: limit_bands,
@@ -215,6 +285,8 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     LineForces: line_forces,
     FamiliesOverLimits: families_over_limits,
     MisfitMap: misfit_map,
+    ParameterCurves: parameter_curves,
+    ParameterTrends: parameter_trends,
     FrfOverlay: frf_overlay,
     MeshConvergence: mesh_convergence,
     MeasuredData: lambda: MeasuredData(

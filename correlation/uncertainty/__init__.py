@@ -1,0 +1,1 @@
+"""Uncertain parameters: their distributions, draws from them, and variance-based indices."""

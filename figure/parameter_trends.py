@@ -1,0 +1,135 @@
+"""Quantities of response curves against a parameter: peak frequency, peak amplitude, equivalent damping."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from figure.parameter_curves import LINES
+from figure.registry import draws
+from figure.style import (
+    INK,
+    PALE,
+    Axes,
+    Figure,
+    Headed,
+    add_heading,
+    choose_family_colours,
+    legend_columns,
+    new_figure,
+    open_box,
+)
+
+Real = NDArray[np.float64]
+
+#: Values that lie so many times apart have a logarithmic axis.
+WIDE = 10.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrendLine:
+    """Quantities along one parameter.
+
+    Parameters
+    ----------
+    group, line
+        Numbers of its colour in `ParameterTrends.groups` and of its kind of line in `ParameterTrends.lines`.
+    value
+        Values of the parameter, ascending, shape (n,).
+    quantity
+        Shape (k, n); NaN where there is none.
+    doubtful
+        Values at an end of the sweep, beyond which there may be more, shape (n,).
+    """
+
+    group: int
+    line: int
+    value: Float[Real, " n"]
+    quantity: Float[Real, "k n"]
+    doubtful: Bool[NDArray[np.bool_], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ParameterTrends(Headed):
+    """Trends of k quantities.
+
+    Parameters
+    ----------
+    trends
+        Lines in their order.
+    groups, lines
+        What colours and kinds of lines stand for; one line without a name if there is one kind.
+    quantity_labels
+        Labels of the k axes, with units.
+    parameter_label
+        Parameter, with its unit.
+    """
+
+    trends: Sequence[TrendLine]
+    groups: Sequence[str]
+    lines: Sequence[str]
+    quantity_labels: Sequence[str]
+    parameter_label: str
+
+
+@draws(ParameterTrends, "parameter_trends")
+def parameter_trends_figure(result: ParameterTrends) -> Figure:
+    """Draw one panel per quantity; a hollow point lies at an end of its sweep."""
+    count = len(result.quantity_labels)
+    figure = new_figure(4.1 * count, 4.9)
+    panels = figure.subplots(1, count, squeeze=False)[0]
+    colours = choose_family_colours(len(result.groups))
+    for number, (axes, label) in enumerate(zip(panels, result.quantity_labels, strict=True)):
+        for trend in result.trends:
+            _draw(axes, trend, trend.quantity[number], colours[trend.group])
+        axes.set_ylabel(label)
+        axes.set_xlabel(result.parameter_label)
+        known = np.concatenate([trend.quantity[number] for trend in result.trends])
+        known = known[np.isfinite(known)]
+        if len(known) and 0 < WIDE * known.min() < known.max():
+            _logarithmic(axes)
+        else:
+            axes.ticklabel_format(axis="y", useOffset=False)
+        open_box(axes)
+    _legend(figure, result, colours)
+    add_heading(figure, result)
+    return figure
+
+
+def _draw(axes: Axes, trend: TrendLine, values: Float[Real, " n"], colour: str) -> None:
+    axes.plot(trend.value, values, color=colour, linestyle=LINES[trend.line % len(LINES)], linewidth=1.4)
+    for doubtful, face in ((False, colour), (True, "white")):
+        there = trend.doubtful == doubtful
+        axes.plot(trend.value[there], values[there], "o", color=colour, markerfacecolor=face, markersize=4.5)
+
+
+def _logarithmic(axes: Axes) -> None:
+    """Decades, with plain numbers at 1, 2 and 5 of each."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _legend(figure: Figure, result: ParameterTrends, colours: Sequence[str]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=colour, marker="o", markersize=4.5, label=label)
+        for colour, label in zip(colours, result.groups, strict=True)
+    ]
+    if len(result.lines) > 1:
+        handles += [
+            Line2D([], [], color=INK, linestyle=LINES[number % len(LINES)], label=label)
+            for number, label in enumerate(result.lines)
+        ]
+    if any(trend.doubtful.any() for trend in result.trends):
+        doubt = Line2D([], [], color=PALE, marker="o", markerfacecolor="white", linestyle="", markersize=4.5)
+        doubt.set_label("at an end of the sweep")
+        handles.append(doubt)
+    columns = legend_columns(figure, [str(handle.get_label()) for handle in handles], 8)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)

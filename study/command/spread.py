@@ -1,0 +1,46 @@
+"""``stickslip spread``: spread of response and limits over distributions of uncertain parameters."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from pipeline.blas_threads import one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+
+app = command_app(
+    "spread",
+    """Spread of response curves, and limits, over what is not known exactly of a case.
+
+    Each [[uncertain]] table of the case names a parameter and its distribution: normal, lognormal or uniform. To first
+    order the spread follows from exact derivatives of the curves at the means. Draws at scrambled Sobol points give the
+    bands that hold 90 % of the curves, and the share of the variance that each parameter causes, by itself and with
+    interactions, of peak frequency, peak amplitude, equivalent damping and limits.
+
+    With d parameters, n draws take n (d + 2) points; limits are searched for at each if the case has [limits]. One
+    process per core; every curve is stored when it is done, so that the same command goes on after Ctrl-C or a crash.
+    Writes netCDF, CSV and figures.""",
+    examples=["stickslip spread my.toml --out spread", "stickslip spread my.toml --draws 0"],
+)
+
+
+@app.default
+def spread(
+    case: Annotated[Path, Parameter(help="Case file with [[uncertain]].")],
+    /,
+    *,
+    out: Out = Path("spread"),
+    draws: Annotated[int, Parameter(help="Number of draws, a power of two; 0 for first order alone.")] = 64,
+    seed: Annotated[int, Parameter(help="Seed of the draws.")] = 0,
+    limits: Annotated[
+        bool | None, Parameter(help="Search for limits too; by default if the case has a table [limits].")
+    ] = None,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Compute the spread of a response."""
+    one_thread_by_default()
+    from study.spread.report import spread_document, spread_text
+    from study.spread.run import run_spread
+
+    result = run_spread(case, options.open(out), draws=draws, seed=seed, limits=limits)
+    return Answer(document=spread_document(result), text=spread_text(result))

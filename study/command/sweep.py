@@ -1,0 +1,46 @@
+"""``stickslip sweep``: response curves and limits over a grid of parameters."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from pipeline.blas_threads import one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+
+app = command_app(
+    "sweep",
+    """Response curves, and limits, of a case over a grid of its parameters.
+
+    Each parameter is NAME=VALUES. VALUES are FIRST:LAST:NUMBER or a list with commas, with units as in the case file.
+    NAME is a factor on the case's values (kt, kn, mu, zeta, E, bearing, as in [calibrated]), or a table and its key:
+    wall.preload of the line or joint "wall", structure.damping.ratio, load[0].amplitude.
+
+    Every point of the grid is the case with these values in its file. Its curves are those of `stickslip solve`; limits
+    are searched for if the case has [limits]. One process per core; every curve is stored when it is done, so that the
+    same command goes on after Ctrl-C or a crash. Writes netCDF, CSV and figures.""",
+    examples=[
+        "stickslip sweep my.toml kt=0.8:1.2:5 mu=0.9,1,1.1 --out swept",
+        'stickslip sweep my.toml "wall.preload=18 N:22 N:5"',
+    ],
+)
+
+
+@app.default
+def sweep(
+    case: Annotated[Path, Parameter(help="Case file.")],
+    /,
+    *values: Annotated[str, Parameter(help="NAME=VALUES of each parameter.")],
+    out: Out = Path("swept"),
+    limits: Annotated[
+        bool | None, Parameter(help="Search for limits too; by default if the case has a table [limits].")
+    ] = None,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Compute response curves over a grid of parameters."""
+    one_thread_by_default()
+    from study.sweep.report import sweep_document, sweep_text
+    from study.sweep.run import run_sweep
+
+    swept = run_sweep(case, values, options.open(out), limits=limits)
+    return Answer(document=sweep_document(swept), text=sweep_text(swept))

@@ -1,0 +1,1 @@
+"""``stickslip spread``: spread of response and limits over distributions of uncertain parameters."""

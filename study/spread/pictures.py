@@ -1,0 +1,127 @@
+"""What a spread draws: bands of curves and limits, and shares of the variance."""
+
+import numpy as np
+
+from figure.response_spread import ResponseSpread, SpreadBand
+from figure.style import LIMITS, evenly
+from figure.variance_shares import SharePanel, VarianceShares
+from study.limits.result import SIDES
+from study.solve.result import SURFACE_UNIT
+from study.spread.band import NINETY_PERCENT, limit_quantiles
+from study.spread.spread import Spread
+from study.sweep.pictures import MOST_GROUPS, MOST_PANELS
+
+
+def draw_spread(spread: Spread, title: str) -> dict[str, object]:
+    """What is drawn, by name."""
+    drawn: dict[str, object] = {}
+    if spread.bands:
+        drawn["spread_band"] = _curve_bands(spread, title)
+    if spread.sampled.limits and spread.draws and len(spread.sampled.limits[0].limits.frequency) > 1:
+        drawn["spread_limits"] = _limit_bands(spread, title)
+    if (shares := _shares(spread, title, ())) is not None:
+        drawn["spread_shares"] = shares
+    if (shares := _shares(spread, f"{title}: limits", tuple(f"{side} limit" for side in SIDES))) is not None:
+        drawn["spread_limit_shares"] = shares
+    return drawn
+
+
+def _words(spread: Spread) -> str:
+    names = ", ".join(item.name for item in spread.uncertain.parameters)
+    return f"{2 * spread.draws} draws of {names}" if spread.draws else f"{names} to first order"
+
+
+def _curve_bands(spread: Spread, title: str) -> ResponseSpread:
+    assert spread.sampled.curves is not None
+    model = spread.sampled.curves.model
+    output = model.outputs[0]
+    unit, scale = SURFACE_UNIT[output.quantity]
+    panels = []
+    for place in evenly(len(model.curves), MOST_PANELS):
+        band = spread.bands[place]
+        nominal, reach = band.nominal[0], NINETY_PERCENT * band.deviation[0]
+        panels.append(
+            (
+                model.curves[place].label,
+                [
+                    SpreadBand(
+                        label="",
+                        colour=LIMITS[0],
+                        along=band.along,
+                        quantiles=scale * band.quantiles[0],
+                        nominal_along=band.nominal_along,
+                        nominal=scale * nominal,
+                        first_order=scale * np.array([nominal - reach, nominal + reach]),
+                    )
+                ],
+            )
+        )
+    over_frequency = model.curves[0].parameter == "frequency"
+    return ResponseSpread(
+        panels=panels,
+        along_label="frequency [Hz]" if over_frequency else "level of the harmonic force [-]",
+        amplitude_label=f"amplitude [{unit}]",
+        title=title,
+        subtitle=f"{output.quantity} of {output.name}: {_words(spread)}",
+    )
+
+
+def _limit_bands(spread: Spread, title: str) -> ResponseSpread:
+    first = spread.sampled.limits[0]
+    quantiles = limit_quantiles(spread.sampled, len(spread.uncertain.parameters))
+    frequency = first.limits.frequency
+    panels = [
+        (
+            f"level {first.limits.level[level]:g}",
+            [
+                SpreadBand(
+                    label=f"{SIDES[side]} limit",
+                    colour=LIMITS[side],
+                    along=frequency,
+                    quantiles=quantiles[:, side, level],
+                    nominal_along=frequency,
+                    nominal=first.value[side, level],
+                )
+                for side in (1, 0)
+            ],
+        )
+        for level in evenly(len(first.limits.level), MOST_PANELS)
+    ]
+    return ResponseSpread(
+        panels=panels, along_label="frequency [Hz]", amplitude_label=first.label, title=f"{title}: limits",
+        subtitle=_words(spread),
+    )  # fmt: skip
+
+
+def _shares(spread: Spread, title: str, names: tuple[str, ...]) -> VarianceShares | None:
+    """Shares of the quantities of these names; of all others than limits if there are none."""
+    limits = {f"{side} limit" for side in SIDES}
+    rows = [item for item in spread.quantities if item.name in names or (not names and item.name not in limits)]
+    curves = list(dict.fromkeys(item.curve for item in rows))
+    shown = [curves[place] for place in evenly(len(curves), MOST_GROUPS)] if curves else []
+    if not shown:
+        return None
+    nothing = np.full(len(spread.uncertain.parameters), np.nan)
+    panels = []
+    for name in dict.fromkeys(item.name for item in rows):
+        own = [item for item in rows if item.name == name and item.curve in shown]
+        found = [item.indices for item in own]
+        panels.append(
+            SharePanel(
+                label=f"of the {name}",
+                first=np.array([nothing if item is None else item.first for item in found]),
+                total=np.array([nothing if item is None else item.total for item in found]),
+                interval=np.stack(
+                    [np.array([nothing, nothing]) if item is None else item.total_interval for item in found], axis=1
+                ),
+                linear=np.array([item.linear_share for item in own]),
+            )
+        )
+    return VarianceShares(
+        panels=panels,
+        groups=shown,
+        parameters=[item.name for item in spread.uncertain.parameters],
+        title=title,
+        subtitle="what causes the spread"
+        + (f": {spread.draws * (2 + len(nothing))} points" if spread.draws else ": derivatives at the means"),
+    )

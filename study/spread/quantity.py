@@ -1,0 +1,126 @@
+"""Quantities of a response that spread, with what is known of each: draws, first order, shares of the variance."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.uncertainty.variance_index import VarianceIndices, variance_indices
+from study.limits.result import SIDES
+from study.solve.result import SURFACE_UNIT
+from study.spread.sensitivity import CurveSensitivity
+from study.sweep.result import SampledCase
+
+Real = NDArray[np.float64]
+
+#: Of the draws, as told of every quantity.
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QuantitySpread:
+    """Spread of one quantity.
+
+    Parameters
+    ----------
+    curve, name, unit
+        Curve or level that it is of, its name and unit.
+    nominal
+        Value at the means of all parameters.
+    mean, deviation
+        Of the draws; NaN without draws.
+    quantiles
+        Of the draws, shape (3,), at `QUANTILES`.
+    slope
+        Derivatives at the means, shape (d,) [unit / unit of the parameter]; NaN where they are not known.
+    first_order_deviation
+        Standard deviation by these.
+    linear_share
+        Share of its square that each parameter causes, shape (d,) [-].
+    indices
+        Shares of the variance of the draws; None without draws.
+    """
+
+    curve: str
+    name: str
+    unit: str
+    nominal: float
+    mean: float
+    deviation: float
+    quantiles: Float[Real, "3"]
+    slope: Float[Real, " d"]
+    first_order_deviation: float
+    linear_share: Float[Real, " d"]
+    indices: VarianceIndices | None
+
+
+def list_quantities(
+    sampled: SampledCase, sensitivities: Sequence[CurveSensitivity], deviation: Float[Real, " d"]
+) -> tuple[QuantitySpread, ...]:
+    """Peak place, amplitude and damping of each curve, of the first output, and the peaks of limits.
+
+    Parameters
+    ----------
+    sampled
+        First at the means, then at all draws in the order of the design.
+    sensitivities
+        Of each curve at the means.
+    deviation
+        Standard deviations of the parameters, shape (d,).
+    """
+    rows = [*_curve_rows(sampled, sensitivities), *_limit_rows(sampled, len(deviation))]
+    return tuple(_spread(*row, deviation) for row in rows)
+
+
+_Row = tuple[str, str, str, Real, Real]
+
+
+def _curve_rows(sampled: SampledCase, sensitivities: Sequence[CurveSensitivity]) -> Iterator[_Row]:
+    if sampled.curves is None:
+        return
+    model = sampled.curves.model
+    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    complete = np.array([[item.complete for item in point] for point in sampled.curves.curves])
+    values = np.where(complete[..., None], sampled.curve_quantities()[:, :, 0, :3], np.nan)
+    over_frequency = model.curves[0].parameter == "frequency"
+    place = ("peak frequency", "Hz") if over_frequency else ("level of the peak", "-")
+    for number, (curve, found) in enumerate(zip(model.curves, sensitivities, strict=True)):
+        own, slope = values[:, number], found.peak[:, 0]
+        yield curve.label, *place, own[:, 0], slope[:, 0]
+        yield curve.label, "peak amplitude", unit, scale * own[:, 1], scale * slope[:, 1]
+        yield curve.label, "equivalent damping ratio", "%", 100 * own[:, 2], np.full(len(slope), np.nan)
+
+
+def _limit_rows(sampled: SampledCase, d: int) -> Iterator[_Row]:
+    if not sampled.limits:
+        return
+    first, peaks = sampled.limits[0], sampled.limit_peaks()
+    for level, scale in enumerate(first.limits.level):
+        for side, name in enumerate(SIDES):
+            values = peaks[:, side, level, 0]
+            yield f"level {scale:g}", f"{name} limit", first.unit, values, np.full(d, np.nan)
+
+
+def _spread(
+    curve: str, name: str, unit: str, values: Real, slope: Float[Real, " d"], deviation: Float[Real, " d"]
+) -> QuantitySpread:
+    d, drawn = len(deviation), values[1:]
+    # A and B alone are independent draws.
+    own = drawn[: 2 * (len(drawn) // (d + 2))]
+    own = own[np.isfinite(own)]
+    parts = (slope * deviation) ** 2
+    return QuantitySpread(
+        curve=curve,
+        name=name,
+        unit=unit,
+        nominal=float(values[0]),
+        mean=float(np.mean(own)) if len(own) else np.nan,
+        deviation=float(np.std(own, ddof=1)) if len(own) > 1 else np.nan,
+        quantiles=np.quantile(own, QUANTILES) if len(own) else np.full(3, np.nan),
+        slope=slope,
+        first_order_deviation=float(np.sqrt(parts.sum())),
+        linear_share=parts / parts.sum() if parts.sum() > 0 else np.full(d, np.nan),
+        indices=variance_indices(drawn, d) if len(drawn) else None,
+    )

@@ -1,0 +1,38 @@
+"""``stickslip spread``: the spread of a response as tables and figures."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from pipeline.output import replace_file
+from study.kind.registry import open_case
+from study.run_context import RunContext
+from study.spread.pictures import draw_spread
+from study.spread.result import format_quantities_csv, make_spread_dataset
+from study.spread.spread import Spread, spread
+from study.sweep.result import format_peaks_csv
+
+
+def run_spread(path: Path, run: RunContext, *, draws: int = 64, seed: int = 0, limits: bool | None = None) -> Spread:
+    """`spread` with one process per core, and its tables and figures in the output folder.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case, or a number of draws that is not possible.
+    ComputationFailed
+        No curve could be started.
+    """
+    assert run.output is not None
+    result = spread(path, draws=draws, seed=seed, limits=limits, run=run, workers=None)
+    title, stem = open_case(path).title, f"{path.stem}_spread"
+    content: dict[str, str | bytes] = {
+        f"{stem}.nc": bytes(make_spread_dataset(result, title).to_netcdf(engine="h5netcdf")),
+        f"{stem}.csv": format_quantities_csv(result),
+    }
+    if result.sampled.curves is not None:
+        content[f"{stem}_draws.csv"] = format_peaks_csv(result.sampled)
+    for name, text in content.items():
+        replace_file(run.output / name, text)
+    files = [run.output / name for name in content]
+    files += run.draw({f"{path.stem}_{name}": drawn for name, drawn in draw_spread(result, title).items()})
+    return replace(result, files=tuple(files))

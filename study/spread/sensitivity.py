@@ -1,0 +1,146 @@
+r"""Derivatives of response curves by parameters of a case, and the spread that they give to first order.
+
+The matrices, loads and joint parameters are differentiated by central differences, which are exact to round-off where
+they are linear or quadratic in the parameter; the responses by the implicit function theorem (`hbsolve.sensitivity`).
+With the amplitude A of an output and its complex response q,
+
+.. math:: \frac{dA}{dp} = \frac{\mathrm{Re}(\bar q \, dq/dp)}{A}, \qquad
+          s_A^2 = \sum_i \left( \frac{dA}{dp_i} s_i \right)^2 .
+
+At the peak of a curve the frequency drops out of dA, since dA / dOmega is zero there; the move of the peak follows from
+the parabola through the highest points.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.configuration import Tangent
+from correlation.model import DERIVATIVE, Model, Sensor
+from diagnosis.fit.tangent import differentiate
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.model_rates import ModelParameter
+from hbsolve.sensitivity import sensitivity
+from pipeline.progress import SilentProgress
+from study.case.setup import read_case
+from study.kind.registry import OpenCase
+from study.run_context import RunContext
+from study.solve.curve import Curve
+from study.solve.model import SolveModel
+from study.solve.result import SolvedCurve, find_main_harmonic
+from study.spread.uncertain import Uncertain
+from study.sweep.curve import find_peak
+from study.sweep.parameter import vary
+
+Real = NDArray[np.float64]
+
+#: Relative changes of the amplitudes that the peak is differentiated with: the parabola is smooth far beyond.
+SMALL = 1e-5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CurveSensitivity:
+    """Derivatives of one curve.
+
+    Parameters
+    ----------
+    response
+        Derivative of the complex response of each output at fixed frequency and level, shape (d, n_output, p)
+        [SI / unit of the parameter]; NaN for a parameter that moves points.
+    amplitude
+        Of the amplitude, shape (d, n_output, p).
+    peak
+        Of the frequency (or level) [Hz, -] and the amplitude [SI] of the peak, shape (d, n_output, 2).
+    """
+
+    response: Complex[NDArray[np.complex128], "d output p"]
+    amplitude: Float[Real, "d output p"]
+    peak: Float[Real, "d output 2"]
+
+
+def model_tangents(opened: OpenCase, uncertain: Uncertain, run: RunContext) -> list[Tangent | None]:
+    """Rates of the model with each parameter at the means; None for a parameter that moves points of joints.
+
+    Rates of gains are relative ones.
+    """
+    quiet = replace(run, progress=SilentProgress())
+
+    def compose(values: Float[Real, " d"]) -> Model:
+        return read_case(vary(opened, uncertain.at(values.tolist())), run=quiet).model
+
+    unbounded = [(-np.inf, np.inf)] * len(uncertain.parameters)
+    gain = {item.name: item.gain for item in compose(uncertain.mean).sensors}
+    return [
+        tangent and replace(tangent, gain={name: rate / gain[name] for name, rate in tangent.gain.items()})
+        for tangent in differentiate(compose, uncertain.mean, uncertain.deviation, unbounded)
+    ]
+
+
+def differentiate_curve(
+    model: SolveModel,
+    curve: Curve,
+    branch: ResponseBranch,
+    tangents: Sequence[Tangent | None],
+    report: Callable[[float, float], None] | None = None,
+) -> CurveSensitivity:
+    """Derivatives at all points of a curve.
+
+    Parameters
+    ----------
+    model
+        Model at the means.
+    curve, branch
+        Request of the case, and the curve itself.
+    tangents
+        Rates of the model, from `model_tangents`.
+    report
+        Progress along the curve.
+    """
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
+    solved, harmonic = SolvedCurve(curve=curve, branch=branch), find_main_harmonic(model.system)
+    nominal = np.array([solved.output(output)[:, harmonic] for output in model.outputs])
+    rates = [ModelParameter() if item is None else item.jointed for item in tangents]
+    response = np.empty((len(tangents), *nominal.shape), dtype=np.complex128)
+    for point in range(len(branch.frequency)):
+        state = solved.state(balance, point)
+        moved = sensitivity(balance, state, rates)[:, harmonic]
+        for number, output in enumerate(model.outputs):
+            times = (1j * harmonic * state.angular_frequency) ** DERIVATIVE[output.quantity]
+            response[:, number, point] = times * (moved @ output.row)
+        if report is not None:
+            report(point + 1, len(branch.frequency))
+    response += _by_gain(tangents, model.outputs, nominal)
+    response[[item is None for item in tangents]] = np.nan
+    amplitude = (nominal.conj() * response).real / np.abs(nominal)
+    peak = np.array(
+        [[_peak_slope(solved.parameter, np.abs(q), slope) for q, slope in zip(nominal, each, strict=True)]
+         for each in amplitude]
+    ).reshape(len(tangents), len(nominal), 2)  # fmt: skip
+    return CurveSensitivity(response=response, amplitude=amplitude, peak=peak)
+
+
+def _by_gain(
+    tangents: Sequence[Tangent | None], outputs: Sequence[Sensor], nominal: Complex[NDArray[np.complex128], "output p"]
+) -> Complex[NDArray[np.complex128], "d output p"]:
+    """What a parameter changes by the gain of a sensor, which the rows of outputs contain."""
+    names = [output.name for output in outputs]
+    rates = np.array([[0.0 if item is None else item.gain.get(name, 0.0) for name in names] for item in tangents])
+    return np.asarray(rates[:, :, None] * nominal[None])
+
+
+def _peak_slope(
+    along: Float[Real, " p"], amplitude: Float[Real, " p"], slope: Float[Real, " p"]
+) -> tuple[float, float]:
+    """Derivatives of place and height of the peak, by those of the amplitudes at the points."""
+    top = int(np.argmax(amplitude))
+    if not np.isfinite(slope[top]):
+        return np.nan, np.nan
+    size = SMALL * amplitude[top] / max(float(np.abs(slope).max()), np.finfo(float).tiny)
+    low, high = (find_peak(along, amplitude + side * size * slope, 0.0) for side in (-1, 1))
+    if low.at_end or high.at_end:
+        return np.nan, float(slope[top])
+    return (high.parameter - low.parameter) / (2 * size), (high.amplitude - low.amplitude) / (2 * size)

@@ -1,0 +1,1 @@
+"""``stickslip sweep``: response curves and limits over a grid of parameters."""

@@ -1,0 +1,156 @@
+"""One response curve of a point of a grid as a stage: what is kept of it is small, for there may be thousands."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.model import Sensor
+from geometry.errors import ComputationFailed
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.peak import interpolated_peak
+from hbsolve.continuation.stop_reason import StopReason
+from hbsolve.energy import energy_balance
+from hbsolve.errors import NoPeakError
+from pipeline.store import stage
+from reduction.jointed_system import JointedSystem
+from study.solve.curve import Curve, response_curve
+from study.solve.result import SolvedCurve, find_main_harmonic
+
+Real = NDArray[np.float64]
+Values = Float[Real, " p"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointCurve:
+    """A response curve of a point.
+
+    Parameters
+    ----------
+    curve
+        Request of the case.
+    frequency, level
+        Along the curve, shape (p,) [Hz, -]; empty if there is none.
+    response
+        Main harmonic of each output, shape (n_output, p) [SI].
+    truncation_error
+        Shape (p,) [-].
+    damping
+        Equivalent damping ratio at the highest point of each output, half of the loss factor, shape (n_output,) [-].
+    stop_message
+        Why it ends where it ends, or why there is no curve.
+    complete
+        Whether it reaches the end of its range.
+    """
+
+    curve: Curve
+    frequency: Values
+    level: Values
+    response: Complex[NDArray[np.complex128], "output p"]
+    truncation_error: Values
+    damping: Float[Real, " output"]
+    stop_message: str
+    complete: bool
+
+    @property
+    def parameter(self) -> Values:
+        """Frequency [Hz] or level [-], whichever varies, shape (p,)."""
+        return self.frequency if self.curve.parameter == "frequency" else self.level
+
+    def peak(self, output: int) -> "CurvePeak":
+        """The highest response of an output."""
+        peak = find_peak(self.parameter, np.abs(self.response[output]), float(self.damping[output]))
+        return replace(peak, at_end=peak.at_end or not self.complete)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurvePeak:
+    """The highest response of a curve; numbers are NaN where there is no curve.
+
+    Parameters
+    ----------
+    parameter
+        Frequency [Hz] or level [-] of the peak.
+    amplitude
+        Amplitude there [SI].
+    damping
+        Equivalent damping ratio [-].
+    at_end
+        Whether it lies at an end of the curve, or the curve is not complete: the response may be larger beyond.
+    """
+
+    parameter: float
+    amplitude: float
+    damping: float
+    at_end: bool
+
+
+def find_peak(parameter: Values, amplitude: Values, damping: float) -> CurvePeak:
+    """The highest point of a curve, refined by the parabola through it and its neighbours where it is no fold."""
+    if not len(parameter):
+        return CurvePeak(parameter=np.nan, amplitude=np.nan, damping=np.nan, at_end=False)
+    top = int(np.argmax(amplitude))
+    at_end = top in {0, len(amplitude) - 1}
+    place, height = float(parameter[top]), float(amplitude[top])
+    near = slice(max(top - 1, 0), top + 2)
+    order = np.argsort(parameter[near])
+    step = np.diff(parameter[near])
+    if not at_end and ((step > 0).all() or (step < 0).all()):
+        try:
+            peak = interpolated_peak(parameter[near][order], amplitude[near][order])
+            place, height = peak.angular_frequency, peak.amplitude
+        except NoPeakError:
+            pass  # a corner, whose highest point is the peak
+    return CurvePeak(parameter=place, amplitude=height, damping=damping, at_end=at_end)
+
+
+@stage("curve of a parameter point")
+def point_curve(
+    system: JointedSystem, curve: Curve, harmonics: int, n_sample: int, outputs: tuple[Sensor, ...]
+) -> PointCurve:
+    """Follow one curve as `stickslip solve` does, and keep what is shown of it.
+
+    Parameters
+    ----------
+    system
+        With its loads at level 1.
+    curve
+        Request of the case.
+    harmonics, n_sample
+        H, and samples per period, 0 for the solver's choice [-].
+    outputs
+        Sensors of motion, their gains in their rows.
+    """
+    try:
+        branch = response_curve(system, curve, harmonics, n_sample)
+    except ComputationFailed as error:
+        none, no_response = np.zeros(0), np.zeros((len(outputs), 0), dtype=np.complex128)
+        return PointCurve(
+            curve=curve, frequency=none, level=none, response=no_response, truncation_error=none,
+            damping=np.full(len(outputs), np.nan), stop_message=str(error), complete=False,
+        )  # fmt: skip
+    balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
+    return summarise_curve(balance, curve, branch, outputs)
+
+
+def summarise_curve(
+    balance: HarmonicBalance, curve: Curve, branch: ResponseBranch, outputs: tuple[Sensor, ...]
+) -> PointCurve:
+    """What is kept of a curve."""
+    solved, harmonic = SolvedCurve(curve=curve, branch=branch), find_main_harmonic(balance.system)
+    damping = []
+    for output in outputs:
+        state = solved.state(balance, solved.peak(output, harmonic))
+        damping.append(energy_balance(balance.at_level(state.level), state).loss_factor / 2)
+    return PointCurve(
+        curve=curve,
+        frequency=branch.frequency,
+        level=np.asarray(branch.level),
+        response=np.array([solved.output(output)[:, harmonic] for output in outputs]),
+        truncation_error=solved.error("truncation_error"),
+        damping=np.array(damping),
+        stop_message=branch.stop_message,
+        complete=branch.stop_reason is StopReason.REACHED,
+    )

@@ -1,0 +1,143 @@
+"""The grid of a sweep: values of each parameter, as a user writes them, and all their combinations."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+
+from casefile.number_with_unit import NumberWithUnit, split_quantity
+from casefile.validation import require_different
+from study.kind.registry import OpenCase
+from study.sweep.parameter import CaseParameter, find_parameter, refuse, vary
+
+#: Points of a grid; more are a mistake in a range.
+MOST_POINTS = 2000
+#: Digits of values between the ends of a range: 3.6 is no 3.5999999999999996.
+DIGITS = 12
+EXAMPLE = "kt=0.8:1.2:5 or mu=0.9,1,1.1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """Parameters and their values.
+
+    Parameters
+    ----------
+    parameters
+        Parameters, at least one.
+    values
+        Values of each, in its unit.
+    whole
+        Whether each parameter has whole numbers, such as a number of harmonics.
+    """
+
+    parameters: tuple[CaseParameter, ...]
+    values: tuple[tuple[float, ...], ...]
+    whole: tuple[bool, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each parameter [-]."""
+        return tuple(len(item) for item in self.values)
+
+    def points(self) -> list[tuple[float, ...]]:
+        """All combinations; the last parameter changes first."""
+        return list(itertools.product(*self.values))
+
+    def at(self, point: Sequence[float]) -> dict[CaseParameter, object]:
+        """What the case holds at a point."""
+        return {
+            item: item.written(value, whole=whole)
+            for item, value, whole in zip(self.parameters, point, self.whole, strict=True)
+        }
+
+
+def read_grid(opened: OpenCase, values: Mapping[str, str | Sequence[float | str]] | Sequence[str]) -> Grid:
+    """The grid that a user asks for; each of its values is checked as one in the case file is.
+
+    Parameters
+    ----------
+    opened
+        The case.
+    values
+        By the name of the parameter, ``"0.8:1.2:5"`` from the first to the last value in so many steps, or the values
+        themselves; or words ``NAME=VALUES``.
+
+    Raises
+    ------
+    CaseError
+        A parameter that the case does not have, no values or too many, or a value that the case cannot have.
+    """
+    pairs = list(values.items()) if isinstance(values, Mapping) else [_split(opened, word) for word in values]
+    if not pairs:
+        raise refuse(opened, "", f"the grid is empty: give a parameter and its values, such as {EXAMPLE}")
+    parameters: list[CaseParameter] = []
+    numbers, whole = [], []
+    for name, given in pairs:
+        text = given if isinstance(given, str) else ", ".join(map(str, given))
+        try:
+            quantities = _range(given) if isinstance(given, str) else [split_quantity(item) for item in given]
+            own, unit = _in_one_unit(quantities)
+            require_different(own)
+            parameter = find_parameter(opened, name, unit)
+        except ValueError as error:
+            raise refuse(opened, name, f"{name} = {text}: {error}") from None
+        if parameter.path in [item.path for item in parameters]:
+            raise refuse(opened, name, f"{name} = {text}: its values are given twice: give them once")
+        parameters.append(parameter)
+        numbers.append(own)
+        whole.append(not unit and all(value.is_integer() for value in own) and "." not in text)
+    grid = Grid(parameters=tuple(parameters), values=tuple(numbers), whole=tuple(whole))
+    count = prod(grid.shape)
+    if count > MOST_POINTS:
+        sizes = " x ".join(map(str, grid.shape))
+        raise refuse(opened, "", f"the grid has {sizes} = {count} points, at most {MOST_POINTS}: give fewer values")
+    for parameter, own, is_whole in zip(grid.parameters, grid.values, grid.whole, strict=True):
+        for value in own:
+            vary(opened, {parameter: parameter.written(value, whole=is_whole)})
+    return grid
+
+
+def _split(opened: OpenCase, word: str) -> tuple[str, str]:
+    name, sign, text = word.partition("=")
+    if not (sign and name.strip()):
+        raise refuse(opened, "", f'"{word}" is no parameter with values: write NAME=VALUES, such as {EXAMPLE}')
+    return name.strip(), text.strip()
+
+
+def _range(text: str) -> list[NumberWithUnit]:
+    """Values of ``3:6:7`` or ``0.4,0.6``.
+
+    Raises
+    ------
+    ValueError
+        There are none.
+    """
+    if ":" not in text:
+        parts = [part.strip() for part in text.split(",")]
+        if not all(parts):
+            raise ValueError(f"a value is missing: give one or several, such as {EXAMPLE}")
+        return [split_quantity(part) for part in parts]
+    ends = [part.strip() for part in text.split(":")]
+    if len(ends) != 3 or not all(ends):
+        raise ValueError("a range is FIRST:LAST:NUMBER, such as 0.8:1.2:5")
+    first, last = split_quantity(ends[0]), split_quantity(ends[1])
+    if not ends[2].isdigit() or int(ends[2]) < 2:
+        raise ValueError(f"a range of {ends[2]} values is empty or no range: give 2 or more, such as 0.8:1.2:5")
+    if int(ends[2]) > MOST_POINTS:
+        raise ValueError(f"a range of {ends[2]} values is too large: give at most {MOST_POINTS}")
+    (low, high), unit = _in_one_unit([first, last])
+    if low == high:
+        raise ValueError(f"both ends are {low:g}: give two different ones, or one value")
+    inner = np.linspace(low, high, int(ends[2]))[1:-1].tolist()
+    return [NumberWithUnit(value, unit) for value in (low, *(float(f"{v:.{DIGITS}g}") for v in inner), high)]
+
+
+def _in_one_unit(quantities: Sequence[NumberWithUnit]) -> tuple[tuple[float, ...], str]:
+    """Numbers in the unit of the last value, which those without one have too: ``3:6 N/um:7``."""
+    if not quantities:
+        raise ValueError(f"there are no values: give one or several, such as {EXAMPLE}")
+    unit = quantities[-1].unit
+    return tuple(item.number if not item.unit else item.number_in(unit) for item in quantities), unit

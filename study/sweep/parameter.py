@@ -1,0 +1,203 @@
+"""Parameters of a case by the names that a user gives them: kt, wall.preload, structure.damping.ratio.
+
+A value of a parameter is a value in the case file: `[calibrated]` holds the factors kt, kn, mu, zeta, E and bearing,
+every other name is a table and its key.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from casefile.errors import CaseError, Problem
+from casefile.source import dotted, find_value
+from casefile.table import CaseModel
+from casefile.toml_position import Path
+from casefile.validation import did_you_mean
+from casefile.variation import vary_case
+from geometry.errors import InputError
+from study.case.setup import ReadCase
+from study.case.tables import CalibratedTable
+from study.kind.registry import OpenCase
+
+#: Factors on what the case says, as `[calibrated]` has them.
+FACTORS = tuple(CalibratedTable.model_fields)
+#: Tables whose numbers may vary; the others say what is computed, or what is known of measurements.
+TABLES = (
+    "structure", "place", "line", "joint", "load", "static_load", "dead_weight", "sensor", "harmonics", "added",
+    "calibrated",
+)  # fmt: skip
+#: Lists whose tables have names, and the key of the name.
+NAMED = {"line": "name", "joint": "name", "dead_weight": "name", "sensor": "name", "place": "name", "added": "effect"}
+
+
+class ParameterError(InputError):
+    """A parameter that the case does not have, or values that it cannot have."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseParameter:
+    """A number of a case.
+
+    Parameters
+    ----------
+    name
+        Name, as the user gave it.
+    path
+        Path of its key in the case.
+    unit
+        Unit of its values, "" for a ratio.
+    """
+
+    name: str
+    path: Path
+    unit: str = ""
+
+    @property
+    def is_factor(self) -> bool:
+        """Whether its values are factors on values of the case."""
+        return self.path[0] == "calibrated"
+
+    @property
+    def label(self) -> str:
+        """For an axis or a column."""
+        return f"{'factor ' if self.is_factor else ''}{self.name} [{self.unit or '-'}]"
+
+    def text(self, value: float) -> str:
+        """The parameter at a value, for people."""
+        return f"{self.name} = {value:.6g}{f' {self.unit}' if self.unit else ''}"
+
+    def written(self, value: float, *, whole: bool = False) -> object:
+        """What a case file holds for a value."""
+        number = int(value) if whole else float(value)
+        return f"{number!r} {self.unit}" if self.unit else number
+
+
+def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter:
+    """The parameter of a name.
+
+    Parameters
+    ----------
+    opened
+        The case.
+    name
+        A factor, or a table and its key: ``kt``, ``wall.preload`` of the line "wall", ``structure.damping.ratio``,
+        ``load[0].amplitude``.
+    unit
+        Unit of the values.
+
+    Raises
+    ------
+    ParameterError
+        There is no such table, or it holds no number.
+    """
+    assert opened.case.source is not None
+    data = opened.case.source.data
+    if name in FACTORS:
+        return CaseParameter(name=name, path=("calibrated", name), unit=unit)
+    path = _path(data, name)
+    if path is None or path[0] not in TABLES:
+        if path is not None and str(path[0]) in type(opened.case).model_fields:
+            raise ParameterError("this is no number of the structure, its joints or its loads: change it in the case")
+        near = did_you_mean(name, [*FACTORS, *_names(data)])
+        remedy = near or f"; give a factor ({', '.join(FACTORS)}) or a key of a table, such as {_example(data)}"
+        raise ParameterError(f"the case has no such parameter{remedy}")
+    if isinstance(find_value(data, path), Mapping) or len(path) < 2:
+        raise ParameterError(f"this is a table: name one of its keys, such as {name}.{_key(find_value(data, path))}")
+    return CaseParameter(name=name, path=path, unit=unit)
+
+
+def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> None:
+    """Refuse factors on what the model does not have.
+
+    Raises
+    ------
+    CaseError
+        Such as kt of a case without contact lines.
+    """
+    known = [item.name for item in read.setup.accepted]
+    opened = read.opened
+    assert opened.case.source is not None
+    for item in parameters:
+        if item.is_factor and item.path[1] not in known:
+            remedy = f"give one of {', '.join(known)}, or" if known else "give"
+            raise refuse(
+                opened,
+                item.name,
+                f"{item.name}: it is a factor on all contact lines, on the damping or on the stiffness, and the case "
+                f"has none of what it scales, or takes it as known in [accepted]: {remedy} a key of a table, such as "
+                f"{_example(opened.case.source.data)}",
+            )
+
+
+def refuse(opened: OpenCase, key: str, text: str) -> CaseError:
+    """The refusal of what a user asks of a case beside its file."""
+    return CaseError([Problem(file=str(opened.path), line=0, key=key, text=text)])
+
+
+def vary(opened: OpenCase, values: Mapping[CaseParameter, object]) -> OpenCase:
+    """The case with values of parameters, as a file may hold them.
+
+    Raises
+    ------
+    CaseError
+        A value that the case cannot have.
+    """
+    case: CaseModel = vary_case(opened.case, {item.path: value for item, value in values.items()})
+    return replace(opened, case=case)  # type: ignore[arg-type]
+
+
+def _path(data: Mapping[str, Any], name: str) -> Path | None:
+    """Path of a name; None if it begins with no table."""
+    for table, key in NAMED.items():
+        for number, entry in enumerate(data.get(table, ())):
+            own = entry.get(key) if isinstance(entry, Mapping) else None
+            if own and name.startswith(f"{own}."):
+                return (table, number, *_parts(name[len(str(own)) + 1 :]))
+    path = _parts(name)
+    known = path[:2] if len(path) > 1 and isinstance(path[1], int) else path[:1]
+    # A table that may be missing has all of its defaults.
+    return path if path and (find_value(data, known) is not None or path[0] == "harmonics") else None
+
+
+def _parts(text: str) -> Path:
+    """Path of dotted text with numbers in brackets; empty for any other text."""
+    path: list[str | int] = []
+    for part in text.split("."):
+        match = re.fullmatch(r"([^\[\]]+)(?:\[(\d+)\])?", part)
+        if match is None:
+            return ()
+        path += [match[1]] if match[2] is None else [match[1], int(match[2])]
+    return tuple(path)
+
+
+def _names(data: Mapping[str, Any]) -> Iterator[str]:
+    """Names of the numbers of tables that have names, and of the structure's."""
+    for table, key in NAMED.items():
+        for entry in data.get(table, ()):
+            if isinstance(entry, Mapping):
+                yield from (f"{entry.get(key)}.{item}" for item, value in entry.items() if _is_number(value))
+    yield from _within(data.get("structure"), ("structure",))
+
+
+def _within(table: object, path: Path) -> Iterator[str]:
+    if isinstance(table, Mapping):
+        for key, value in table.items():
+            if _is_number(value):
+                yield dotted((*path, key))
+            yield from _within(value, (*path, key))
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value of a file is a number or a quantity."""
+    if isinstance(value, str):
+        return bool(re.match(r"\s*[+-]?\.?\d", value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _example(data: Mapping[str, Any]) -> str:
+    return next(_names(data), "structure.damping.ratio")
+
+
+def _key(table: object) -> str:
+    return next((key for key, value in table.items() if _is_number(value)), "KEY") if isinstance(table, Mapping) else ""

@@ -1,0 +1,143 @@
+"""What a sweep draws: curves coloured by a parameter, and peaks and limits against it."""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from figure.limit_levels import LimitsByLevel
+from figure.parameter_curves import LINES, ParameterCurve, ParameterCurves
+from figure.parameter_trends import ParameterTrends, TrendLine
+from figure.style import evenly
+from study.solve.result import SURFACE_UNIT
+from study.sweep.grid import Grid
+from study.sweep.result import SampledCase
+
+#: Panels, curves of a trend and figures of limits that can still be read: the others are in the files.
+MOST_PANELS, MOST_GROUPS, MOST_FIGURES = 4, 6, 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Slice:
+    """Points of a grid along one parameter, at one value of each of the others."""
+
+    label: str
+    points: tuple[int, ...]
+
+
+def draw_sweep(grid: Grid, sampled: SampledCase, title: str) -> dict[str, object]:
+    """What is drawn, by name: for each parameter with several values, or for the first."""
+    varied = [number for number, count in enumerate(grid.shape) if count > 1] or [0]
+    drawn: dict[str, object] = {}
+    for number in varied:
+        suffix = f"_{number + 1}" if len(varied) > 1 else ""
+        slices = list(_slices(grid, number))
+        if sampled.curves is not None:
+            drawn[f"sweep_curves{suffix}"] = _curves(grid, number, slices, sampled, title)
+            drawn[f"sweep_peaks{suffix}"] = _trends(grid, number, slices, sampled, title)
+        if sampled.limits and grid.shape[number] > 1:
+            drawn |= {
+                f"sweep_limits{suffix}_{count + 1}": result
+                for count, result in enumerate(_limits(grid, number, slices, sampled, title))
+            }
+    return drawn
+
+
+def _slices(grid: Grid, number: int) -> Iterator[_Slice]:
+    """At most as many as there are kinds of lines, the first and the last of all among them."""
+    others = [item for item in range(len(grid.shape)) if item != number]
+    combinations = list(itertools.product(*(range(grid.shape[item]) for item in others)))
+    for place in evenly(len(combinations), len(LINES)):
+        at = dict(zip(others, combinations[place], strict=True))
+        label = ", ".join(grid.parameters[item].text(grid.values[item][at[item]]) for item in others)
+        along = sorted(range(grid.shape[number]), key=lambda value: grid.values[number][value])
+        points = [
+            int(np.ravel_multi_index([at.get(item, value) for item in range(len(grid.shape))], grid.shape))
+            for value in along
+        ]
+        yield _Slice(label=label, points=tuple(points))
+
+
+def _curves(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterCurves:
+    assert sampled.curves is not None
+    model = sampled.curves.model
+    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    panels = []
+    for place in evenly(len(model.curves), MOST_PANELS):
+        own = [
+            (sampled.curves.curves[point][place], float(sampled.values[point, number]), line)
+            for line, item in enumerate(slices)
+            for point in item.points
+        ]
+        curves = [
+            ParameterCurve(value=value, line=line, along=item.parameter, amplitude=scale * np.abs(item.response[0]))
+            for item, value, line in own
+        ]
+        panels.append((model.curves[place].label, curves))
+    over_frequency = model.curves[0].parameter == "frequency"
+    return ParameterCurves(
+        panels=panels,
+        colour_label=grid.parameters[number].label,
+        lines=[item.label for item in slices],
+        along_label="frequency [Hz]" if over_frequency else "level of the harmonic force [-]",
+        amplitude_label=f"amplitude [{unit}]",
+        title=title,
+        subtitle=f"{model.outputs[0].quantity} of {model.outputs[0].name} over {grid.parameters[number].name}",
+    )
+
+
+def _trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> ParameterTrends:
+    assert sampled.curves is not None
+    model, quantities = sampled.curves.model, sampled.curve_quantities()[:, :, 0]
+    unit, scale = SURFACE_UNIT[model.outputs[0].quantity]
+    trends, shown = [], evenly(len(model.curves), MOST_GROUPS)
+    for group, place in enumerate(shown):
+        for line, item in enumerate(slices):
+            own = quantities[list(item.points), place]
+            trends.append(
+                TrendLine(
+                    group=group,
+                    line=line,
+                    value=sampled.values[list(item.points), number],
+                    quantity=np.array([own[:, 0], scale * own[:, 1], 100 * own[:, 2]]),
+                    doubtful=own[:, 3] == 1,
+                )
+            )
+    over_frequency = model.curves[0].parameter == "frequency"
+    return ParameterTrends(
+        trends=trends,
+        groups=[model.curves[place].label for place in shown],
+        lines=[item.label for item in slices],
+        quantity_labels=(
+            "peak frequency [Hz]" if over_frequency else "level of the peak [-]",
+            f"peak amplitude [{unit}]",
+            "equivalent damping ratio [%]",
+        ),
+        parameter_label=grid.parameters[number].label,
+        title=title,
+        subtitle=f"highest {model.outputs[0].quantity} of {model.outputs[0].name}, and damping there",
+    )
+
+
+def _limits(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> Iterator[LimitsByLevel]:
+    """Peaks of both limits over a parameter, at some levels and values of the other parameters."""
+    peaks, first = sampled.limit_peaks(), sampled.limits[0]
+    last = len(first.limits.frequency) - 1
+    cases = [(level, item) for level in range(len(first.limits.level)) for item in slices]
+    for place in evenly(len(cases), MOST_FIGURES):
+        level, item = cases[place]
+        value, frequency = np.moveaxis(peaks[list(item.points), :, level], (0, 1, 2), (2, 1, 0))
+        doubtful = np.zeros(value.shape, dtype=bool)
+        for column, point in enumerate(item.points):
+            own = sampled.limits[point]
+            for side in range(2):
+                at = own.extreme(side, level)
+                at_end = last > 0 and at in {0, last}
+                doubtful[side, column] = at is not None and bool(own.jump[side, level, at] or at_end)
+        where = ", ".join(filter(None, (f"level {first.limits.level[level]:g}", item.label)))
+        yield LimitsByLevel(
+            level=sampled.values[list(item.points), number], value=value, frequency=frequency, doubtful=doubtful,
+            title=f"{title}: limits at {where}", amplitude_label=first.label,
+            level_label=grid.parameters[number].label,
+        )  # fmt: skip

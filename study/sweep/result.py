@@ -1,0 +1,208 @@
+"""Curves and limits over parameters as people and other programs want them: netCDF and CSV."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from study.limits.result import SIDES, LimitCurves
+from study.solve.result import SI_UNIT, SURFACE_UNIT
+from study.sweep.parameter import CaseParameter
+from study.sweep.samples import SampledCurves
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampledCase:
+    """What was computed of a case at n points of its parameters.
+
+    Parameters
+    ----------
+    parameters
+        Parameters, d of them.
+    values
+        Values at each point, in the unit of each, shape (n, d).
+    curves
+        Response curves; None of a case without a [sweep].
+    limits
+        Limits of each point; empty where they were not asked for.
+    """
+
+    parameters: tuple[CaseParameter, ...]
+    values: Float[Real, "n d"]
+    curves: SampledCurves | None
+    limits: tuple[LimitCurves, ...] = ()
+
+    def curve_quantities(self) -> Float[Real, "n curve output 4"]:
+        """Place of the peak [Hz or -], amplitude [SI], damping ratio, and 1 for a peak at an end of its curve."""
+        assert self.curves is not None
+        outputs = range(len(self.curves.model.outputs))
+        rows = [[[item.peak(output) for output in outputs] for item in point] for point in self.curves.curves]
+        return np.array(
+            [
+                [[(peak.parameter, peak.amplitude, peak.damping, peak.at_end) for peak in curve] for curve in point]
+                for point in rows
+            ],
+            dtype=np.float64,
+        )
+
+    def limit_peaks(self) -> Float[Real, "n 2 level 2"]:
+        """Value and frequency [Hz] of the highest points of both limits, the lower limit first; NaN where none is."""
+        peaks = np.full((len(self.limits), 2, len(self.limits[0].limits.level), 2), np.nan)
+        for point, side, level in np.ndindex(*peaks.shape[:3]):
+            own = self.limits[point]
+            at = own.extreme(side, level)
+            if at is not None:
+                peaks[point, side, level] = own.value[side, level, at], own.limits.frequency[at]
+        return peaks
+
+
+def format_curves_csv(sampled: SampledCase) -> str:
+    """One line per point of each curve."""
+    curves = sampled.curves
+    assert curves is not None
+    head = [*_parameter_columns(sampled), "curve", "frequency [Hz]", "level"]
+    for output in curves.model.outputs:
+        head += [f"{output.name} amplitude [{SURFACE_UNIT[output.quantity][0]}]", f"{output.name} phase [deg]"]
+    head.append("truncation error")
+
+    def lines() -> Iterable[list[object]]:
+        for values, point in zip(sampled.values, curves.curves, strict=True):
+            for item in point:
+                columns = [item.frequency, item.level]
+                for output, response in zip(curves.model.outputs, item.response, strict=True):
+                    columns += [SURFACE_UNIT[output.quantity][1] * np.abs(response), np.degrees(np.angle(response))]
+                columns.append(item.truncation_error)
+                for row in zip(*columns, strict=True):
+                    yield [*_numbers(values), item.curve.label, *_numbers(row)]
+
+    return write_csv(head, lines())
+
+
+def format_peaks_csv(sampled: SampledCase) -> str:
+    """One line per point and curve: peak and equivalent damping of each output."""
+    curves = sampled.curves
+    assert curves is not None
+    place = "frequency [Hz]" if curves.model.curves[0].parameter == "frequency" else "level"
+    head = [*_parameter_columns(sampled), "curve"]
+    for output in curves.model.outputs:
+        unit = SURFACE_UNIT[output.quantity][0]
+        head += [f"{output.name} peak {place}", f"{output.name} peak amplitude [{unit}]"]
+        head += [f"{output.name} equivalent damping ratio", f"{output.name} peak at the end"]
+    quantities = sampled.curve_quantities()
+
+    def lines() -> Iterable[list[object]]:
+        for number, (values, point) in enumerate(zip(sampled.values, curves.curves, strict=True)):
+            for curve, item in enumerate(point):
+                cells: list[str] = []
+                for output, sensor in enumerate(curves.model.outputs):
+                    along, amplitude, damping, at_end = quantities[number, curve, output]
+                    scaled = SURFACE_UNIT[sensor.quantity][1] * amplitude
+                    cells += _numbers((along, scaled, damping, at_end))
+                yield [*_numbers(values), item.curve.label, *cells, item.stop_message]
+
+    return write_csv([*head, "end of the curve"], lines())
+
+
+def format_limits_csv(sampled: SampledCase) -> str:
+    """One line per point, level and frequency, with both limits."""
+    first = sampled.limits[0]
+    head = [*_parameter_columns(sampled), "level", "frequency [Hz]", *(f"{side} [{first.unit}]" for side in SIDES)]
+
+    def lines() -> Iterable[list[object]]:
+        for values, own in zip(sampled.values, sampled.limits, strict=True):
+            for level, at in np.ndindex(own.value.shape[1:]):
+                row = (own.limits.level[level], own.limits.frequency[at], *own.value[:, level, at])
+                yield [*_numbers(values), *_numbers(row)]
+
+    return write_csv(head, lines())
+
+
+def make_dataset(sampled: SampledCase, title: str) -> "xr.Dataset":
+    """All in one dataset; curves point after point, each with the numbers of its parameter point and its curve."""
+    import xarray as xr
+
+    data = xr.Dataset(
+        {"value": (("sample", "parameter"), sampled.values, {"long_name": "value of each parameter in its unit"})},
+        coords={
+            "parameter": np.array([item.name for item in sampled.parameters], dtype=object),
+            "parameter_unit": ("parameter", np.array([item.unit or "1" for item in sampled.parameters], dtype=object)),
+        },
+        attrs={"title": title},
+    )
+    if sampled.curves is not None:
+        data = data.merge(_curve_data(sampled, sampled.curves), combine_attrs="override")
+    if sampled.limits:
+        first, peaks = sampled.limits[0], sampled.limit_peaks()
+        data = data.assign(
+            limit=(
+                ("sample", "side", "limit_level", "limit_frequency"),
+                np.array([own.value for own in sampled.limits]),
+                {"units": first.unit, "long_name": first.quantity},
+            ),
+            limit_peak=(("sample", "side", "limit_level"), peaks[..., 0], {"units": first.unit}),
+            limit_peak_frequency=(("sample", "side", "limit_level"), peaks[..., 1], {"units": "Hz"}),
+        ).assign_coords(
+            side=np.array(SIDES, dtype=object),
+            limit_level=first.limits.level,
+            limit_frequency=("limit_frequency", first.limits.frequency, {"units": "Hz"}),
+        )
+    return data
+
+
+def _curve_data(sampled: SampledCase, curves: SampledCurves) -> "xr.Dataset":
+    import xarray as xr
+
+    flat = [(number, place, item) for number, point in enumerate(curves.curves) for place, item in enumerate(point)]
+    counts = [len(item.frequency) for _, _, item in flat]
+    quantities = sampled.curve_quantities()
+    outputs, peaks = curves.model.outputs, ("sample", "curve_number", "output")
+    response = np.concatenate([item.response for _, _, item in flat], axis=1)
+    over_frequency = curves.model.curves[0].parameter == "frequency"
+    return xr.Dataset(
+        {
+            "frequency": ("point", np.concatenate([item.frequency for _, _, item in flat]), {"units": "Hz"}),
+            "level": ("point", np.concatenate([item.level for _, _, item in flat]), {"units": "1"}),
+            "sample_of_point": ("point", np.repeat([number for number, _, _ in flat], counts)),
+            "curve_of_point": ("point", np.repeat([place for _, place, _ in flat], counts)),
+            "response_real": (("output", "point"), response.real, {"units": "SI, see output_unit"}),
+            "response_imag": (("output", "point"), response.imag, {"units": "SI, see output_unit"}),
+            "truncation_error": ("point", np.concatenate([item.truncation_error for _, _, item in flat])),
+            "peak": (peaks, quantities[..., 0], {"units": "Hz" if over_frequency else "1"}),
+            "peak_amplitude": (peaks, quantities[..., 1], {"units": "SI, see output_unit"}),
+            "equivalent_damping": (peaks, quantities[..., 2], {"units": "1"}),
+            "peak_at_end": (peaks, quantities[..., 3] == 1),
+        },
+        coords={
+            "curve_label": ("curve_number", np.array([item.label for item in curves.model.curves], dtype=object)),
+            "output": np.array([item.name for item in outputs], dtype=object),
+            "output_unit": ("output", np.array([SI_UNIT[item.quantity] for item in outputs], dtype=object)),
+        },
+    )
+
+
+def write_csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
+    """A table as text."""
+    stream = io.StringIO()
+    write = csv.writer(stream, lineterminator="\n").writerow
+    write(head)
+    for line in lines:
+        write(line)
+    return stream.getvalue()
+
+
+def _parameter_columns(sampled: SampledCase) -> list[str]:
+    return [item.label for item in sampled.parameters]
+
+
+def _numbers(values: Iterable[float]) -> list[str]:
+    return [f"{value:.10g}" for value in values]

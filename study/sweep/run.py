@@ -1,0 +1,151 @@
+"""``stickslip sweep``: response curves and limits of a case over a grid of its parameters."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.output import replace_file
+from study.case.setup import read_case
+from study.kind.registry import OpenCase, open_case
+from study.run_context import RunContext, silent_run
+from study.solve.model import make_solve_model, require_sweep
+from study.sweep.grid import Grid, read_grid
+from study.sweep.limits import asks_for_limits, compute_limits
+from study.sweep.parameter import require_factors
+from study.sweep.pictures import draw_sweep
+from study.sweep.result import (
+    SampledCase,
+    format_curves_csv,
+    format_limits_csv,
+    format_peaks_csv,
+    make_dataset,
+)
+from study.sweep.samples import compute_curves
+
+#: What a user asks for: values of each parameter by its name, or words NAME=VALUES.
+Values = Mapping[str, str | Sequence[float | str]] | Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Swept:
+    """What a sweep computed.
+
+    Parameters
+    ----------
+    grid
+        The grid.
+    sampled
+        Curves and limits of its points, in their order.
+    files
+        Written ones.
+    """
+
+    grid: Grid
+    sampled: SampledCase
+    files: tuple[Path, ...] = ()
+
+
+def sweep(
+    path: Path | str,
+    values: Values,
+    *,
+    limits: bool | None = None,
+    run: RunContext | None = None,
+    workers: int | None = 1,
+) -> Swept:
+    """Response curves, and limits, of a case over a grid of its parameters; nothing is written.
+
+    Parameters
+    ----------
+    path
+        Case file.
+    values
+        Values of each parameter by its name, such as ``{"mu": [0.8, 1.2], "wall.preload": "18 N:22 N:5"}``; or words
+        ``NAME=VALUES`` as on the command line.
+    limits
+        Whether limits are searched for; by default if the case has a table [limits].
+    run
+        Store and progress; none by default.
+    workers
+        Processes [-]; this one by default. With more, or None for one per core, a script needs
+        ``if __name__ == "__main__":``.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case, or one of the grid.
+    ComputationFailed
+        No curve could be started.
+    """
+    opened = open_case(path)
+    run = run or silent_run()
+    grid = read_grid(opened, values)
+    points = [grid.at(point) for point in grid.points()]
+    numbers = np.array(grid.points(), dtype=np.float64)
+    with_limits = asks_for_limits(opened) if limits is None else limits
+    require_curves_or_limits(opened, with_limits=with_limits)
+    read = read_case(opened, run=run)
+    require_factors(read, grid.parameters)
+    curves = None
+    if opened.case.sweep is not None:
+        curves = compute_curves(opened, points, make_solve_model(read), run, workers)
+        warn_of_failures(curves.failures, len(points) * len(curves.model.curves), run)
+    found = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
+    return Swept(
+        grid=grid, sampled=SampledCase(parameters=grid.parameters, values=numbers, curves=curves, limits=found)
+    )
+
+
+def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
+    """Refuse a case that asks for nothing.
+
+    Raises
+    ------
+    CaseError
+        It has no [sweep], and no [limits] with frequencies of its own.
+    """
+    if not with_limits:
+        require_sweep(opened)
+
+
+def warn_of_failures(failures: Sequence[str], count: int, run: RunContext) -> None:
+    """Say how many curves are not complete, and why the first is not."""
+    if failures:
+        run.warn(f"{len(failures)} of {count} curves do not reach the end of their range; the first: {failures[0]}")
+
+
+def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> Swept:
+    """`sweep` with one process per core, and its tables and figures in the output folder.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case, or one of the grid.
+    ComputationFailed
+        No curve could be started.
+    """
+    assert run.output is not None
+    swept = sweep(path, words, limits=limits, run=run, workers=None)
+    title = open_case(path).title
+    files = write_samples(swept.sampled, f"{path.stem}_sweep", title, run)
+    drawn = draw_sweep(swept.grid, swept.sampled, title)
+    files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
+    return Swept(grid=swept.grid, sampled=swept.sampled, files=tuple(files))
+
+
+def write_samples(sampled: SampledCase, stem: str, title: str, run: RunContext) -> list[Path]:
+    """Write curves and limits of all points as netCDF and CSV."""
+    assert run.output is not None
+    content: dict[str, str | bytes] = {
+        f"{stem}.nc": bytes(make_dataset(sampled, title).to_netcdf(engine="h5netcdf")),
+    }
+    if sampled.curves is not None:
+        content[f"{stem}.csv"] = format_curves_csv(sampled)
+        content[f"{stem}_peaks.csv"] = format_peaks_csv(sampled)
+    if sampled.limits:
+        content[f"{stem}_limits.csv"] = format_limits_csv(sampled)
+    for name, text in content.items():
+        replace_file(run.output / name, text)
+    return [run.output / name for name in content]
