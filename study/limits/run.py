@@ -84,7 +84,8 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     output = None
     if table.objective not in FORCES:
         output = next(item for item in model.outputs if table.sensor in {None, item.name})
-    curves = convert_limits(table, output, search.harmonic, rows)
+    motion = "" if output is None else model.motion_of(output)
+    curves = convert_limits(table, output, search.harmonic, rows, motion)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")]
     _save(curves.limits, files[0])
     replace_file(files[1], format_limits_csv(curves))

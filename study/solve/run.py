@@ -125,10 +125,10 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> Solve
         branch = run.store.run(response_curve, *inputs, checkpoint=checkpoint, report=report)
     checkpoint.remove()
     if not model.stability:
-        return SolvedCurve(curve=curve, branch=branch)
+        return SolvedCurve(curve=curve, branch=branch, model=model)
     with run.progress.step(f"stability of curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
         stability = run.store.run(curve_stability, model.system, branch, *inputs[2:], report=report)
-    return SolvedCurve(curve=curve, branch=branch, stability=stability)
+    return SolvedCurve(curve=curve, branch=branch, model=model, stability=stability)
 
 
 def _results(
@@ -155,7 +155,7 @@ def _results(
         which = "" if harmonic == 1 else f" of harmonic {harmonic}"
         drawn[f"response_{number}" if len(model.outputs) > 1 else "response"] = ResponseCurves(
             curves=family,
-            title=f"{title}: {output.quantity} of {output.name}",
+            title=f"{title}: {f'{model.motion_of(output)} {output.quantity}'.strip()} of {output.name}",
             parameter_label=label,
             amplitude_label=f"amplitude{which} [{unit}]",
         )
@@ -190,8 +190,8 @@ def _marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> li
     return [
         CurveMark(
             label=point.kind.label,
-            parameter=point.state.frequency if item.curve.parameter == "frequency" else point.state.level,
-            response=scale * complex(output_of(output, point.state)[harmonic]),
+            parameter=point.state.frequency if item.curve.parameter == "frequency" else item.level_of(point.state),
+            response=scale * complex(output_of(item.model, output, point.state)[harmonic]),
         )
         for point in (item.stability.bifurcations if item.stability else ())
     ]

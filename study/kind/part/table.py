@@ -16,7 +16,7 @@ from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.case.joint_table import Name
 from study.case.tables import StructureTable
-from study.kind.blade.table import DampingTable, InteriorTable, MaterialTable
+from study.kind.blade.table import InteriorTable, MaterialTable, ReducedDampingTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["part.step"])]
 Place = Annotated[tuple[Length, Length, Length], Field(examples=[["10 mm", "0 mm", "5 mm"]])]
@@ -130,7 +130,7 @@ class PartTable(StructureTable):
     line: tuple[LineTable, ...] = ()
     boundary: tuple[WholeSetTable, ...] = ()
     reduction: InteriorTable = InteriorTable()
-    damping: DampingTable | None = None
+    damping: ReducedDampingTable | None = None
     face: tuple[FaceTable, ...] = ()
     mesh: TetMeshTable | None = None
     length_unit: LengthUnit | None = None
