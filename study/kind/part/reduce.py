@@ -29,6 +29,7 @@ from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahe
 from reduction.rom import ReducedModel
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
 from study.case.tables import Case
+from study.kind.part.material import find_part_material
 from study.kind.part.places import Places, check_names, places
 from study.kind.part.reduce_report import (
     document_faces,
@@ -100,8 +101,7 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
         follow its solid, places beside the part, supports that leave it loose, more than the machine's memory.
     """
     case: Case[PartTable] = opened.case
-    with located(case, "structure", "material"):
-        material = case.structure.material.material()
+    material = find_part_material(case, opened.folder, run)
     meshed = (_step if case.structure.is_step else _file)(case, opened.folder, run)
     result = places(case, meshed.mesh)
     matrices, reduced = _reduced(case, opened.title, material, result, run)

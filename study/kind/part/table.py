@@ -124,7 +124,7 @@ class PartTable(StructureTable):
 
     kind: Literal["part"]
     file: FileName
-    material: MaterialTable
+    material: MaterialTable | None = None
     support: tuple[PartSupportTable, ...] = ()
     point: tuple[PointTable, ...] = ()
     line: tuple[LineTable, ...] = ()
@@ -142,6 +142,8 @@ class PartTable(StructureTable):
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
+        if self.is_step and self.material is None:
+            raise ValueError("table [structure.material] is missing: add it, with young, poisson and density")
         if self.is_step and self.mesh is None:
             raise ValueError(f'file = "{self.file}" is meshed: add [structure.mesh] with a size, e.g. size = "2 mm"')
         if self.is_step and self.length_unit is not None:
