@@ -12,6 +12,7 @@ from fe.notebook import Labelled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
+from hbsolve.matlab import write_matlab
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
@@ -19,7 +20,10 @@ from reduction.array_input import freeze_arrays
 from reduction.array_type import Real, Whole
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+
+SIDES = ("lower", "upper")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,9 +123,31 @@ class ResponseLimits(Labelled):
 
         data = xarray.Dataset(
             {item.name: (dimensions(self).get(item.name, ()), getattr(self, item.name)) for item in fields(self)},
-            coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]},
+            coords={"side": list(SIDES), "state": ["stick", "slip", "separated"]},
         )
         return data.assign_coords(frequency=("point", self.frequency, {"units": "Hz"}))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """As a table with one row for each level and frequency; values are in the unit of the objective."""
+        import pandas
+
+        level, point = np.indices(self.value.shape[1:]).reshape(2, -1)
+        columns = {"level [-]": self.level[level], "frequency [Hz]": self.frequency[point]}
+        for name in ("value", "sampled", "residual", "repaired", "jump", "n_outside"):
+            for side, word in enumerate(SIDES):
+                label = word if name == "value" else f"{word} {name.replace('_', ' ')}"
+                columns[label] = getattr(self, name)[side].ravel()
+        return pandas.DataFrame(columns)
+
+    def save_matlab(self, path: Path | str) -> None:
+        """Write a MATLAB file, which `hbsolve.matlab.make_matlab_file` describes.
+
+        Raises
+        ------
+        BalanceError
+            The file cannot be written.
+        """
+        write_matlab(self.to_xarray(), path)
 
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file).

@@ -14,6 +14,7 @@ from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.style import evenly
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
+from hbsolve.matlab import make_matlab_file
 from pipeline.checkpoint import Checkpoint
 from pipeline.output import replace_file
 from study.case.setup import read_case
@@ -105,9 +106,11 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     assert run.output is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
-    files = [run.output / f"{stem}_response.nc", run.output / f"{stem}_response.csv"]
-    replace_file(files[0], bytes(make_response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
-    replace_file(files[1], format_response_csv(model, curves))
+    files = [run.output / f"{stem}_response.{suffix}" for suffix in ("nc", "mat", "csv")]
+    data = make_response_dataset(model, curves, title)
+    replace_file(files[0], bytes(data.to_netcdf(engine="h5netcdf")))
+    replace_file(files[1], make_matlab_file(data))
+    replace_file(files[2], format_response_csv(model, curves))
     drawn = _results(model, balance, curves, title)
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
     peaks = tuple(peak_of(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
