@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fe.notebook import Labelled
 from hbsolve.errors import BalanceError
 from reduction.file.atomic_file import write_whole
 
@@ -47,7 +48,16 @@ def make_matlab_file(data: "xarray.Dataset") -> bytes:
     return bytes(stream.getvalue())
 
 
-def write_matlab(data: "xarray.Dataset", path: Path | str) -> None:
-    """Write a data set; a file of that name is replaced in one step. What cannot be written is a `BalanceError`."""
-    content = make_matlab_file(data)
-    write_whole(path, lambda file: file.write_bytes(content), BalanceError)
+class Exported(Labelled):
+    """A result of arrays that MATLAB can read as well."""
+
+    def save_matlab(self, path: Path | str) -> None:
+        """Write a MATLAB file, as `make_matlab_file` describes it; one of that name is replaced in one step.
+
+        Raises
+        ------
+        BalanceError
+            The file cannot be written.
+        """
+        content = make_matlab_file(self.to_xarray())
+        write_whole(path, lambda file: file.write_bytes(content), BalanceError)

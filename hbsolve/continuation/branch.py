@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Complex, Float
 
-from fe.notebook import Labelled
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
-from hbsolve.matlab import write_matlab
+from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.sampling import real_from_complex
 from hbsolve.state import harmonic_at
@@ -34,7 +33,7 @@ def _none() -> Real:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseBranch(Labelled):
+class ResponseBranch(Exported):
     """Periodic responses along a curve; arrays are copied and read-only.
 
     Parameters
@@ -208,16 +207,6 @@ class ResponseBranch(Labelled):
             if getattr(self, column).size:
                 columns[f"{column.replace('_', ' ')} [-]"] = getattr(self, column)
         return pandas.DataFrame(columns)
-
-    def save_matlab(self, path: Path | str) -> None:
-        """Write a MATLAB file, which `hbsolve.matlab.make_matlab_file` describes.
-
-        Raises
-        ------
-        BalanceError
-            The file cannot be written.
-        """
-        write_matlab(self.to_xarray(), path)
 
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file), the coefficients as two real variables.

@@ -8,11 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
-from fe.notebook import Labelled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.matlab import write_matlab
+from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
@@ -27,7 +26,7 @@ SIDES = ("lower", "upper")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseLimits(Labelled):
+class ResponseLimits(Exported):
     """Lower and upper limit of one number; f frequencies, l levels, s sliders. Arrays are copied and read-only.
 
     Arrays of both sides have the lower limit first. A limit that was not found is NaN.
@@ -138,16 +137,6 @@ class ResponseLimits(Labelled):
                 label = word if name == "value" else f"{word} {name.replace('_', ' ')}"
                 columns[label] = getattr(self, name)[side].ravel()
         return pandas.DataFrame(columns)
-
-    def save_matlab(self, path: Path | str) -> None:
-        """Write a MATLAB file, which `hbsolve.matlab.make_matlab_file` describes.
-
-        Raises
-        ------
-        BalanceError
-            The file cannot be written.
-        """
-        write_matlab(self.to_xarray(), path)
 
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file).

@@ -138,7 +138,7 @@ def make_limit_search(
             row=None if output is None else output.row,
             angular_frequency=omega,
             levels=levels,
-            nominal=None if isinstance(sweep, LevelSweepTable) else model.slider,
+            nominal=_nominal(table, sweep, model),
             reach=_reach(table),
             settings=LimitSettings(
                 population=table.population, sample=table.samples, block=table.block, seed=table.seed
@@ -235,6 +235,25 @@ def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
     if sweep is None:
         return (1.0,)
     raise BalanceError("levels are missing, and [sweep] goes over the level: give a list, such as levels = [1, 3, 5]")
+
+
+def _nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real | None:
+    """Centre of the box: rest under dead weights or the static load, sliders without tension, or given ones [m]."""
+    if table.nominal == "rest":
+        return None if isinstance(sweep, LevelSweepTable) else model.slider
+    names = [
+        joint.name if joint.n_slider == 1 else f"{joint.name}, slider {number + 1}"
+        for joint in model.system.joints
+        for number in range(joint.n_slider)
+    ]
+    if table.nominal == "stuck":
+        return np.zeros(len(names))
+    if len(table.nominal) != len(names):
+        raise BalanceError(
+            f"nominal has {len(table.nominal)} lengths for {len(names)} sliders: give one for each of "
+            f"{'; '.join(names)}"
+        )
+    return np.array(table.nominal)
 
 
 def _reach(table: LimitsTable) -> float | None:

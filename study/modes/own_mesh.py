@@ -62,12 +62,11 @@ class OwnMesh:
         unit = _typed("--length-unit", self.length_unit, LENGTH, number="1 ")
         carried = read_file_material(source, unit).material
         base = carried or STEEL
+        young = base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS)
+        density = base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY)
+        poisson = base.poisson if self.poisson is None else self.poisson
         try:
-            material = Material(
-                young=base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS),
-                poisson=base.poisson if self.poisson is None else self.poisson,
-                density=base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY),
-            )
+            material = Material(young=young, poisson=poisson, density=density)
         except InputError as error:  # it names its field, which is the option
             name, _, value = str(error).partition(" = ")
             raise InputError(f"--{name} {value}") from None

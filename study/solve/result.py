@@ -32,6 +32,8 @@ SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 STATES, DRAWN_STATES = ("stick", "slip", "separated"), ("stuck", "slipping", "separated")
 #: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
 SAMPLE_PER_HARMONIC = 32
+#: Larger than the vibration of any structure, the longest bridges included [m].
+MOST_DISPLACEMENT = 10.0
 #: An amplitude whose estimated error is larger than this is not to be used unawares.
 MOST_TRUNCATION = 0.05
 
@@ -294,6 +296,20 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
             for point in item.stability.bifurcations
         ],
     )
+
+
+def motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> str:
+    """One sentence on the largest displacement of all, if it is one of no vibrating structure; empty otherwise."""
+    largest, where = 0.0, ""
+    for item in curves:
+        for output in outputs:
+            omega = np.maximum(item.branch.angular_frequency, np.finfo(float).tiny) ** DERIVATIVE[output.quantity]
+            moved = float((item.half_range(output) / omega).max())
+            if moved > largest:
+                largest, where = moved, f'{output.name} moves by {moved:.3g} m on the curve "{item.curve.label}"'
+    if largest <= MOST_DISPLACEMENT:
+        return ""
+    return f"{where}: no structure vibrates by more than {MOST_DISPLACEMENT:g} m, so check levels, loads and units"
 
 
 def truncation_warning(peaks: Sequence[Peak], highest: int) -> str:

@@ -31,6 +31,7 @@ from study.solve.result import (
     format_response_csv,
     list_state_names,
     make_response_dataset,
+    motion_warning,
     output_of,
     peak_of,
     truncation_warning,
@@ -115,6 +116,8 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
     peaks = tuple(peak_of(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
     if warning := truncation_warning(peaks, model.harmonics):
+        run.warn(warning)
+    if warning := motion_warning(curves, model.outputs):
         run.warn(warning)
     return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
 
