@@ -238,3 +238,14 @@ def test_a_part_that_nothing_holds_has_no_base(home: Path) -> None:
     (home / "my.toml").write_text(PART.replace('[[structure.support]]\non = ["clamp"]\n', ""))
     with pytest.raises(CaseError, match=r"no \[\[structure.support\]\] fixes the part"):
         read_case(home / "my.toml")
+
+
+def test_limits_of_a_held_displacement_are_refused_before_the_search(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    slip = (
+        '[[joint]]\nkind = "jenkins"\nname = "slip"\ndof = 0\ntangential_stiffness = "20 N/mm"\nlimit_force = "3 N"\n'
+    )
+    (home / "my.toml").write_text(CHAIN + slip)
+    assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) != 0
+    assert "give its acceleration in place of its velocity or displacement" in capfd.readouterr().err
