@@ -185,6 +185,8 @@ YoungsModulus = Annotated[float, BeforeValidator(YOUNGS_MODULUS.read), Field(exa
 MaterialDensity = Annotated[float, BeforeValidator(MATERIAL_DENSITY.read), Field(examples=[MATERIAL_DENSITY.example])]
 Stiffness = Annotated[float, BeforeValidator(STIFFNESS.read), Field(examples=[STIFFNESS.example])]
 Frequency = Annotated[float, BeforeValidator(FREQUENCY.read), Field(examples=[FREQUENCY.example])]
+Velocity = Annotated[float, BeforeValidator(VELOCITY.read), Field(examples=[VELOCITY.example])]
+Acceleration = Annotated[float, BeforeValidator(ACCELERATION.read), Field(examples=[ACCELERATION.example])]
 Ratio = Annotated[float, BeforeValidator(RATIO.read), Field(examples=[RATIO.example])]
 # TOML has real integers: "3", 3.0 and true are none.
 Count = Annotated[int, Field(strict=True, ge=1, examples=[3])]

@@ -322,16 +322,19 @@ class Configuration:
         pushed = g + self.balance.table.reference * complex_from_real(track.motion)
         readings = read * times**order + pushed @ force.T
         if self.model.base_acceleration is not None:
-            first = drive[:, min(1, drive.shape[1] - 1)]
-            readings[:, 1] += first * (1j * omega[:, None]) ** (order - 2.0) * self.base
+            for k in range(1, len(self.base)):
+                own = drive[:, min(k, drive.shape[1] - 1)]
+                readings[:, k] += own * (1j * k * omega[:, None]) ** (order - 2.0) * self.base[k]
         return self._late(np.asarray(readings), times)
 
     @cached_property
-    def base(self) -> NDArray[np.float64]:
-        """Acceleration of a shaken base that each sensor reads beside the relative motion, at level 1, shape (s,)."""
+    def base(self) -> Complex[NDArray[np.complex128], "h s"]:
+        """Acceleration of a shaken base that each sensor reads beside the relative motion, at level 1, shape (h, s)."""
         base = self.model.base_acceleration
-        seen = [base is not None and isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
-        return np.where(seen, 0.0 if base is None else self.rows[0] @ base, 0.0)
+        if base is None:
+            return np.zeros((2, len(self.model.sensors)), dtype=np.complex128)
+        seen = [isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
+        return np.where(seen, base @ self.rows[0].T, 0.0)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
@@ -339,8 +342,9 @@ class Configuration:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients @ self.rows[0].T, self._forces(state), state)
         if self.model.base_acceleration is not None:
-            turn = 1j * state.angular_frequency
-            table[1] += state.level * turn ** (self.rows[2] - 2.0) * self.base * np.exp(-turn * self.delay)
+            for k in range(1, len(self.base)):
+                turn = 1j * k * state.angular_frequency
+                table[k] += state.level * turn ** (self.rows[2] - 2.0) * self.base[k] * np.exp(-turn * self.delay)
         return np.asarray(table[harmonics, self.numbers(names)])
 
     def rates(self, tangents: Sequence[Tangent]) -> Rates:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
@@ -176,9 +176,12 @@ class Model:
     force_error
         Relative excess of the force of a test over its label, by configuration; none by default [-].
     base_acceleration
-        Acceleration that a shaken base gives each degree of freedom at level 1 as if the structure were rigid, shape
-        (r,) [m/s^2]; the system moves relative to the base under the inertia load, which its harmonic force contains.
-        None for a base that rests.
+        Acceleration that a shaken base gives each degree of freedom at level 1 as if the structure were rigid, row k
+        for harmonic k, shape (n, r) [m/s^2]; a single row of shape (r,) is harmonic 1. The system moves relative to
+        the base under the inertia load, which its harmonic force contains. None for a base that rests.
+    level_power
+        The level is times Omega^level_power: 2 where the case says how far the base moves, 1 for its velocity, 0 for
+        accelerations and forces [-].
     n_harmonic, n_sample
         H + 1, and instants a period (0 leaves them to the balance) [-].
 
@@ -200,7 +203,8 @@ class Model:
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
     force_error: Mapping[str, float] = field(default_factory=dict)
-    base_acceleration: Row | None = None
+    base_acceleration: Row | Complex[NDArray[np.complex128], "n r"] | None = None
+    level_power: int = 0
     n_harmonic: int = 8
     n_sample: int = 0
 
@@ -216,6 +220,10 @@ class Model:
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
         object.__setattr__(self, "linked_preloads", tuple(tuple(group) for group in self.linked_preloads))
         object.__setattr__(self, "sensors", tuple(self.sensors))
+        if self.base_acceleration is not None:
+            given = np.asarray(self.base_acceleration)
+            rows = given if given.ndim == 2 else np.stack([np.zeros_like(given), given])
+            object.__setattr__(self, "base_acceleration", read_only(rows, kind=np.complex128))
         self._check(r)
 
     def _check(self, r: int) -> None:
@@ -223,7 +231,7 @@ class Model:
             raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
         rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
-        rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration}
+        rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration[1]}
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
             if row.shape != (r,):
@@ -333,7 +341,7 @@ class Model:
         """Other matrices, joints or loads; on a shaken base another mass has another inertia load."""
         if self.base_acceleration is not None and "mass" in changes and "harmonic_force" not in changes:
             force = np.array(self.system.dynamic)
-            force[1] -= (changes["mass"] - self.system.mass) @ self.base_acceleration
+            force[: len(self.base_acceleration)] -= self.base_acceleration @ (changes["mass"] - self.system.mass).T
             changes["harmonic_force"] = force
         return replace(self, system=replace(self.system, **changes))
 

@@ -203,7 +203,7 @@ def _solve(
     _, dynamic, contact, omega = solver.linear.read(tuple(frequencies), rows)
     state, sensor = np.arange(n), solver.numbers(sensors)
     # Readings are time derivatives, and those of a shaken base have its own motion in them.
-    turned, base = (1j * omega[:, None]) ** order, solver.base * (1j * omega[:, None]) ** (order - 2.0)
+    turned, base = (1j * omega[:, None]) ** order, solver.base[1] * (1j * omega[:, None]) ** (order - 2.0)
     through = (dynamic[:, 1] * turned + base)[state, sensor]
     felt = contact[state, 1, sensor] * turned[state, sensor][:, None]
     stuck = linear.static + force[:, None, None] * linear.dynamic

@@ -152,6 +152,11 @@ def _check_drive(model: Model, campaign: Campaign) -> None:
             f'{MANIFEST}: drive.quantity = "base acceleration", but the case has a force: shake its supports by '
             '[[load]] with base = "z", or the axis of the shaker'
         )
+    if shaken and model.level_power:
+        raise CampaignError(
+            f"{MANIFEST}: drive.quantity is the acceleration of the base, but the case gives its velocity or "
+            "displacement: give it as acceleration in [[load]]"
+        )
     if not shaken and model.base_acceleration is not None:
         raise CampaignError(
             f'{MANIFEST}: drive.quantity = "{campaign.drive.quantity}", but the case shakes a base: write '

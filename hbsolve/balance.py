@@ -93,7 +93,9 @@ class HarmonicBalance:
         table = _limited_table(self.system)
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "structure", self._structure(table))
-        _warn_of_negative_damping(self.system.damping)
+        _warn_of_negative_damping(self.system.damping, "damping", "N s/m")
+        if self.system.structural_damping is not None:
+            _warn_of_negative_damping(self.system.structural_damping, "structural damping", "N/m")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Users' compiled functions have other addresses in another process."""
@@ -143,6 +145,7 @@ class HarmonicBalance:
             stiffness=system.stiffness,
             # A structure that has grown by a body is no longer near.
             basis=system.basis if system.basis is not None and system.basis.shape == system.mass.shape else None,
+            structural=system.structural_damping,
             directions=np.vstack(rows) if rows else np.zeros((0, system.n_dof)),
             reference=table.reference,
             static=static,
@@ -179,7 +182,8 @@ class HarmonicBalance:
         None if the linear structure with all contacts stuck, the directions or the harmonic force are others.
         """
         own, table = self.system, _limited_table(system)
-        pairs = [(getattr(own, name), getattr(system, name)) for name in ("mass", "damping", "stiffness", "dynamic")]
+        matrices = ("mass", "damping", "stiffness", "structural_damping", "dynamic")
+        pairs = [(getattr(own, name), getattr(system, name)) for name in matrices]
         pairs += [(self.table.reference, table.reference), (self.table.kind, table.kind)]
         directions = [joint.directions for joint in system.joints]
         pairs.append(
@@ -337,7 +341,7 @@ def _checked_frequency(angular_frequency: float) -> float:
     return omega
 
 
-def _warn_of_negative_damping(damping: Float[Real, "r r"]) -> None:
+def _warn_of_negative_damping(damping: Float[Real, "r r"], name: str, unit: str) -> None:
     """Warn where the symmetric part of the damping, which alone works on a motion, has a negative eigenvalue.
 
     Follower forces, such as those in the bearings of rotors, may be meant so: it is no error.
@@ -346,8 +350,8 @@ def _warn_of_negative_damping(damping: Float[Real, "r r"]) -> None:
     largest = max(float(np.abs(values).max()), float(np.abs(damping).max()))
     if values[0] < -NEGATIVE * largest:
         warnings.warn(
-            f"the damping has the eigenvalue {values[0]:.3g} N s/m in its symmetric part, whose largest is "
-            f"{values[-1]:.3g} N s/m: it puts energy into a motion, as follower forces do, so check its sign if the "
+            f"the {name} has the eigenvalue {values[0]:.3g} {unit} in its symmetric part, whose largest is "
+            f"{values[-1]:.3g} {unit}: it puts energy into a motion, as follower forces do, so check its sign if the "
             "structure is passive",
             DampingWarning,
             stacklevel=4,  # the line that makes the balance

@@ -3,7 +3,7 @@ r"""The linear structure as the joints see it: receptance between joint directio
 With D the reference stiffness of the joints and B their rows, the stuck structure is K_stuck = K + B^T D B and
 
 .. math:: A_k = B\, \alpha_\mathrm{stuck}(k \Omega)\, B^T, \qquad
-          \alpha_\mathrm{stuck}(\omega) = (K_\mathrm{stuck} - \omega^2 M + i \omega C)^{-1}
+          \alpha_\mathrm{stuck}(\omega) = (K_\mathrm{stuck} - \omega^2 M + i (\omega C + H))^{-1}
 
 One decomposition serves all frequencies: that of the stuck structure if its modes uncouple the damping, else that of
 the structure without joints (where Rayleigh damping of K is uncoupled), to which the contact stiffness is added in the
@@ -93,6 +93,8 @@ class CondensedStructure:
     """Coefficients of the loads, shape (H + 1, r) [N]."""
     basis: Float[Real, "r r"] | None = None
     """Mode shapes of a structure without the joints nearby; none by default."""
+    structural: Float[Real, "r r"] | None = None
+    """H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default."""
 
     def __post_init__(self) -> None:
         stuck = self.stuck
@@ -106,7 +108,7 @@ class CondensedStructure:
     def stuck(self) -> DynamicStiffness:
         """The structure with all contacts stuck and closed."""
         stiffness = self.stiffness + self.directions.T @ (self.reference[:, None] * self.directions)
-        return DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=stiffness)
+        return DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=stiffness, structural=self.structural)
 
     @property
     def is_dense(self) -> bool:
@@ -118,7 +120,13 @@ class CondensedStructure:
         """The structure without joints, if that is what uncouples the damping."""
         if not self.stuck.damping_couples_modes:
             return None
-        free = DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=self.stiffness, basis=self.basis)
+        free = DynamicStiffness(
+            mass=self.mass,
+            damping=self.damping,
+            stiffness=self.stiffness,
+            basis=self.basis,
+            structural=self.structural,
+        )
         return None if free.damping_couples_modes else free
 
     @cached_property

@@ -37,9 +37,10 @@ RESONANCE = 1e-14
 class DynamicStiffness:
     r"""Mass, damping and stiffness, and the receptance that inverts them.
 
-    .. math:: \alpha(\omega) = (K - \omega^2 M + i \omega C)^{-1}
+    .. math:: \alpha(\omega) = (K - \omega^2 M + i (\omega C + H))^{-1}
 
-    The receptances of harmonics 0 to H of Omega are those at omega = k Omega.
+    with the structural damping H of a complex stiffness, which acts on all motions but the mean. The receptances of
+    harmonics k of Omega are those at omega = k Omega.
 
     With damping that does not couple the modes (Rayleigh, modal) one decomposition serves all frequencies: in the
     coordinates of `fe.dense_modes` the bracket is diagonal. So it does with Rayleigh damping that a few directions are
@@ -57,6 +58,8 @@ class DynamicStiffness:
     basis
         Mode shapes of a structure nearby, shape (r, r), in which all three matrices may be diagonal but for few
         directions where its own modes are coupled; none by default.
+    structural
+        H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default.
 
     Raises
     ------
@@ -72,12 +75,13 @@ class DynamicStiffness:
     damping: Matrix
     stiffness: Matrix
     basis: Matrix | None = None
+    structural: Matrix | None = None
     _modes: DenseModes = field(init=False, repr=False)
-    #: V, shape (r, r), and the diagonals of V^T (K + sigma M) V, V^T M V and V^T C V, shape (3, r), with sigma.
+    #: V, shape (r, r), and the diagonals of V^T (K + sigma M) V, and of M, C and H likewise, shape (4, r), with sigma.
     _shapes: Matrix = field(init=False, repr=False)
     _diagonals: Matrix = field(init=False, repr=False)
     _shift: float = field(init=False, repr=False)
-    #: What couples the modes beside it: V^T U, shape (r, k), and its strength in K, M and C, shape (3, k).
+    #: What couples the modes beside it: V^T U, shape (r, k), and its strength in K, M, C and H, shape (4, k).
     _coupling: tuple[Matrix, Matrix] = field(init=False, repr=False)
     #: Whether each frequency takes a dense solve, because the damping couples all modes.
     damping_couples_modes: bool = field(init=False)
@@ -85,7 +89,7 @@ class DynamicStiffness:
     _last_seen: tuple[Matrix, Matrix] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
-        for name in ("mass", "damping", "stiffness"):
+        for name in ("mass", "damping", "stiffness", *(() if self.structural is None else ("structural",))):
             matrix = real_array(getattr(self, name), f"the {name}", ModelError)
             object.__setattr__(self, name, matrix)
             if matrix.shape != self.mass.shape or matrix.shape != matrix.shape[:1] * 2 or not matrix.size:
@@ -105,8 +109,12 @@ class DynamicStiffness:
             ) from error
         object.__setattr__(self, "_modes", modes)
         modal_damping = modes.shapes.T @ self.damping @ modes.shapes
-        shapes, own, coupling = modes.shapes, np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros((3, 0)))
-        diagonals, shift = np.array([np.ones(self.n_dof), modes.mu, own]), modes.shift
+        modal_structural = np.zeros((1, self.n_dof))
+        if self.structural is not None:
+            modal_structural = modes.shapes.T @ self.structural @ modes.shapes
+        shapes, own, coupling = modes.shapes, np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros((4, 0)))
+        hysteresis = modal_structural[0] if self.structural is None else np.diag(modal_structural)
+        diagonals, shift = np.array([np.ones(self.n_dof), modes.mu, own, hysteresis]), modes.shift
         coupled = _is_coupled(modal_damping)
         if coupled and (result := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
             proportional = result.mass_factor * modes.mu + result.stiffness_factor * (1 - modes.shift * modes.mu)
@@ -114,7 +122,8 @@ class DynamicStiffness:
             # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, show it.
             coupled = _is_coupled(modal_damping - (U * s) @ U.T, np.diag(modal_damping))
             if not coupled:
-                diagonals[2], coupling = proportional, (U, np.array([0 * s, 0 * s, s]))
+                diagonals[2], coupling = proportional, (U, np.array([0 * s, 0 * s, s, 0 * s]))
+        coupled = coupled or (self.structural is not None and _is_coupled(modal_structural))
         if coupled and self.basis is not None and (found := self._in_basis(self.basis)) is not None:
             coupled, shapes, (diagonals, coupling), shift = False, self.basis, found, 0.0
         object.__setattr__(self, "_shapes", shapes)
@@ -125,17 +134,19 @@ class DynamicStiffness:
 
     def _in_basis(self, basis: Matrix) -> tuple[Matrix, tuple[Matrix, Matrix]] | None:
         """Diagonals of the matrices in a basis, and the few directions beside; None where there are more."""
-        parts = [diagonal_but_few(basis.T @ matrix @ basis) for matrix in (self.stiffness, self.mass, self.damping)]
+        matrices = [self.stiffness, self.mass, self.damping, *(() if self.structural is None else (self.structural,))]
+        parts = [diagonal_but_few(basis.T @ matrix @ basis) for matrix in matrices]
         found = [part for part in parts if part is not None]
         count = np.array([len(part.strength) for part in found])
         if len(found) < len(parts) or count.sum() > MOST:
             return None
-        strength = np.zeros((3, count.sum()))
-        strength[np.repeat(np.arange(3), count), np.arange(count.sum())] = np.concatenate(
+        strength, diagonals = np.zeros((4, count.sum())), np.zeros((4, self.n_dof))
+        strength[np.repeat(np.arange(len(parts)), count), np.arange(count.sum())] = np.concatenate(
             [part.strength for part in found]
         )
         directions = np.concatenate([part.directions for part in found], axis=1)
-        return np.array([part.diagonal for part in found]), (directions, strength)
+        diagonals[: len(parts)] = [part.diagonal for part in found]
+        return diagonals, (directions, strength)
 
     @classmethod
     def of(cls, model: "ReducedModel | DynamicStiffness") -> "DynamicStiffness":
@@ -326,10 +337,13 @@ class DynamicStiffness:
         return _times(moved, self._seen(directions).T), (moved @ _times(force, V)[..., None])[..., 0]
 
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
-        """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""
+        """The force (K - omega^2 M + i (omega C + H)) q of a motion; the inverse of `response`, shape (p, r) [N]."""
         omega = np.asarray(angular_frequency, dtype=np.float64)[:, None]
         elastic, inertial = displacement @ self.stiffness.T, displacement @ self.mass.T
-        return np.asarray(elastic - omega**2 * inertial + 1j * omega * (displacement @ self.damping.T))
+        force = elastic - omega**2 * inertial + 1j * omega * (displacement @ self.damping.T)
+        if self.structural is not None:
+            force += 1j * (omega > 0) * (displacement @ self.structural.T)
+        return np.asarray(force)
 
     def condensed(
         self, angular_frequency: Frequencies, directions: Float[Real, "d r"], force: Amplitudes
@@ -453,7 +467,10 @@ class DynamicStiffness:
     def _matrices(self, omega: Frequencies) -> Complex[Array, "p r r"]:
         self._refuse_free_static(omega)
         w = omega[:, None, None]
-        return np.asarray(self.stiffness - w**2 * self.mass + 1j * w * self.damping)
+        matrices = self.stiffness - w**2 * self.mass + 1j * w * self.damping
+        if self.structural is not None:
+            matrices += 1j * (w > 0) * self.structural
+        return np.asarray(matrices)
 
     def _refuse_free_static(self, omega: Frequencies) -> None:
         if self.n_rigid and np.any(omega == 0):
@@ -471,14 +488,17 @@ class DynamicStiffness:
 
 
 def _at(omega: Frequencies, parts: Matrix, shift: float = 0.0) -> Amplitudes:
-    """Parts of Z = K - omega^2 M + i omega C from those of K + sigma M, M and C, shape (3, n); shape (p, n)."""
-    stiffness, mass, damping = parts
-    return np.asarray(stiffness - np.outer(shift + omega**2, mass) + 1j * np.outer(omega, damping))
+    """Parts of Z = K - omega^2 M + i (omega C + H), shape (p, n), from those of K + sigma M, M, C, H, shape (4, n)."""
+    stiffness, mass, damping, structural = parts
+    loss = np.outer(omega, damping)
+    if structural.any():
+        loss += np.outer(omega > 0, structural)
+    return np.asarray(stiffness - np.outer(shift + omega**2, mass) + 1j * loss)
 
 
 def _slope(omega: Frequencies, parts: Matrix) -> Complex[Array, "p 1 n"]:
     """Its derivative in omega."""
-    _, mass, damping = parts
+    _, mass, damping, _ = parts
     return np.asarray(1j * damping - 2 * omega[:, None, None] * mass)
 
 

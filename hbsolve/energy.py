@@ -33,7 +33,7 @@ class EnergyBalance:
     joint_dissipation: Float[Real, " joint"]
     """Of each joint, shape (n_joint,)."""
     linear_dissipation: float
-    """Of the damping matrix."""
+    """Of the damping matrix and of structural damping."""
     stored: float
     """U_pot, as above."""
 
@@ -62,6 +62,9 @@ def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalanc
     force = state.level * balance.structure.dynamic
     input_work = np.pi * float(np.sum(k * (1j * q * force.conj()).real.sum(axis=1)))
     damped = np.einsum("kr,rs,ks->k", q.conj(), system.damping, q).real
+    linear = state.angular_frequency * float(np.sum(k**2 * damped))
+    if system.structural_damping is not None:
+        linear += float(np.sum(k * np.einsum("kr,rs,ks->k", q.conj(), system.structural_damping, q).real))
     motions = contact_motion(balance, state)
     vibration = q.copy()
     vibration[0] = 0
@@ -78,6 +81,6 @@ def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalanc
     return EnergyBalance(
         input_work=input_work,
         joint_dissipation=np.array([float(motion.dissipated.sum()) for motion in motions]),
-        linear_dissipation=np.pi * state.angular_frequency * float(np.sum(k**2 * damped)),
+        linear_dissipation=np.pi * linear,
         stored=float(stored.max()),
     )

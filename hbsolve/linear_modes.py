@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError
 from reduction.array_type import Matrix, Vector
 
 #: Share of the largest modal damping below which the other entries are round-off of the modes.
@@ -27,7 +28,19 @@ class LinearModes(NamedTuple):
 
 
 def linear_modes(balance: HarmonicBalance) -> LinearModes:
-    """Modes of the linear reference of a balance."""
+    """Modes of the linear reference of a balance.
+
+    Raises
+    ------
+    BalanceError
+        Structural damping, which acts on periodic motions alone.
+    """
+    if balance.system.structural_damping is not None:
+        raise BalanceError(
+            "the structure has structural damping (a complex stiffness), which is defined for periodic motions under "
+            "a force alone: for stability and backbones give it as viscous damping, structural_damping / omega at the "
+            "resonance of interest"
+        )
     modes = balance.structure.stuck.modes
     shapes = modes.mode_shapes
     damping = shapes.T @ balance.system.damping @ shapes

@@ -8,18 +8,20 @@ and the force f of the joint enters the equation of motion as
 .. math:: M \ddot q + C \dot q + K q + \sum b^T f(u, \dot u) = f_\mathrm{static}
           + \Re \sum_{k \ge 1} f_k\, e^{i k \Omega t}
 
-so that a positive force resists a positive displacement. `along` and `between` make the rows; any linear combination
+so that a positive force resists a positive displacement. A complex stiffness K + i H adds structural damping, the force
+i H q_k of each harmonic k >= 1 of the motion. `along` and `between` make the rows; any linear combination
 of degrees of freedom, such as a station between the nodes of a mesh, is a row as well.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
 
 from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
-from reduction.array_type import Array, Matrix, Row
+from reduction.array_type import Array, Matrix, Row, Vector
 from reduction.errors import JointError
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.elastic_stop import ElasticStop
@@ -53,7 +55,13 @@ __all__ = [
     "ViscousDamper",
     "along",
     "between",
+    "modal_damping",
 ]
+
+#: Dense matrices of one size that a system and its decomposition take together [-].
+DENSE_COPIES = 12
+#: Memory below which nobody asks how much is free [byte].
+LITTLE = 2e8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,8 +71,9 @@ class JointedSystem:
     Parameters
     ----------
     mass, damping, stiffness
-        Of the structure without its joints, shape (r, r) [kg, N s/m, N/m]; stiffness may be singular where joints
-        alone hold a body.
+        Of the structure without its joints, shape (r, r) [kg, N s/m, N/m], dense or SciPy's sparse ones, which become
+        dense; stiffness may be singular where joints alone hold a body. The imaginary part of a complex stiffness, such
+        as (1 + 0.01j) K for a loss factor of 1 %, is structural damping.
     joints
         In the order in which results list them; no two of one name.
     static_load
@@ -75,12 +84,16 @@ class JointedSystem:
     basis
         Mode shapes of a structure that differs from this one in few directions, shape (r, r): a short cut for
         damping that couples the modes. None by default.
+    structural_damping
+        H, the imaginary part of a complex stiffness, shape (r, r) [N/m]; none by default. It has no force in time: the
+        periodic response knows it, integration and stability refuse it.
 
     Raises
     ------
     JointError
-        Shapes that do not fit, entries that are no real numbers, loads that are not finite, a force in row 0, or two
-        joints of one name.
+        Shapes that do not fit, entries that are no real numbers, sparse matrices whose dense ones do not fit into the
+        memory that is free, structural damping given twice, loads that are not finite, a force in row 0, or two joints
+        of one name.
     """
 
     mass: Matrix
@@ -90,15 +103,29 @@ class JointedSystem:
     static_load: Row | None = None
     harmonic_force: Complex[Array, "harmonic r"] | None = None
     basis: Matrix | None = None
+    structural_damping: Matrix | None = None
 
     def __post_init__(self) -> None:
-        for name in ("mass", "damping", "stiffness"):
-            object.__setattr__(self, name, real_array(getattr(self, name), f"the {name}", JointError))
+        self._split_stiffness()
+        for name in (
+            "mass",
+            "damping",
+            "stiffness",
+            *(() if self.structural_damping is None else ("structural_damping",)),
+        ):
+            object.__setattr__(
+                self, name, real_array(_dense(getattr(self, name), name), f"the {_called(name)}", JointError)
+            )
             shape = getattr(self, name).shape
             if shape != self.mass.shape or len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
                 raise JointError(
-                    f"the {name} has shape {shape}, the mass {self.mass.shape}: give three square matrices of one size"
+                    f"the {_called(name)} has shape {shape}, the mass {self.mass.shape}: give square matrices of one "
+                    "size"
                 )
+        if self.structural_damping is not None:
+            refuse_infinite(self.structural_damping, "the structural damping", JointError)
+            if not self.structural_damping.any():
+                object.__setattr__(self, "structural_damping", None)
         r = self.n_dof
         static = np.zeros(r) if self.static_load is None else self.static_load
         harmonic = np.zeros((1, r)) if self.harmonic_force is None else self.harmonic_force
@@ -116,6 +143,21 @@ class JointedSystem:
             if joint.name in names:
                 raise JointError(f'two joints are called "{joint.name}": give each a name of its own')
             names.add(joint.name)
+
+    def _split_stiffness(self) -> None:
+        """The imaginary part of a complex stiffness becomes structural damping."""
+        stiffness = _dense(self.stiffness, "stiffness")
+        object.__setattr__(self, "stiffness", stiffness)
+        given = np.asarray(stiffness) if np.iscomplexobj(stiffness) else None
+        if given is None or not given.imag.any():
+            return
+        if self.structural_damping is not None:
+            raise JointError(
+                "the stiffness is complex, and structural_damping is given too: leave one of them out, since the "
+                "imaginary part of the stiffness is the structural damping"
+            )
+        object.__setattr__(self, "stiffness", given.real)
+        object.__setattr__(self, "structural_damping", given.imag)
 
     @property
     def n_dof(self) -> int:
@@ -175,6 +217,44 @@ def between(n_dof: int, dof: int, other: int | None = None) -> Row:
     if dof == other:
         raise JointError(f"degree of freedom {dof} does not move relative to itself: give two different ones")
     return along(n_dof, {dof: 1.0} if other is None else {dof: 1.0, other: -1.0})
+
+
+def modal_damping(system: JointedSystem, shapes: Matrix, angular_frequency: Vector) -> Vector:
+    """Damping 2 zeta omega of mass-normalised modes, phi^T (C + H / omega) phi, shape (m,) [1/s].
+
+    Parameters
+    ----------
+    system
+        Whose damping counts.
+    shapes, angular_frequency
+        Modes, shapes (r, m) and (m,) [kg^-1/2, rad/s]; a rigid-body motion has no structural damping.
+    """
+    rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
+    if system.structural_damping is not None:
+        loss = np.einsum("rm,rs,sm->m", shapes, system.structural_damping, shapes)
+        rate += np.divide(loss, angular_frequency, out=np.zeros_like(rate), where=np.asarray(angular_frequency) > 0)
+    return np.asarray(rate)
+
+
+def _called(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _dense(given: Any, name: str) -> Any:
+    """A sparse matrix as a dense array; anything else as it is."""
+    if not hasattr(given, "toarray"):
+        return given
+    needed = DENSE_COPIES * np.dtype(np.float64).itemsize * float(np.prod(given.shape))
+    if needed > LITTLE:
+        from reduction.memory_estimate import available_memory  # meshes and factors, which few systems need
+
+        if needed > (free := available_memory()):
+            raise JointError(
+                f"the {_called(name)} is sparse of shape {given.shape}: its dense matrices take about "
+                f"{needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free; reduce the structure first "
+                "(craig_bampton), which takes sparse matrices as they are"
+            )
+    return given.toarray()
 
 
 def _joints(given: object) -> tuple[Joint, ...]:

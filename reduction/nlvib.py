@@ -51,6 +51,7 @@ def save_nlvib(system: JointedSystem, path: Path | str) -> None:
     from scipy.io import savemat
 
     _check_loads(system)
+    refuse_structural_damping(system, "NLvib")
     elements = np.empty((1, len(system.joints)), dtype=object)
     for number, joint in enumerate(system.joints):
         elements[0, number] = _element(joint)
@@ -63,6 +64,15 @@ def save_nlvib(system: JointedSystem, path: Path | str) -> None:
         "nonlinear_elements": elements,
     }
     write_whole(path, lambda file: savemat(file, {"system": content}, appendmat=False, long_field_names=True))
+
+
+def refuse_structural_damping(system: JointedSystem, program: str) -> None:
+    """Refuse to hand structural damping to a program that does not have it (`ExchangeError`)."""
+    if system.structural_damping is not None:
+        raise ExchangeError(
+            f"the system has structural damping (a complex stiffness), which {program} does not have: give it as "
+            "viscous damping, structural_damping / omega at the frequency of interest"
+        )
 
 
 def load_nlvib(path: Path | str) -> JointedSystem:

@@ -28,6 +28,7 @@ from reduction.errors import ExchangeError
 from reduction.file.atomic_file import write_whole
 from reduction.joint_law.registry import Joint
 from reduction.jointed_system import JointedSystem
+from reduction.nlvib import refuse_structural_damping
 
 PART = "structure"
 
@@ -57,6 +58,7 @@ def pyharm_input(
         raise ExchangeError(f"the range {first:g} to {last:g} rad/s must be positive and ascend: exchange its ends")
     if n_harmonic < 2:
         raise ExchangeError(f"n_harmonic = {n_harmonic} keeps the mean alone: take at least 2, which adds harmonic 1")
+    refuse_structural_damping(system, "pyHarm")
     connectors = {joint.name: _connector(joint) for joint in system.joints}
     for name, load in _loads(system, n_harmonic).items():
         if name in connectors:

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from hbsolve.stability.branch_stability import branch_stability as branch_stability
     from hbsolve.stability.stability import stability as stability
     from hbsolve.steady_state import steady_state as steady_state
+    from reduction.base_excitation import BaseExcitation as BaseExcitation
+    from reduction.base_excitation import BaseMotion as BaseMotion
     from reduction.craig_bampton import craig_bampton as craig_bampton
     from reduction.file.rom_hdf5 import load_rom as load_rom
     from reduction.file.rom_hdf5 import save_rom as save_rom
@@ -123,6 +125,8 @@ _HOME = {
     "PowerSpring": "reduction.jointed_system:PowerSpring",
     "QuadraticDamper": "reduction.jointed_system:QuadraticDamper",
     "joint_law": "reduction.joint_law.function_law:joint_law",
+    "BaseMotion": "reduction.base_excitation:BaseMotion",
+    "BaseExcitation": "reduction.base_excitation:BaseExcitation",
     "along": "reduction.jointed_system:along",
     "between": "reduction.jointed_system:between",
     "static_state": "reduction.static_contact:static_state",

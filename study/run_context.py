@@ -69,6 +69,8 @@ class RunContext:
         Shows steps, or does not.
     json, quiet
         Options of the user.
+    pictures
+        Whether `stickslip modes` draws pictures.
     """
 
     output: Path | None
@@ -76,6 +78,7 @@ class RunContext:
     progress: "Progress"
     json: bool
     quiet: bool
+    pictures: bool = True
 
     def step(self, name: str, *, expected: float | None = None) -> "ShownStep":
         """A step that is one stage; `expected` is as in `pipeline.progress.Progress`."""

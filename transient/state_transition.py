@@ -152,7 +152,18 @@ def modes(system: JointedSystem, table: WitnessTable, offset: Vector) -> tuple[V
 
 
 def decompose(system: JointedSystem, table: WitnessTable, offset: Vector) -> ModalStructure:
-    """The structure with the springs k_0, shape (d,) [N/m], in its modes."""
+    """The structure with the springs k_0, shape (d,) [N/m], in its modes.
+
+    Raises
+    ------
+    TransientError
+        Structural damping.
+    """
+    if system.structural_damping is not None:
+        raise TransientError(
+            "the system has structural damping (a complex stiffness), which has no force in time: give it as viscous "
+            "damping, structural_damping / omega at the frequency of interest"
+        )
     eigenvalue, shapes = modes(system, table, offset)
     damping = shapes.T @ system.damping @ shapes
     others = damping - np.diag(np.diag(damping))

@@ -28,6 +28,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
+from reduction.jointed_system import modal_damping
 from reduction.stuck import stick_at_rest
 
 Real = Float[NDArray[np.float64], " k"]
@@ -120,7 +121,9 @@ def _driven(model: Model, near: float) -> _Mode:
         balance=HarmonicBalance(system=driven, n_harmonic=model.n_harmonic, n_sample=model.n_sample),
         shape=shape,
         angular_frequency=float(omega[number]),
-        damping_ratio=max(float(shape @ system.damping @ shape) / (2 * float(omega[number])), UNDAMPED),
+        damping_ratio=max(
+            float(modal_damping(system, shape[:, None], omega[[number]])[0]) / (2 * float(omega[number])), UNDAMPED
+        ),
     )
 
 

@@ -372,15 +372,18 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     omega = 2 * np.pi * response.frequency * (1 + model.shift.get(response.configuration, 0.0))
     # Damping that is not modal couples modes; on the diagonal it holds for light damping.
     rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
+    loss = np.zeros_like(rate)
+    if system.structural_damping is not None:
+        loss = np.einsum("rm,rs,sm->m", shapes, system.structural_damping, shapes)
     force = shapes.T @ system.dynamic[1]
-    motion = force[:, None] / (modes.lambda_[:, None] - omega**2 + 1j * omega * rate[:, None])
+    motion = force[:, None] / (modes.lambda_[:, None] - omega**2 + 1j * (omega * rate[:, None] + loss[:, None]))
     sensors = motion_sensors(configured, response.sensors)
     relative = shapes @ motion
     rows = []
     for sensor in sensors:
         moved = sensor.row @ relative
         if configured.base_acceleration is not None and not sensor.relative:
-            moved = moved + (sensor.row @ configured.base_acceleration) / (1j * omega) ** 2
+            moved = moved + (configured.base_acceleration[1] @ sensor.row) / (1j * omega) ** 2
         rows.append(
             sensor.gain * moved * (1j * omega) ** DERIVATIVE[sensor.quantity] * np.exp(-1j * omega * sensor.delay)
         )

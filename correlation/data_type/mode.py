@@ -22,6 +22,7 @@ from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
 from fe.dense_modes import compute_dense_modes
 from geometry.read_only_array import freeze_fields
+from reduction.jointed_system import modal_damping
 from reduction.stuck import stick_at_rest
 
 #: Standard deviation of a frequency and of a damping ratio that none was stated for, relative [-]: a careful modal test
@@ -143,7 +144,7 @@ def linear_modes(
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     omega = np.sqrt(np.maximum(modes.lambda_, 0.0))
     shapes = modes.mode_shapes
-    rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
+    rate = modal_damping(system, shapes, omega)
     with np.errstate(divide="ignore", invalid="ignore"):
         damping = np.where(omega > 0, rate / (2 * omega), np.nan)
     shift = 1 + model.shift.get(configuration, 0.0)

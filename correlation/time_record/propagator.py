@@ -84,6 +84,11 @@ def make_propagator(model: Model, sensors: tuple[str, ...], step: float) -> Prop
         or a mass matrix that is not positive definite.
     """
     system, r = model.system, model.system.n_dof
+    if system.structural_damping is not None:
+        raise ModelDefinitionError(
+            "the model has structural damping (a loss factor), which has no force in time: give it as viscous damping "
+            "for time records"
+        )
     _check_memory(system.joints)
     table = instant_table(system.joints)
     directions = np.array([joint.directions[0] for joint in system.joints]).reshape(-1, r)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
 from diagnosis.candidate.effect import EffectError
-from reduction.jointed_system import JointedSystem
+from reduction.jointed_system import JointedSystem, modal_damping
 from reduction.stuck import stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
@@ -61,7 +61,8 @@ class Resonance:
     def modal_damping(self) -> float:
         """Damping of the mode at unit modal mass, 2 zeta omega [1/s]."""
         least = 2 * LEAST_DAMPING_RATIO * self.angular_frequency
-        return max(float(self.mode_shape @ self.system.damping @ self.mode_shape), least)
+        own = modal_damping(self.system, self.mode_shape[:, None], np.array([self.angular_frequency]))
+        return max(float(own[0]), least)
 
     @cached_property
     def modal_amplitude(self) -> float:

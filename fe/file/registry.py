@@ -13,6 +13,27 @@ Format: TypeAlias = "FileFormat[Any]"
 HEAD = 4096
 
 
+@dataclass(frozen=True, kw_only=True)
+class FileMaterial:
+    """An elastic material as a mesh file gives it, in the file's own units.
+
+    Parameters
+    ----------
+    name
+        Its name, or its number as text.
+    young, poisson, density
+        None where the file does not say.
+    obstacle
+        Why it is no isotropic elastic material, such as "is orthotropic"; empty if it is one.
+    """
+
+    name: str
+    young: float | None = None
+    poisson: float | None = None
+    density: float | None = None
+    obstacle: str = ""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FileFormat(Generic[Content]):
     """One format of files.
@@ -32,6 +53,8 @@ class FileFormat(Generic[Content]):
     write
         For a mesh format, a function of `Mesh`, path and fields at the nodes by name, each (n_node, ...); None where
         the format is only read.
+    materials
+        For a mesh format, the materials of the solid cells of a file; None where files carry none.
     """
 
     name: str
@@ -39,6 +62,7 @@ class FileFormat(Generic[Content]):
     recognise: Callable[[bytes], bool]
     read: Callable[[Path], Content]
     write: Callable[..., None] | None
+    materials: Callable[[Path], tuple[FileMaterial, ...]] | None = None
 
 
 def format_registry(what: str) -> Registry[Format]:

@@ -1,5 +1,6 @@
 """A curve of periodic responses."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -7,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Complex, Float
 
-from fe.notebook import Labelled
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
+from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.sampling import real_from_complex
 from hbsolve.state import harmonic_at
@@ -17,11 +18,14 @@ from reduction.array_input import freeze_arrays, whole_number
 from reduction.array_type import Array, Real
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from hbsolve.balance import HarmonicBalance
 
 Numbers = Float[Real, " point"]
+#: Of a contact, in the order of `contact_share`.
+STATES = ("stick", "slip", "separated")
 
 
 def _none() -> Real:
@@ -29,7 +33,7 @@ def _none() -> Real:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseBranch(Labelled):
+class ResponseBranch(Exported):
     """Periodic responses along a curve; arrays are copied and read-only.
 
     Parameters
@@ -159,7 +163,7 @@ class ResponseBranch(Labelled):
             coords={
                 "frequency": ("point", self.frequency),
                 "harmonic": np.arange(self.coefficients.shape[1]),
-                "state": ["stick", "slip", "separated"],
+                "state": list(STATES),
                 "joint": list(self.joint_names),
             },
             attrs={
@@ -172,6 +176,37 @@ class ResponseBranch(Labelled):
             if name in data.variables:
                 data[name].attrs["units"] = unit
         return data
+
+    def to_pandas(
+        self, outputs: "Mapping[str, int | Float[Real, ' r']] | None" = None, harmonic: int = 1
+    ) -> "pandas.DataFrame":
+        """As a table with one row for each point.
+
+        Parameters
+        ----------
+        outputs
+            Degree of freedom, or row over all of them, of each output, by the name of its columns; none by default.
+        harmonic
+            The one of which amplitude and phase are given.
+
+        Raises
+        ------
+        BalanceError
+            As `output`.
+        """
+        import pandas
+
+        columns: dict[str, Real] = {"frequency [Hz]": self.frequency, "level [-]": self.level}
+        for name, row in (outputs or {}).items():
+            values = self.output(row, harmonic)
+            columns |= {f"{name} amplitude [m]": np.abs(values), f"{name} phase [deg]": np.degrees(np.angle(values))}
+        for number, joint in enumerate(self.joint_names):
+            for state, name in enumerate(STATES):
+                columns[f"{joint} {name} [-]"] = self.contact_share[:, number, state]
+        for column in ("truncation_error", "sample_error", "residual_norm", "iterations"):
+            if getattr(self, column).size:
+                columns[f"{column.replace('_', ' ')} [-]"] = getattr(self, column)
+        return pandas.DataFrame(columns)
 
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file), the coefficients as two real variables.

@@ -75,8 +75,18 @@ def equation(path: Path, value: float, x: Real, sliders: Start) -> Equation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrequencyPath(Path):
-    """Lambda is Omega [rad/s]."""
+    """Lambda is Omega [rad/s].
 
+    Parameters
+    ----------
+    balance
+        Its level holds at 1 rad/s where the level varies with Omega.
+    level_power
+        p, where the level is that of the balance times Omega^p: 0 for forces and accelerations of a base, 1 for its
+        velocity, 2 for its displacement and for an unbalance [-].
+    """
+
+    level_power: int = 0
     unit = "Hz"
 
     def displayed(self, value: float) -> float:
@@ -85,15 +95,22 @@ class FrequencyPath(Path):
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
         """See `Path`."""
-        return self.balance, self.balance.at_with_slopes(value)
+        condensed = self.balance.at_with_slopes(value)
+        return level_at(self.balance, value, self.level_power), condensed
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """See `Path`."""
         slopes = condensed.slopes
         assert slopes is not None
-        moved = -real_from_complex(balance.level * slopes.dynamic)
+        growth = self.level_power / condensed.angular_frequency
+        moved = -real_from_complex(balance.level * (slopes.dynamic + growth * condensed.dynamic))
         moved += apply_receptance(slopes.receptance, forces.coefficients)
         return np.asarray(moved + apply_receptance(condensed.receptance, forces.by_frequency))
+
+
+def level_at(balance: HarmonicBalance, angular_frequency: float, level_power: int) -> HarmonicBalance:
+    """The balance with its level times Omega^p."""
+    return balance.at_level(balance.level * angular_frequency**level_power) if level_power else balance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -107,6 +107,7 @@ def frequency_response(
     last: float,
     *,
     step: float | None = None,
+    level_power: int = 0,
     slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
@@ -120,14 +121,15 @@ def frequency_response(
         Range of Omega, in either order [rad/s].
     step
         Largest step [rad/s]; a fiftieth of the range by default.
+    level_power
+        p: the level is that of the balance times Omega^p, where 2 holds the displacement of a base or an unbalance [-].
     slider
         Initial slider positions, shape (s,) [m]; zero by default.
     report
         Called with the way done and the whole way.
     """
-    return run(
-        Continuation(path=FrequencyPath(balance=balance), first=first, last=last, step=step), None, slider, report
-    )
+    path = FrequencyPath(balance=balance, level_power=level_power)
+    return run(Continuation(path=path, first=first, last=last, step=step), None, slider, report)
 
 
 def level_response(

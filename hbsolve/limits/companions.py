@@ -13,7 +13,6 @@ from jaxtyping import Int
 
 from fe.dense_modes import compute_dense_modes
 from hbsolve.balance import HarmonicBalance
-from hbsolve.linear_modes import linear_modes
 from reduction.array_type import Real, Whole
 
 #: Frequencies beyond these shares of those asked for are not searched [-].
@@ -48,7 +47,7 @@ def _window(balance: HarmonicBalance, angular_frequency: Real) -> tuple[float, f
     """From the frequencies asked for to the resonances next to them [rad/s]."""
     first, last = float(angular_frequency[0]), float(angular_frequency[-1])
     free = np.sqrt(compute_dense_modes(balance.system.mass, balance.system.stiffness).lambda_.clip(min=0))
-    stuck = np.sqrt(linear_modes(balance).eigenvalue.clip(min=0))
+    stuck = np.sqrt(balance.structure.stuck.modes.lambda_.clip(min=0))
     driven = np.flatnonzero(balance.system.dynamic.any(axis=1))
     harmonic = max(int(driven[0]), 1) if len(driven) else 1
     intervals = np.sort(np.stack([free, stuck]), axis=0) / harmonic

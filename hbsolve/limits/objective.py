@@ -108,10 +108,14 @@ class OutputHarmonic:
         A degree of freedom, or weights over all of them, shape (r,).
     harmonic
         The fundamental by default; 0 for the mean [-].
+    base
+        Acceleration of a shaken base that the output sees beside the motion relative to it, in this harmonic at level
+        1 [m/s^2]; none by default, which bounds the relative motion.
     """
 
     row: int | Float[Real, " r"]
     harmonic: int = 1
+    base: complex = 0.0
 
     def check(self, balance: HarmonicBalance) -> None:
         """See `Objective`.
@@ -138,10 +142,11 @@ class OutputHarmonic:
         by_force = -(row @ recovery.contact[self.harmonic]).astype(np.complex128)
         # An amplitude is its own measure; a mean may be zero, and is compared with what friction can move.
         moved = np.abs(by_force) @ np.abs(_rest_forces(balance, condensed)) if self.harmonic == 0 else 0.0
+        carried = self.base / (self.harmonic * condensed.angular_frequency) ** 2 if self.harmonic else 0.0
         return LinearMeasure(
             harmonic=self.harmonic,
             static=complex(recovery.static[self.harmonic] @ row),
-            dynamic=complex(recovery.dynamic[self.harmonic] @ row),
+            dynamic=complex(recovery.dynamic[self.harmonic] @ row) - carried,
             by_motion=np.zeros(balance.n_direction, dtype=np.complex128),
             by_force=by_force,
             least=max(LEAST * float(moved), float(np.finfo(float).tiny)),

@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
-from fe.notebook import Labelled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
+from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
@@ -19,11 +19,14 @@ from reduction.array_input import freeze_arrays
 from reduction.array_type import Real, Whole
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+
+SIDES = ("lower", "upper")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseLimits(Labelled):
+class ResponseLimits(Exported):
     """Lower and upper limit of one number; f frequencies, l levels, s sliders. Arrays are copied and read-only.
 
     Arrays of both sides have the lower limit first. A limit that was not found is NaN.
@@ -119,9 +122,21 @@ class ResponseLimits(Labelled):
 
         data = xarray.Dataset(
             {item.name: (dimensions(self).get(item.name, ()), getattr(self, item.name)) for item in fields(self)},
-            coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]},
+            coords={"side": list(SIDES), "state": ["stick", "slip", "separated"]},
         )
         return data.assign_coords(frequency=("point", self.frequency, {"units": "Hz"}))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """As a table with one row for each level and frequency; values are in the unit of the objective."""
+        import pandas
+
+        level, point = np.indices(self.value.shape[1:]).reshape(2, -1)
+        columns = {"level [-]": self.level[level], "frequency [Hz]": self.frequency[point]}
+        for name in ("value", "sampled", "residual", "repaired", "jump", "n_outside"):
+            for side, word in enumerate(SIDES):
+                label = word if name == "value" else f"{word} {name.replace('_', ' ')}"
+                columns[label] = getattr(self, name)[side].ravel()
+        return pandas.DataFrame(columns)
 
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file).

@@ -22,6 +22,8 @@ from hbsolve.state import SteadyState
 from reduction.array_input import freeze_arrays
 from reduction.array_type import Array, Real, Whole
 
+#: Powers of Omega that a level may follow, and its relative difference from one that is round-off.
+LEVEL_POWERS, SAME_LEVEL = (1, 2), 1e-9
 #: Share of the way between two points to which a bifurcation is located.
 LOCATED = 1e-6
 #: Imaginary part of a multiplier, in shares of its size, below which it counts as real; distance from the unit circle
@@ -241,8 +243,22 @@ def _path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Re
         raise BalanceError("the branch has no point")
     if len(level) > 1 and np.ptp(level) == 0 and np.ptp(frequency) == 0:
         raise BalanceError("neither frequency nor level changes along the branch: a joint's parameter cannot")
+    grown = _level_power(frequency, level)
+    if grown is not None:
+        scale = float(level[0] / frequency[0] ** grown)
+        return FrequencyPath(balance=balance.at_level(scale), level_power=grown), frequency
     if np.ptp(level) == 0:
         return FrequencyPath(balance=balance.at_level(float(level[0]))), frequency
     if np.ptp(frequency) == 0:
         return LevelPath(balance=balance, angular_frequency=float(frequency[0])), level
     raise BalanceError("both frequency and level change along the branch: give one along which one of them does")
+
+
+def _level_power(frequency: Real, level: Real) -> int | None:
+    """P where the level of a branch is that of a `FrequencyPath` that varies with Omega^p; None for any other."""
+    if np.ptp(frequency) == 0 or np.ptp(level) == 0:
+        return None
+    for power in LEVEL_POWERS:
+        if np.allclose(level, level[0] * (frequency / frequency[0]) ** power, rtol=SAME_LEVEL, atol=0):
+            return power
+    return None

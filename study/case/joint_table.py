@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, create_model, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
 
 from casefile.quantity import (
     CUBIC_STIFFNESS,
@@ -24,7 +24,23 @@ NotNegative = Annotated[Ratio, Field(ge=0)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 
 Stiffnesses = Annotated[tuple[Positive, ...], BeforeValidator(listed), Field(min_length=1)]
-Ratios = Annotated[tuple[NotNegative, ...], BeforeValidator(listed), Field(min_length=1)]
+#: Largest friction coefficient: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950).
+MOST_FRICTION = 10.0
+FRICTION_COEFFICIENT = "friction_coefficient"
+
+
+def plausible_friction(value: float) -> float:
+    """A friction coefficient that two solids can have; a larger one is most often a percentage without its sign."""
+    if value > MOST_FRICTION:
+        raise ValueError(
+            f'{value:g} is beyond any two solids (0 to {MOST_FRICTION:g}); did you mean "{value:g} %"? A contact that '
+            "never slips is a spring between the two sides"
+        )
+    return value
+
+
+Friction = Annotated[Ratio, Field(ge=0, examples=[0.8]), AfterValidator(plausible_friction)]
+Ratios = Annotated[tuple[Friction, ...], BeforeValidator(listed), Field(min_length=1)]
 Forces = Annotated[tuple[Force, ...], BeforeValidator(listed), Field(min_length=1)]
 Lengths = Annotated[tuple[Length, ...], BeforeValidator(listed), Field(min_length=1)]
 #: The place of a law that acts along one row; its keys stand in the joint's table itself.
@@ -63,7 +79,8 @@ def _quantity(parameter: LawParameter) -> Any:
         bounds["ge"] = parameter.lower
     dimension = _dimension(parameter)
     example = parameter.typical if dimension is RATIO else dimension.example
-    return Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
+    read = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
+    return Annotated[read, AfterValidator(plausible_friction)] if parameter.name == FRICTION_COEFFICIENT else read
 
 
 def _dimension(parameter: LawParameter) -> Dimension:

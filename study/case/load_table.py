@@ -4,30 +4,52 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from casefile.quantity import Angle, Force
+from casefile.quantity import Acceleration, Angle, Force, Length, Velocity
 from study.case.joint_table import Name
 from study.case.place import PlaceTable
+
+#: What a table may say of the motion of a base.
+BASE_QUANTITIES = ("acceleration", "velocity", "displacement")
 
 
 class LoadTable(PlaceTable):
     """A harmonic force amplitude cos(harmonic Omega t + phase) at level 1, or a shaken base.
 
-    On a base that moves with the acceleration cos(Omega t) at level 1, along an axis or with given motions of all
-    degrees of freedom, the structure moves relative to it under the inertia load -M r.
+    On a base that moves along an axis, or with given motions of all degrees of freedom, the structure moves relative to
+    it under the inertia load -M r. The acceleration, velocity or displacement of the base is given at level 1.
     """
 
     also: ClassVar[tuple[str, ...]] = ("base",)
 
     base: Annotated[Literal["x", "y", "z"] | tuple[float, ...] | None, Field(examples=["z"])] = None
+    acceleration: Annotated[Acceleration, Field(gt=0)] | None = None
+    velocity: Annotated[Velocity, Field(gt=0)] | None = None
+    displacement: Annotated[Length, Field(gt=0)] | None = None
     amplitude: Annotated[Force, Field(ge=0)] = 1.0
     harmonic: Annotated[int, Field(strict=True, ge=1)] = 1
     phase: Angle = 0.0
 
     @model_validator(mode="after")
-    def _plain_base(self) -> Self:
-        if self.base is not None and (self.amplitude, self.harmonic, self.phase) != (1.0, 1, 0.0):
-            raise ValueError("base is the acceleration of the level itself: leave out amplitude, harmonic and phase")
+    def _one_amplitude(self) -> Self:
+        given = [name for name in BASE_QUANTITIES if getattr(self, name) is not None]
+        if self.base is None and given:
+            raise ValueError(f'{given[0]} is that of a base: add base, e.g. base = "z", or give the force\'s amplitude')
+        if self.base is not None and "amplitude" in self.model_fields_set:
+            raise ValueError(
+                'amplitude is that of a force: say how much base moves by one of acceleration, e.g. "2 m/s^2", '
+                "velocity and displacement"
+            )
+        if len(given) > 1:
+            raise ValueError(f"{given[0]} and {given[1]} both say how much base moves: leave one of them out")
         return self
+
+    @property
+    def base_quantity(self) -> tuple[str, float]:
+        """What is said of the base's motion, and its amplitude at level 1 [m/s^2, m/s or m]."""
+        for name in BASE_QUANTITIES:
+            if (value := getattr(self, name)) is not None:
+                return name, value
+        return "acceleration", 1.0
 
 
 class StaticLoadTable(PlaceTable):

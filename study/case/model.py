@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from casefile.table import Mistakes, located
 from correlation.errors import ModelDefinitionError
 from correlation.model import DeadWeight, LineSensor, Model, Sensor
+from reduction.base_excitation import LEVEL_POWER, BaseExcitation, BaseMotion
 from reduction.errors import JointError
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
@@ -55,8 +56,10 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
         with mistakes.at("joint", number):
             joints += make_joints(case, number, finder)
     harmonic = _loads(case, structure, finder, static, mistakes)
-    bases = [] if mistakes.problems else [load.base for load in case.load if load.base is not None]
-    base = np.sum([find_base_motion(structure, each) for each in bases], axis=0) if bases else None
+    base, level_power = (None, 0) if mistakes.problems else _base(case, structure, mistakes)
+    if base is not None:
+        harmonic[: len(base[0])] += base[0]
+    _refuse_no_load(case, harmonic, mistakes)
     sensors = _sensors(case, structure, finder, lines, mistakes)
     weights = _dead_weights(case, structure, finder, lines, mistakes)
     together = _pressed_together(case, mistakes)
@@ -74,6 +77,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             joints=joints,
             static_load=static,
             harmonic_force=harmonic,
+            structural_damping=structure.loss_factor * structure.matrices.stiffness if structure.loss_factor else None,
         )
     with located(case):
         return Model(
@@ -86,7 +90,8 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             dead_weights=weights,
             linked_preloads=together,
             suspension=structure.suspension,
-            base_acceleration=base,
+            base_acceleration=None if base is None else base[1],
+            level_power=level_power,
             n_harmonic=case.harmonics.highest + 1,
             n_sample=case.harmonics.n_sample,
         )
@@ -182,17 +187,50 @@ def _loads(
                     f"{load.harmonic}; 5 or more show what friction does"
                 )
             if load.base is not None:
-                harmonic[1] -= structure.matrices.mass @ find_base_motion(structure, load.base)
                 continue
             harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * finder.row(load)
-    if not mistakes.problems and not harmonic.any():
-        with mistakes.at("load", 0):
-            raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
     return harmonic
 
 
-def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> Row:
-    """Motion of each degree of freedom with a base that moves by 1, shape (r,) [-].
+def _refuse_no_load(case: Case[StructureTable], harmonic: NDArray[np.complex128], mistakes: Mistakes) -> None:
+    if case.load and not mistakes.problems and not harmonic.any():
+        with mistakes.at("load", 0):
+            raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
+
+
+def _base(
+    case: Case[StructureTable], structure: Structure, mistakes: Mistakes
+) -> tuple[tuple[NDArray[np.complex128], NDArray[np.complex128]] | None, int]:
+    """Inertia load and acceleration of all bases at level 1, shape (n, r), and the power of Omega in the level."""
+    tables = [(number, load) for number, load in enumerate(case.load) if load.base is not None]
+    if not tables:
+        return None, 0
+    shape = (max(load.harmonic for _, load in tables) + 1, structure.matrices.n_dof)
+    force, acceleration = np.zeros((2, *shape), dtype=np.complex128)
+    for number, load in tables:
+        with mistakes.at("load", number):
+            assert load.base is not None
+            quantity, amplitude = load.base_quantity
+            coefficients = np.zeros(load.harmonic + 1, dtype=np.complex128)
+            coefficients[-1] = amplitude * np.exp(1j * load.phase)
+            motion = find_base_motion(structure, load.base)
+            own = BaseExcitation(base=motion, amplitude=coefficients, quantity=quantity)
+            force[: len(coefficients)] += own.force
+            acceleration[: len(coefficients)] += own.acceleration
+    powers = {LEVEL_POWER[load.base_quantity[0]] for _, load in tables} | (
+        {0} if len(tables) < len(case.load) else set()
+    )
+    if len(powers) > 1:
+        with mistakes.at("load", tables[0][0]):
+            raise JointError(
+                "the ratio of the loads would change with frequency: beside a force, or the acceleration of another "
+                "base, give the acceleration of every base"
+            )
+    return (force, acceleration), max(powers)
+
+
+def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> BaseMotion:
+    """How each degree of freedom follows a base that moves by 1.
 
     Parameters
     ----------
@@ -210,19 +248,21 @@ def find_base_motion(structure: Structure, base: str | tuple[float, ...]) -> Row
     if not isinstance(base, str):
         if len(base) != n:
             raise JointError(f"base has {len(base)} numbers for {n} degrees of freedom: give one for each")
-        return np.array(base, dtype=np.float64)
+        return BaseMotion.of(structure.matrices.mass, np.array(base, dtype=np.float64))
+    if structure.base is not None:
+        return structure.base(base)
     unknown = not structure.dofs or any(dof.direction == "modal" for dof in structure.dofs)
     if unknown:
         raise JointError(
             f'base = "{base}": the inertia load of a base needs the mass of every degree of freedom along an axis, '
-            'which a reduced structure has not kept: give the unreduced matrices as kind = "matrices" with a table of '
+            'which this structure has not kept: describe it as a part, a blade or kind = "matrices" with a table of '
             "degrees of freedom; or, for matrices that you have reduced by x = T q, give base as the list "
             "M_r^-1 T^T M r, with the motion r of all degrees of freedom with the base"
         )
     row = np.array([float(dof.direction == base) for dof in structure.dofs])
     if not row.any():
         raise JointError(f'base = "{base}": no degree of freedom moves along {base}: give another axis')
-    return row
+    return BaseMotion.of(structure.matrices.mass, row)
 
 
 def _sensors(

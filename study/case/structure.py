@@ -9,6 +9,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.model import DeadWeight, Dof, LineSensor, Part, Sensor
+from fe.sparse.factor import Symmetric
+from reduction.base_excitation import BaseMotion
 from reduction.file.structure_file import StructureMatrices
 from reduction.joint_law.registry import Joint
 from reduction.rom import ReducedModel
@@ -47,6 +49,11 @@ class Structure:
         Dead weights that press lines, by name.
     suspension
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m].
+    loss_factor
+        Structural damping, as a share of the stiffness without its joints [-].
+    base
+        How the degrees of freedom follow supports that move along an axis, "x", "y" or "z"; None where that is not
+        known. It raises `JointError` for a structure without supports.
     damped
         Damping matrix with all joints of the case [N s/m]; None keeps that of `matrices`.
     histories
@@ -67,6 +74,8 @@ class Structure:
     sensors: tuple[Sensor | LineSensor, ...] = ()
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
     suspension: Matrix | None = None
+    loss_factor: float = 0.0
+    base: Callable[[str], BaseMotion] | None = None
     damped: Callable[[Sequence[Joint]], Matrix] | None = None
     histories: Histories | None = None
     details: Any = None
@@ -93,6 +102,23 @@ def make_reduced_structure(
     """
     matrices = StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
     return Structure(matrices=matrices, dofs=list_reduced_dofs(rom, points, stations or {}), **more)
+
+
+def make_mesh_base_motion(rom: ReducedModel, mass: Symmetric, axis: str) -> BaseMotion:
+    """How a reduced mesh follows supports that move along an axis.
+
+    Parameters
+    ----------
+    rom
+        Reduced model of the mesh.
+    mass
+        Mass of all nodes, the fixed ones too, shape (3 n_node, 3 n_node) [kg].
+    axis
+        "x", "y" or "z".
+    """
+    motion = np.zeros((3 * rom.n_node, 1))
+    motion["xyz".index(axis) :: 3] = 1.0
+    return BaseMotion.reduced(rom, motion[rom.free, 0], np.asarray(mass @ motion)[rom.free, 0])
 
 
 def list_reduced_dofs(

@@ -1,5 +1,6 @@
 """``stickslip modes``: natural frequencies and mode shapes as pictures."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,8 +17,9 @@ app = command_app(
     SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
     20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs --length-unit, and --fix or --free.
     Writes a picture of each mode, the von Mises stress of the first, a film, and a VTU file with all modes for
-    ParaView. Of plain matrices and matrices of another program it writes a table of natural frequencies and damping
-    ratios. The modes of a rig or of a part are drawn by `stickslip reduce`.""",
+    ParaView; with --no-pictures the VTU file alone, without a graphics library. Of plain matrices and matrices of
+    another program it writes a table of natural frequencies and damping ratios. The modes of a rig or of a part are
+    drawn by `stickslip reduce`.""",
     examples=[
         "stickslip modes --out modes",
         "stickslip modes part.inp --length-unit mm --fix CLAMP",
@@ -33,6 +35,7 @@ def modes(
     *,
     n_modes: Annotated[int, Parameter(help="How many modes.")] = 6,
     mesh: OwnMesh = NO_MESH,
+    pictures: Annotated[bool, Parameter(help="Draw pictures and a film, which takes most of the time.")] = True,
     film: Annotated[int | None, Parameter(help="Mode that moves in the GIF; the first elastic one by default.")] = None,
     out: Out = Path("modes"),
     options: Options = DEFAULTS,
@@ -42,4 +45,5 @@ def modes(
     from study.modes.run import run_modes
     from study.shipped_cases import BLADE
 
-    return run_modes(source or BLADE, mesh, n_modes, film, options.open(out))
+    run = options.open(out)
+    return run_modes(source or BLADE, mesh, n_modes, film, run if pictures else replace(run, pictures=False))

@@ -199,7 +199,11 @@ def _read_the_base(model: Model) -> set[str]:
     base = model.base_acceleration
     if base is None:
         return set()
-    return {item.name for item in model.sensors if isinstance(item, Sensor) and not item.relative and item.row @ base}
+    return {
+        item.name
+        for item in model.sensors
+        if isinstance(item, Sensor) and not item.relative and (base @ item.row).any()
+    }
 
 
 def family_search(

@@ -15,6 +15,7 @@ from correlation.model import Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.fit.calibration_parameter import BOUNDS, CONTACT, DEVIATION
 from fe.dense_modes import compute_dense_modes
+from reduction.jointed_system import modal_damping
 from reduction.stuck import stick_at_rest
 from study.estimate.first_estimate import FirstEstimate
 
@@ -155,7 +156,8 @@ def damping_ratio(model: Model, resonance: Resonance) -> float | None:
         return None
     shape = modes.mode_shapes[:, nearest]
     modal_mass = float(shape @ system.mass @ shape)
-    return float(shape @ system.damping @ shape) / (modal_mass * 2 * float(np.sqrt(modes.lambda_[nearest])))
+    omega = np.sqrt(modes.lambda_[[nearest]])
+    return float(modal_damping(system, shape[:, None], omega)[0]) / (modal_mass * 2 * float(omega[0]))
 
 
 def estimate_stiffness(

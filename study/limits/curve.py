@@ -112,7 +112,7 @@ def found_limits(
         assert search.row is not None
         assert search.reach is not None
         paper = paper_limits(
-            problem.balance, OutputHarmonic(row=search.row, harmonic=search.harmonic),
+            problem.balance, OutputHarmonic(row=search.row, harmonic=search.harmonic, base=search.base),
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
         return FoundLimits(limits=paper.loss_factor, amplitude=paper.amplitude)

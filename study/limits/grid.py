@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 
 from fe.dense_modes import compute_dense_modes
+from reduction.jointed_system import modal_damping
 from reduction.stuck import stick_at_rest
 from study.limits.model import LimitSearch
 from study.limits.table import MOST_POINTS
@@ -52,12 +53,10 @@ def find_narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
         return None
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     # Harmonic h drives a mode at the h-th part of its frequency.
-    own = np.sqrt(modes.lambda_.clip(min=0)) / search.harmonic
-    shapes = modes.mode_shapes
+    natural, shapes = np.sqrt(modes.lambda_.clip(min=0)), modes.mode_shapes
+    own = natural / search.harmonic
     driven = np.abs((search.row @ shapes) * (system.dynamic[search.harmonic] @ shapes))
-    width = (
-        np.einsum("rm,rs,sm->m", shapes, system.damping, shapes) / search.harmonic
-    )  # 2 zeta omega, at half the power
+    width = modal_damping(system, shapes, natural) / search.harmonic  # 2 zeta omega, at half the power
     # Without damping a resonance has no width that a step could fit.
     inside = np.flatnonzero((own > omega[0]) & (own < omega[-1]) & (driven > 0) & (width > 0))
     if not len(inside):

@@ -47,6 +47,8 @@ class LimitSearch:
         Quantity whose limits are computed.
     harmonic
         The one that amplitudes are of [-].
+    base
+        Acceleration of a shaken base that the output reads beside, in that harmonic at level 1 [m/s^2].
     row
         Row of the output whose amplitude is bounded, or, for the loss factor, given where that is extreme, shape (r,);
         None for forces.
@@ -65,6 +67,7 @@ class LimitSearch:
     n_sample: int
     objective: Objective
     harmonic: int
+    base: complex
     row: Float[Real, " r"] | None
     angular_frequency: tuple[float, ...]
     levels: tuple[float, ...]
@@ -117,6 +120,12 @@ def make_limit_search(
         An output, contact, frequency or level that there is not, or contacts whose limits cannot be searched for.
     """
     omega, levels = list_limit_points(case, table, sweep)
+    if model.level_power:
+        with located(case, "load", 0):
+            raise BalanceError(
+                "the response limits are searched for at levels that hold the acceleration of a base: give its "
+                "acceleration in place of its velocity or displacement"
+            )
     with located(case, "limits"):
         output = None if table.objective in FORCES else _output(table, model.outputs)
         search = LimitSearch(
@@ -125,10 +134,11 @@ def make_limit_search(
             n_sample=model.n_sample,
             objective=_objective(table, output, model),
             harmonic=find_main_harmonic(model.system),
+            base=0.0 if output is None else _output_harmonic(output, model).base,
             row=None if output is None else output.row,
             angular_frequency=omega,
             levels=levels,
-            nominal=None if isinstance(sweep, LevelSweepTable) else model.slider,
+            nominal=_nominal(table, sweep, model),
             reach=_reach(table),
             settings=LimitSettings(
                 population=table.population, sample=table.samples, block=table.block, seed=table.seed
@@ -173,7 +183,7 @@ def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> 
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
-        return OutputHarmonic(row=output.row, harmonic=find_main_harmonic(model.system))
+        return _output_harmonic(output, model)
     assert table.contact is not None
     known = {joint.name: (joint.name,) for joint in model.system.joints} | {
         name: tuple(item) for name, item in model.lines.items()
@@ -186,6 +196,13 @@ def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> 
         direction=DIRECTION[table.direction or "tangential"],
         harmonic=0 if table.objective == "static force" else find_main_harmonic(model.system),
     )
+
+
+def _output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:
+    """The amplitude that a sensor reads, with the motion of a shaken base if it does not read relative to it."""
+    harmonic, carried = find_main_harmonic(model.system), model.carried(output)
+    base = 0.0 if carried is None or harmonic >= len(carried) else complex(carried[harmonic])
+    return OutputHarmonic(row=output.row, harmonic=harmonic, base=base)
 
 
 def _frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
@@ -218,6 +235,25 @@ def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
     if sweep is None:
         return (1.0,)
     raise BalanceError("levels are missing, and [sweep] goes over the level: give a list, such as levels = [1, 3, 5]")
+
+
+def _nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real | None:
+    """Centre of the box: rest under dead weights or the static load, sliders without tension, or given ones [m]."""
+    if table.nominal == "rest":
+        return None if isinstance(sweep, LevelSweepTable) else model.slider
+    names = [
+        joint.name if joint.n_slider == 1 else f"{joint.name}, slider {number + 1}"
+        for joint in model.system.joints
+        for number in range(joint.n_slider)
+    ]
+    if table.nominal == "stuck":
+        return np.zeros(len(names))
+    if len(table.nominal) != len(names):
+        raise BalanceError(
+            f"nominal has {len(table.nominal)} lengths for {len(names)} sliders: give one for each of "
+            f"{'; '.join(names)}"
+        )
+    return np.array(table.nominal)
 
 
 def _reach(table: LimitsTable) -> float | None:

@@ -76,7 +76,9 @@ class LimitCurves:
         return int(np.nanargmax(values) if self.has_peaks or side == 1 else np.nanargmin(values))
 
 
-def convert_limits(table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits) -> LimitCurves:
+def convert_limits(
+    table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits, motion: str = ""
+) -> LimitCurves:
     """What a search found, in the unit of the surface.
 
     Parameters
@@ -89,6 +91,8 @@ def convert_limits(table: LimitsTable, output: Sensor | None, harmonic: int, res
         Harmonic of the amplitude [-].
     result
         Result of the search in SI units.
+    motion
+        "absolute" or "relative" on a shaken base.
     """
     limits = result.limits
     order, has_peaks, value, sampled = (0, 1), True, limits.value, limits.sampled
@@ -98,7 +102,7 @@ def convert_limits(table: LimitsTable, output: Sensor | None, harmonic: int, res
     else:
         unit, factor = SURFACE_UNIT[output.quantity]
         scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
-        quantity = f"{output.quantity} of {output.name}"
+        quantity = f"{motion} {output.quantity} of {output.name}".lstrip()
         if result.amplitude is None:
             value, sampled = scale * value, scale * sampled
         else:

@@ -12,6 +12,7 @@ from figure.contact_states import ContactStates, StatePanel
 from figure.limit_band import Band, LimitBands
 from figure.limit_levels import LimitsByLevel
 from hbsolve.limits.result import ResponseLimits
+from hbsolve.matlab import make_matlab_file
 from pipeline.checkpoint import StoredTasks
 from pipeline.output import replace_file
 from pipeline.parallel import process_pool
@@ -84,10 +85,12 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     output = None
     if table.objective not in FORCES:
         output = next(item for item in model.outputs if table.sensor in {None, item.name})
-    curves = convert_limits(table, output, search.harmonic, rows)
-    files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")]
+    motion = "" if output is None else model.motion_of(output)
+    curves = convert_limits(table, output, search.harmonic, rows, motion)
+    files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
     _save(curves.limits, files[0])
-    replace_file(files[1], format_limits_csv(curves))
+    replace_file(files[1], make_matlab_file(curves.limits.to_xarray()))
+    replace_file(files[2], format_limits_csv(curves))
     drawn = _results(curves, opened.title, in_newtons=model.in_newtons)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
     return Limited(curves=curves, objective=table.objective, files=tuple(files))

@@ -49,6 +49,10 @@ class LimitsTable(CaseModel):
     frequencies: Annotated[tuple[Hertz, ...] | None, Field(min_length=1, examples=[["254 Hz"]])] = None
     levels: Annotated[tuple[Level, ...] | None, Field(min_length=1)] = None
     reach: Annotated[Literal["unbounded"] | float | None, BeforeValidator(_reach)] = None
+    nominal: Annotated[
+        Literal["rest", "stuck"] | tuple[Annotated[float, BeforeValidator(DRAGGED.read)], ...],
+        Field(examples=["stuck"]),
+    ] = "rest"
     population: Number = 24
     samples: Annotated[int, Field(strict=True, ge=0, le=100_000)] = 100
     block: Number = 15

@@ -91,7 +91,7 @@ def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | Non
 
 
 def write_shapes(shapes: Shapes, stem: str, film_of: int | None, run: RunContext) -> Answer:
-    """Write pictures, a film and a VTU file that holds all modes.
+    """Write pictures and a film, if they are wanted, and a VTU file that holds all modes.
 
     Parameters
     ----------
@@ -105,7 +105,9 @@ def write_shapes(shapes: Shapes, stem: str, film_of: int | None, run: RunContext
         Output folder, store and progress of the run.
     """
     assert run.output is not None
-    files = [file for file, _ in picture_modes(shapes, stem, run, None if film_of is None else film_of - 1)]
+    files: list[Path] = []
+    if run.pictures:
+        files += [file for file, _ in picture_modes(shapes, stem, run, None if film_of is None else film_of - 1)]
     files.append(run.output / f"{stem}_modes.vtu")
     write_mesh(shapes.mesh, files[-1], shapes.fields)
     lines = [f"{shapes.n_dof} degrees of freedom", ""]

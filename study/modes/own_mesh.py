@@ -25,9 +25,14 @@ class OwnMesh:
     ] = ()
     free: Annotated[bool, Parameter(help="The mesh has no support.", negative="")] = False
     length_unit: Annotated[str | None, Parameter(help="Unit of the mesh file's coordinates, such as mm.")] = None
-    young: Annotated[str, Parameter(help="Young's modulus of the mesh.", allow_leading_hyphen=True)] = "210 GPa"
-    poisson: Annotated[float, Parameter(help="Poisson's ratio of the mesh.")] = 0.3
-    density: Annotated[str, Parameter(help="Density of the mesh.", allow_leading_hyphen=True)] = "7800 kg/m^3"
+    young: Annotated[
+        str | None,
+        Parameter(help="Young's modulus; that of the file by default, or 210 GPa.", allow_leading_hyphen=True),
+    ] = None
+    poisson: Annotated[float | None, Parameter(help="Poisson's ratio; that of the file, or 0.3.")] = None
+    density: Annotated[
+        str | None, Parameter(help="Density; that of the file, or 7800 kg/m^3.", allow_leading_hyphen=True)
+    ] = None
 
     @property
     def is_given(self) -> bool:
@@ -44,8 +49,9 @@ class OwnMesh:
         """
         from casefile.quantity import LENGTH, MATERIAL_DENSITY, YOUNGS_MODULUS
         from fe.errors import SupportError
+        from fe.file.file_material import describe_material, list_differences, read_file_material
         from fe.file.mesh_file import read_mesh
-        from fe.material import Material
+        from fe.material import STEEL, Material
 
         if not source.is_file():
             raise InputError(
@@ -54,13 +60,23 @@ class OwnMesh:
         if self.length_unit is None:
             raise InputError(f"{source}: the unit of its coordinates is not given: add it, such as --length-unit mm")
         unit = _typed("--length-unit", self.length_unit, LENGTH, number="1 ")
-        young = _typed("--young", self.young, YOUNGS_MODULUS)
-        density = _typed("--density", self.density, MATERIAL_DENSITY)
+        carried = read_file_material(source, unit).material
+        base = carried or STEEL
+        young = base.young if self.young is None else _typed("--young", self.young, YOUNGS_MODULUS)
+        density = base.density if self.density is None else _typed("--density", self.density, MATERIAL_DENSITY)
+        poisson = base.poisson if self.poisson is None else self.poisson
         try:
-            material = Material(young=young, poisson=self.poisson, density=density)
+            material = Material(young=young, poisson=poisson, density=density)
         except InputError as error:  # it names its field, which is the option
             name, _, value = str(error).partition(" = ")
             raise InputError(f"--{name} {value}") from None
+        if carried is not None and (names := list_differences(material, carried)):
+            warnings.warn(
+                f"{source} carries a material of {describe_material(carried, unit)}, whose {' and '.join(names)} the "
+                "options replace",
+                InputWarning,
+                stacklevel=2,
+            )
         mesh = read_mesh(source, length_unit_in_metre=unit)
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
         if self.free and self.fix:

@@ -36,6 +36,8 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
         raise InputError(f"--n-modes {n_mode} is no number of modes: give 1 or more")
     if film_of is not None and not 1 <= film_of <= n_mode:
         raise InputError(f"--film {film_of} is none of the {n_mode} modes: give 1 to {n_mode}")
+    if film_of is not None and not run.pictures:
+        raise InputError(f"--film {film_of} is a picture: leave it or --no-pictures out")
     if source.suffix == ".toml":
         opened = open_case(source)
         draw, summary = opened.kind.modes, opened.kind.summary
@@ -50,9 +52,11 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
             if film_of is not None:
                 raise InputError(f"--film {film_of}: {summary} have no mesh that could be filmed: leave it out")
             return write_modes_table(opened, run, n_mode)
-        require_egl()
+        if run.pictures:
+            require_egl()
         return draw(opened, run, n_mode, film_of)
-    require_egl()
+    if run.pictures:
+        require_egl()
     mesh, material = own.read(source)
     try:
         step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)

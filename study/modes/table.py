@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import RIGID, compute_dense_modes
 from pipeline.output import replace_file
-from reduction.jointed_system import JointedSystem
+from reduction.jointed_system import JointedSystem, modal_damping
 from reduction.stuck import stick_at_rest
 from study.case.setup import read_case
 from study.kind.registry import OpenCase
@@ -60,26 +60,26 @@ def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
 def compute_frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
     """Natural frequencies [Hz], and damping ratios [-] if there is damping; "stuck_" ones if there are joints.
 
-    A damping ratio is that of an undamped mode shape, phi^T C phi / (2 omega); NaN for a rigid motion.
+    A damping ratio is that of an undamped mode shape, phi^T (C + H / omega) phi / (2 omega); NaN for a rigid motion.
     """
     stiffnesses = {"": system.stiffness}
     if system.joints:
         stiffnesses["stuck_"] = stick_at_rest(system.stiffness, system.joints)
     columns: dict[str, Values] = {}
     for prefix, stiffness in stiffnesses.items():
-        frequency, ratio = _modes(system.mass, system.damping, stiffness, n_mode)
+        frequency, ratio = _modes(system, stiffness, n_mode)
         columns[f"{prefix}frequency_hz"] = frequency
-        if system.damping.any():
+        if system.damping.any() or system.structural_damping is not None:
             columns[f"{prefix}damping_ratio"] = ratio
     return columns
 
 
-def _modes(mass: Matrix, damping: Matrix, stiffness: Matrix, n_mode: int) -> tuple[Values, Values]:
-    result = compute_dense_modes(mass, stiffness)
+def _modes(system: JointedSystem, stiffness: Matrix, n_mode: int) -> tuple[Values, Values]:
+    result = compute_dense_modes(system.mass, stiffness)
     shapes = result.mode_shapes[:, :n_mode]
     squared = result.lambda_[:n_mode]
     omega = np.sqrt(np.where(squared > RIGID * result.lambda_[-1], squared, 0.0))
-    per_mass = np.einsum("rm,rs,sm->m", shapes, damping, shapes)
+    per_mass = modal_damping(system, shapes, omega)
     return omega / (2 * pi), np.divide(per_mass, 2 * omega, out=np.full(len(omega), np.nan), where=omega > 0)
 
 

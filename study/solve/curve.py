@@ -41,6 +41,8 @@ class Curve:
         For people: "level 3", "40 Hz".
     slider
         Slider positions at its start, shape (s,) [m]; springs without tension by default.
+    level_power
+        Levels are times Omega^level_power [-].
     """
 
     parameter: str
@@ -50,6 +52,7 @@ class Curve:
     step: float | None
     label: str
     slider: Row | None = None
+    level_power: int = 0
 
 
 @stage("response curve", ignore=("checkpoint", "report"))
@@ -104,9 +107,13 @@ def response_curve(
 def make_continuation(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
     """The continuation that a curve is made by."""
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
-    path: FrequencyPath | LevelPath
     if curve.parameter == "frequency":
-        path = FrequencyPath(balance=balance.at_level(curve.fixed))
-    else:
-        path = LevelPath(balance=balance, angular_frequency=curve.fixed)
-    return Continuation(path=path, first=curve.first, last=curve.last, step=curve.step)
+        path = FrequencyPath(balance=balance.at_level(curve.fixed), level_power=curve.level_power)
+        return Continuation(path=path, first=curve.first, last=curve.last, step=curve.step)
+    scale = curve.fixed**curve.level_power
+    return Continuation(
+        path=LevelPath(balance=balance, angular_frequency=curve.fixed),
+        first=scale * curve.first,
+        last=scale * curve.last,
+        step=None if curve.step is None else scale * curve.step,
+    )

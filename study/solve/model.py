@@ -4,6 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
 
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
 from casefile.table import located
 from correlation.model import Sensor
 from reduction.errors import JointError
@@ -36,6 +40,11 @@ class SolveModel:
         Whether a level is the amplitude of the force itself [N].
     stability
         Whether the stability of each point is computed.
+    base
+        Acceleration of a shaken base at each degree of freedom, at level 1, shape (n, r) [m/s^2]; None for one that
+        rests. The system moves relative to it.
+    level_power
+        Levels are times Omega^level_power [-].
     """
 
     system: JointedSystem
@@ -47,6 +56,16 @@ class SolveModel:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     in_newtons: bool = False
     stability: bool = False
+    base: Complex[NDArray[np.complex128], "n r"] | None = None
+    level_power: int = 0
+
+    def carried(self, output: Sensor) -> Complex[NDArray[np.complex128], " n"] | None:
+        """Acceleration of the base that an output reads in each harmonic at level 1; None if it reads none."""
+        return None if self.base is None or output.relative else self.base @ output.row
+
+    def motion_of(self, output: Sensor) -> str:
+        """What a heading says of an output: "absolute" or "relative" on a shaken base, nothing otherwise."""
+        return "" if self.base is None else "relative" if output.relative else "absolute"
 
 
 def require_sweep(opened: OpenCase) -> None:
@@ -105,6 +124,8 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
         n_sample=opened.case.harmonics.n_sample,
         lines=model.lines,
         in_newtons=in_newtons,
+        base=None if model.base_acceleration is None else np.asarray(model.base_acceleration, dtype=np.complex128),
+        level_power=model.level_power,
     )
 
 
@@ -120,6 +141,7 @@ def _curves(read: ReadCase, unit: str) -> tuple[Curve, ...]:
                 fixed=2 * pi * item,
                 step=sweep.step,
                 label=f"{item:g} Hz",
+                level_power=read.model.level_power,
             )
             for item in sweep.frequencies
         )
@@ -133,6 +155,7 @@ def _curves(read: ReadCase, unit: str) -> tuple[Curve, ...]:
             label=(f"{level:g} {unit}" if unit else f"level {level:g}")
             + (f", history {number}" if sweep.histories > 1 else ""),
             slider=slider,
+            level_power=read.model.level_power,
         )
         for level in sweep.levels
         for number, slider in enumerate(_histories(read, sweep.histories, sweep.seed), start=1)

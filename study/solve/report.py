@@ -16,6 +16,7 @@ def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, An
         "n_joint": len(solved.model.system.joints),
         "harmonics": solved.model.harmonics,
         "output": solved.model.outputs[0].name,
+        **_motions(solved),
         "curves": [vars(peak) | more for peak, more in zip(solved.peaks, of_curves, strict=True)],
         **added,
         "files": [str(file) for file in (*solved.files, *(extras.files if extras else ()))],
@@ -44,9 +45,17 @@ def solve_text(solved: Solved, extras: Extras | None = None) -> str:
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks)]
     if solved.model.stability:
         lines += ["", *(f"  {peak.label}: {_bifurcations(peak)}" for peak in solved.peaks)]
+    words = {"absolute": "absolute motion", "relative": "motion relative to the shaken base"}
+    lines += [f"  {name}: {words[motion]}" for name, motion in _motions(solved).get("motion", {}).items()]
     lines += ["", *map(str, solved.files)]
     lines += map(str, extras.files if extras else ())
     return "\n".join(lines)
+
+
+def _motions(solved: Solved) -> dict[str, dict[str, str]]:
+    """Whether each sensor reads the absolute motion or that relative to a shaken base; nothing on one that rests."""
+    model = solved.model
+    return {} if model.base is None else {"motion": {item.name: model.motion_of(item) for item in model.outputs}}
 
 
 def _bifurcations(peak: Peak) -> str:

@@ -32,6 +32,8 @@ SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 STATES, DRAWN_STATES = ("stick", "slip", "separated"), ("stuck", "slipping", "separated")
 #: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
 SAMPLE_PER_HARMONIC = 32
+#: Larger than the vibration of any structure, the longest bridges included [m].
+MOST_DISPLACEMENT = 10.0
 #: An amplitude whose estimated error is larger than this is not to be used unawares.
 MOST_TRUNCATION = 0.05
 
@@ -46,23 +48,39 @@ class SolvedCurve:
         Request of the case.
     branch
         Points of the curve.
+    model
+        Model of the case.
     stability
         Of each point; None where it was not asked for.
     """
 
     curve: Curve
     branch: ResponseBranch
+    model: SolveModel
     stability: BranchStability | None = None
 
     @property
     def parameter(self) -> Float[NDArray[np.float64], " p"]:
         """Frequency [Hz] or level [-], whichever varies, shape (p,)."""
-        return self.branch.frequency if self.curve.parameter == "frequency" else np.asarray(self.branch.level)
+        return self.branch.frequency if self.curve.parameter == "frequency" else self.level
+
+    @property
+    def level(self) -> Float[NDArray[np.float64], " p"]:
+        """Levels as the case gives them, without the power of Omega, shape (p,) [-]."""
+        return np.asarray(self.branch.level / self.branch.angular_frequency**self.model.level_power)
+
+    def level_of(self, state: SteadyState) -> float:
+        """The same of one state."""
+        return float(state.level / state.angular_frequency**self.model.level_power)
 
     def output(self, output: Sensor) -> Complex[NDArray[np.complex128], "p harmonic"]:
-        """Coefficients of an output at each point, shape (p, n_harmonic) [SI]."""
-        q = self.branch.coefficients @ output.row
-        omega = np.array([harmonics(float(item), q.shape[1]) for item in self.branch.angular_frequency])
+        """Coefficients of an output at each point, with the motion of the base that it reads, shape (p, n_harmonic)."""
+        branch, q = self.branch, self.branch.coefficients @ output.row
+        omega = np.array([harmonics(float(item), q.shape[1]) for item in branch.angular_frequency])
+        carried = self.model.carried(output)
+        if carried is not None:
+            n = len(carried)
+            q[:, 1:n] += branch.level[:, None] * carried[1:] / (1j * omega[:, 1:n]) ** 2
         return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity])
 
     def half_range(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
@@ -102,10 +120,14 @@ class SolvedCurve:
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 
-def output_of(output: Sensor, state: SteadyState) -> Complex[NDArray[np.complex128], " harmonic"]:
-    """Coefficients of an output in a steady state, shape (n_harmonic,) [SI]."""
-    q = state.coefficients @ output.row
-    return np.asarray(q * (1j * harmonics(state.angular_frequency, len(q))) ** DERIVATIVE[output.quantity])
+def output_of(model: SolveModel, output: Sensor, state: SteadyState) -> Complex[NDArray[np.complex128], " harmonic"]:
+    """Coefficients of an output in a steady state, with the motion of the base that it reads, shape (n_harmonic,)."""
+    q, carried = state.coefficients @ output.row, model.carried(output)
+    omega = harmonics(state.angular_frequency, len(q))
+    if carried is not None:
+        n = len(carried)
+        q[1:n] += state.level * carried[1:] / (1j * omega[1:n]) ** 2
+    return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity])
 
 
 def list_state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
@@ -140,7 +162,7 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
     return xr.Dataset(
         {
             "frequency": ("point", joined("angular_frequency") / (2 * np.pi), {"units": "Hz"}),
-            "level": ("point", joined("level"), {"units": "1"}),
+            "level": ("point", np.concatenate([item.level for item in curves]), {"units": "1"}),
             "curve": ("point", np.repeat(np.arange(len(curves)), counts), {"long_name": "number of the curve"}),
             "output_real": (("point", "harmonic", "output"), outputs.real, {"units": "SI, see output_unit"}),
             "output_imag": (("point", "harmonic", "output"), outputs.imag, {"units": "SI, see output_unit"}),
@@ -166,6 +188,10 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
             "harmonic": np.arange(coefficients.shape[1]),
             "output": np.array([output.name for output in model.outputs], dtype=object),
             "output_unit": ("output", np.array([SI_UNIT[output.quantity] for output in model.outputs], dtype=object)),
+            "output_motion": (
+                "output",
+                np.array([model.motion_of(output) or "absolute" for output in model.outputs], dtype=object),
+            ),
             "joint": np.array([joint.name for joint in model.system.joints], dtype=object),
             "state": np.array(STATES, dtype=object),
         },
@@ -185,19 +211,15 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
     write = csv.writer(stream, lineterminator="\n").writerow
     head = ["curve", "frequency [Hz]", "level"]
     for output in model.outputs:
-        unit = SURFACE_UNIT[output.quantity][0]
-        head += [
-            f"{output.name} amplitude [{unit}]",
-            f"{output.name} phase [deg]",
-            f"{output.name} half range [{unit}]",
-        ]
+        unit, name = SURFACE_UNIT[output.quantity][0], f"{output.name} {model.motion_of(output)}".rstrip()
+        head += [f"{name} amplitude [{unit}]", f"{name} phase [deg]", f"{name} half range [{unit}]"]
     head += [f"{joint.name} {state}" for joint in model.system.joints for state in list_state_names(joint).values()]
     with_stability = any(item.stability for item in curves)
     head += ["unstable multipliers"] if with_stability else []
     write([*head, "truncation error", "sample error", "residual norm", "iterations"])
     for item in curves:
         branch = item.branch
-        columns = [branch.frequency, branch.level]
+        columns = [branch.frequency, item.level]
         for output in model.outputs:
             scale = SURFACE_UNIT[output.quantity][1]
             q = item.output(output)[:, harmonic]
@@ -258,7 +280,7 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
     return Peak(
         label=item.curve.label,
         peak_frequency_hz=float(branch.frequency[point]),
-        peak_level=float(branch.level[point]),
+        peak_level=float(item.level[point]),
         peak_amplitude=scale * float(np.abs(item.output(output)[point, harmonic])),
         unit=unit,
         # Elsewhere than at its last value a curve ends for a reason of its own.
@@ -270,10 +292,24 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
         bifurcations=None
         if item.stability is None
         else [
-            {"kind": point.kind.label, "frequency_hz": point.state.frequency, "level": point.state.level}
+            {"kind": point.kind.label, "frequency_hz": point.state.frequency, "level": item.level_of(point.state)}
             for point in item.stability.bifurcations
         ],
     )
+
+
+def motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> str:
+    """One sentence on the largest displacement of all, if it is one of no vibrating structure; empty otherwise."""
+    largest, where = 0.0, ""
+    for item in curves:
+        for output in outputs:
+            omega = np.maximum(item.branch.angular_frequency, np.finfo(float).tiny) ** DERIVATIVE[output.quantity]
+            moved = float((item.half_range(output) / omega).max())
+            if moved > largest:
+                largest, where = moved, f'{output.name} moves by {moved:.3g} m on the curve "{item.curve.label}"'
+    if largest <= MOST_DISPLACEMENT:
+        return ""
+    return f"{where}: no structure vibrates by more than {MOST_DISPLACEMENT:g} m, so check levels, loads and units"
 
 
 def truncation_warning(peaks: Sequence[Peak], highest: int) -> str:

@@ -14,6 +14,7 @@ from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.style import evenly
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
+from hbsolve.matlab import make_matlab_file
 from pipeline.checkpoint import Checkpoint
 from pipeline.output import replace_file
 from study.case.setup import read_case
@@ -30,6 +31,7 @@ from study.solve.result import (
     format_response_csv,
     list_state_names,
     make_response_dataset,
+    motion_warning,
     output_of,
     peak_of,
     truncation_warning,
@@ -105,13 +107,17 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     assert run.output is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
-    files = [run.output / f"{stem}_response.nc", run.output / f"{stem}_response.csv"]
-    replace_file(files[0], bytes(make_response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
-    replace_file(files[1], format_response_csv(model, curves))
+    files = [run.output / f"{stem}_response.{suffix}" for suffix in ("nc", "mat", "csv")]
+    data = make_response_dataset(model, curves, title)
+    replace_file(files[0], bytes(data.to_netcdf(engine="h5netcdf")))
+    replace_file(files[1], make_matlab_file(data))
+    replace_file(files[2], format_response_csv(model, curves))
     drawn = _results(model, balance, curves, title)
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
     peaks = tuple(peak_of(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
     if warning := truncation_warning(peaks, model.harmonics):
+        run.warn(warning)
+    if warning := motion_warning(curves, model.outputs):
         run.warn(warning)
     return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
 
@@ -125,10 +131,10 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> Solve
         branch = run.store.run(response_curve, *inputs, checkpoint=checkpoint, report=report)
     checkpoint.remove()
     if not model.stability:
-        return SolvedCurve(curve=curve, branch=branch)
+        return SolvedCurve(curve=curve, branch=branch, model=model)
     with run.progress.step(f"stability of curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
         stability = run.store.run(curve_stability, model.system, branch, *inputs[2:], report=report)
-    return SolvedCurve(curve=curve, branch=branch, stability=stability)
+    return SolvedCurve(curve=curve, branch=branch, model=model, stability=stability)
 
 
 def _results(
@@ -155,7 +161,7 @@ def _results(
         which = "" if harmonic == 1 else f" of harmonic {harmonic}"
         drawn[f"response_{number}" if len(model.outputs) > 1 else "response"] = ResponseCurves(
             curves=family,
-            title=f"{title}: {output.quantity} of {output.name}",
+            title=f"{title}: {f'{model.motion_of(output)} {output.quantity}'.strip()} of {output.name}",
             parameter_label=label,
             amplitude_label=f"amplitude{which} [{unit}]",
         )
@@ -190,8 +196,8 @@ def _marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> li
     return [
         CurveMark(
             label=point.kind.label,
-            parameter=point.state.frequency if item.curve.parameter == "frequency" else point.state.level,
-            response=scale * complex(output_of(output, point.state)[harmonic]),
+            parameter=point.state.frequency if item.curve.parameter == "frequency" else item.level_of(point.state),
+            response=scale * complex(output_of(item.model, output, point.state)[harmonic]),
         )
         for point in (item.stability.bifurcations if item.stability else ())
     ]

@@ -106,3 +106,29 @@ def test_a_stronger_drive_shakes_and_reads_more() -> None:
     doubled = readings(shaken().with_drive(2.0), frequency, 3.0)
     np.testing.assert_allclose(doubled, readings(shaken(), frequency, 6.0), rtol=1e-12)
     assert replace(shaken(), base_acceleration=None).with_drive(2.0).base_acceleration is None
+
+
+def test_each_harmonic_of_a_base_is_read_with_its_own_motion() -> None:
+    """The second harmonic of a linear structure is the absolute equation at twice the frequency."""
+    second, level, frequency = 0.4 * np.exp(-0.8j), 3.0, np.linspace(8.0, 20.0, 5)
+    accelerations = np.outer([0, 1, second], np.ones(2))
+    model = replace(shaken().with_system(harmonic_force=-accelerations @ MASS), base_acceleration=accelerations)
+    names, k = [*QUANTITIES, "gauge"], len(frequency)
+    points = Points(
+        free=np.zeros(4 * k, dtype=bool), level=np.full(4 * k, level), frequency=np.tile(frequency, 4),
+        sensor=np.repeat(names, k), harmonic=np.full(4 * k, 2),
+    )  # fmt: skip
+    for sweeps in ((), (1,)):
+        found = Predictor(points=points, sweeps=sweeps).predict(model).value.reshape(4, k)
+        for number, at in enumerate(frequency):
+            omega, x = 4 * np.pi * at, absolute(MASS, 2 * at, level) * second
+            expected = [x, 1j * omega * x, -(omega**2) * x, x + level * second / omega**2]
+            # Round-off of two small systems.
+            np.testing.assert_allclose(found[:, number], expected, rtol=1e-9)
+
+
+def test_another_mass_has_another_inertia_in_every_harmonic() -> None:
+    accelerations = np.outer([0, 1, 0.4j], np.ones(2))
+    model = replace(shaken().with_system(harmonic_force=-accelerations @ MASS), base_acceleration=accelerations)
+    heavier = model.with_system(mass=MASS + np.diag([0.0, 0.5]))
+    np.testing.assert_allclose(heavier.system.dynamic, -accelerations @ (MASS + np.diag([0.0, 0.5])))

@@ -92,9 +92,9 @@ DATA: dict[str, tuple[Refused, str]] = {
     "mass that is not square": (lambda: system(mass=np.ones((2, 3))), r"mass has shape \(2, 3\)"),
     "damping of another size": (lambda: system(damping=np.eye(3)), r"damping has shape \(3, 3\), the mass \(2, 2\)"),
     "empty matrices": (lambda: system(mass=np.zeros((0, 0))), r"mass has shape \(0, 0\)"),
-    "complex stiffness": (
-        lambda: system(stiffness=np.diag([1.0, 1 + 0.02j])),
-        r"the stiffness holds 1\+0\.02j at \(1, 1\): give real numbers",
+    "infinite structural damping": (
+        lambda: system(stiffness=[[1, 0], [0, complex(1, np.inf)]]),
+        r"the structural damping holds inf at \(1, 1\): give finite numbers",
     ),
     "complex mass": (lambda: system(mass=[[1, 0], [2j, 1]]), r"the mass holds 0\+2j at \(1, 0\): give real numbers"),
     "complex damping": (lambda: system(damping=1j * np.eye(2)), r"the damping holds 0\+1j at \(0, 0\)"),
@@ -105,9 +105,13 @@ DATA: dict[str, tuple[Refused, str]] = {
     "words in the mass": (lambda: system(mass=[["1", 0], [0, "1"]]), r"the mass holds '1' at \(0, 0\): give numbers"),
     "nothing in the damping": (lambda: system(damping=[[0, None], [0, 0]]), r"the damping holds None at \(0, 1\)"),
     "no stiffness": (lambda: system(stiffness=None), r"the stiffness holds None: give numbers"),
-    "sparse stiffness": (
-        lambda: system(stiffness=eye_array(2)),
-        r"the stiffness is a sparse dia_array: give a dense array, such as its toarray\(\)",
+    "sparse stiffness beyond memory": (
+        lambda: system(stiffness=eye_array(10_000_000)),
+        r"the stiffness is sparse of shape \(10000000, 10000000\): .* GB are free; reduce the structure first",
+    ),
+    "structural damping given twice": (
+        lambda: system(stiffness=(1 + 0.1j) * np.eye(2), structural_damping=np.eye(2)),
+        r"the stiffness is complex, and structural_damping is given too: leave one of them out",
     ),
     "ragged mass": (
         lambda: system(mass=[[1, 0], [0]]),

@@ -187,7 +187,14 @@ def test_what_history_cannot_change_is_bounded_by_the_stuck_response_in_all_file
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     document = limits(home, capfd, CASE)
-    names = {"my_limits.nc", "my_limits.csv", "my_limits.png", "my_limit_states.png", "my_limit_levels.png"}
+    names = {
+        "my_limits.nc",
+        "my_limits.mat",
+        "my_limits.csv",
+        "my_limits.png",
+        "my_limit_states.png",
+        "my_limit_levels.png",
+    }
     assert {Path(file).name for file in document["files"]} == names == {each.name for each in Path("out").iterdir()}
     found = load_limits("out/my_limits.nc")
     # A step of 8 Hz at the most makes three equal ones; both lists ascend.
@@ -217,8 +224,8 @@ def test_the_mean_of_a_friction_force_has_what_its_vibration_leaves_of_coulombs_
         assert told["lower"]["value"] == pytest.approx(-most, rel=2e-4)
     assert (document["reach_m"], document["unit"]) == (None, "N")
     # One frequency has no curve over frequency.
-    assert {Path(file).suffix for file in document["files"]} == {".nc", ".csv", ".png"}
-    assert len(document["files"]) == 3
+    assert {Path(file).suffix for file in document["files"]} == {".nc", ".mat", ".csv", ".png"}
+    assert len(document["files"]) == 4
 
 
 def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(

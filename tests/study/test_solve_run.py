@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.io import loadmat
 
 from hbsolve.continuation.step import Continuation
 from pipeline.checkpoint import Checkpoint
@@ -74,6 +75,7 @@ def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
     assert files == {file.name for file in (home / "out").iterdir()}
     assert files == {
         "my_response.nc",
+        "my_response.mat",
         "my_response.csv",
         "my_response_1.png",
         "my_response_2.png",
@@ -94,6 +96,10 @@ def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
     assert (slid["contact_share"].values[:, 0, 1] > 0.2).any()
     assert data["level"].values[[0, -1]].tolist() == [0.01, 2.0]
 
+    matlab = loadmat(home / "out" / "my_response.mat")
+    np.testing.assert_array_equal(matlab["output"], (data["output_real"] + 1j * data["output_imag"]).values)
+    assert [str(name[0]) for name in matlab["output_name"].ravel()] == ["mass", "speed"]
+    assert str(matlab["units"]["frequency"][0, 0][0]) == "Hz"
     with (home / "out" / "my_response.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == data.sizes["point"] == sum(curve["n_point"] for curve in document["curves"])

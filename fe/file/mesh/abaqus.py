@@ -1,12 +1,12 @@
 """Read the mesh of an Abaqus or CalculiX input deck: nodes, elements, sets and element surfaces.
 
 Written here because meshio's reader drops the data behind a comment line, loses members of an element set that spans
-several `*ELEMENT` blocks, and knows no `*SURFACE`. Everything that is not mesh (materials, steps, supports) is skipped.
+several `*ELEMENT` blocks, and knows no `*SURFACE`. Materials are read apart; steps and supports are not.
 """
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from fe.errors import MeshError
 from fe.file.calculix_deck import mesh_text
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
-from fe.file.registry import FileFormat
+from fe.file.registry import FileFormat, FileMaterial
 from fe.mesh import Mesh
 
 #: Labels of faces, in the order of their numbers.
@@ -120,6 +120,42 @@ def write_inp(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
     # The text is complete before the file is touched: a set name that is refused leaves nothing behind.
     text = "".join(mesh_text(mesh))
     path.write_text(text, encoding="ascii")
+
+
+def read_inp_materials(path: Path) -> tuple[FileMaterial, ...]:
+    """Materials of the solid sections of a deck, or all of them if it has no such section.
+
+    Raises
+    ------
+    MeshError
+        A line that is no number.
+    """
+    deck, found, used, current = _Deck(path=path), dict[str, FileMaterial](), set[str](), ""
+    for block in _blocks(path):
+        if block.keyword == "SOLID SECTION":
+            used.add(block.parameters.get("MATERIAL", "").upper())
+        elif block.keyword == "MATERIAL":
+            current = block.parameters.get("NAME", "")
+            found[current.upper()] = FileMaterial(name=current)
+        elif block.keyword in {"ELASTIC", "DENSITY"} and current.upper() in found:
+            try:
+                found[current.upper()] = _with_property(found[current.upper()], block)
+            except (ValueError, IndexError) as error:
+                raise deck.damaged(
+                    f'the *{block.keyword} of material "{current}" is cut short or no number ({error})'
+                ) from error
+    return tuple(material for name, material in found.items() if name in used or not used)
+
+
+def _with_property(material: FileMaterial, block: _Block) -> FileMaterial:
+    if len(block.lines) > 1:
+        return replace(material, obstacle=f"has a *{block.keyword} that depends on temperature or fields")
+    numbers = [float(entry) for entry in block.entries()]
+    if block.keyword == "DENSITY":
+        return replace(material, density=numbers[0])
+    if block.parameters.get("TYPE", "ISOTROPIC").upper() not in {"ISOTROPIC", "ISO"}:
+        return replace(material, obstacle="is not isotropic")
+    return replace(material, young=numbers[0], poisson=numbers[1])
 
 
 def _blocks(path: Path) -> Iterator[_Block]:
@@ -302,5 +338,6 @@ MESH_FORMATS.register(
         recognise=lambda head: head.lstrip()[:1] == b"*",
         read=read_inp,
         write=write_inp,
+        materials=read_inp_materials,
     )
 )

@@ -16,7 +16,7 @@ from fe.errors import MeshError
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
-from fe.file.registry import FileFormat
+from fe.file.registry import FileFormat, FileMaterial
 
 #: Cards that meshio reads; with a star, in fields of 16 characters, it passes over elements without a word.
 SOLIDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CPYRA")
@@ -104,6 +104,43 @@ def _node_sets(path: Path, lines: list[str], label: Indices) -> dict[str, Indice
     return found
 
 
+def read_bdf_materials(path: Path) -> tuple[FileMaterial, ...]:
+    """MAT1 cards of the PSOLID properties, or all of them if there is no such property.
+
+    Raises
+    ------
+    MeshError
+        A field that is no number.
+    """
+    found, used = dict[str, FileMaterial](), set[str]()
+    for fields in _cards(path.read_text(encoding="latin-1").splitlines()):
+        card, values = fields[0].upper().rstrip("*"), [*fields[1:], *[""] * 6]
+        if card == "PSOLID":
+            used.add(values[1])
+        elif card in {"MAT9", "MAT11"}:
+            found[values[0]] = FileMaterial(name=values[0], obstacle=f"is given by {card}, which is not isotropic")
+        elif card == "MAT1":
+            # In fields of 16 characters the density stands behind the continuation.
+            numbers = [field for field in values[1:] if field not in {"*", "+"}]
+            try:
+                young, shear, poisson, density = (_number(field) for field in numbers[:4])
+            except ValueError as error:
+                raise MeshError(
+                    f"mesh file {path}: MAT1 {values[0]} cannot be read ({error}): mend the card"
+                ) from error
+            if poisson is None and young is not None and shear:
+                poisson = young / (2 * shear) - 1
+            if young is None and poisson is not None and shear is not None:
+                young = 2 * shear * (1 + poisson)
+            found[values[0]] = FileMaterial(name=values[0], young=young, poisson=poisson, density=density)
+    return tuple(material for name, material in found.items() if name in used or not used)
+
+
+def _number(field: str) -> float | None:
+    """Number of a field, whose exponent may stand without a letter: "7.85-9"; None if it is blank."""
+    return float(re.sub(r"(?<=[\d.])([+-]\d+)$", r"e\1", field.upper().replace("D", "E"))) if field else None
+
+
 def _cards(lines: list[str]) -> Iterator[list[str]]:
     """Fields of each card with its continuations."""
     card: list[str] = []
@@ -145,5 +182,6 @@ MESH_FORMATS.register(
         recognise=lambda head: b"BEGIN BULK" in head.upper() or b"GRID" in head.upper(),
         read=read_bdf,
         write=None,
+        materials=read_bdf_materials,
     )
 )

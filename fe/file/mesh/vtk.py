@@ -2,7 +2,8 @@
 
 A point array "node_set:NAME" holds the place of each node in the set, from 1, and 0 elsewhere; a cell array
 "cell_set:NAME" does so for cells; a cell array "face_set:NAME" has bit k set where local face k (for hexahedra x-, x+,
-y-, y+, z-, z+) of that cell belongs to the set. ParaView shows them as ordinary arrays.
+y-, y+, z-, z+) of that cell belongs to the set. ParaView shows them as ordinary arrays. A point array of another
+program with one value a point, each 0 or 1, such as "fixed", is a node set of its name as well.
 """
 
 from collections.abc import Mapping
@@ -39,11 +40,15 @@ def read_vtu(path: Path) -> FileMesh:
         raise MeshError(f"mesh file {path} consists of {n_piece} pieces: merge them into one and write it again")
     found = read_with_meshio(path, "vtu")
     cell_arrays = {name: np.concatenate([np.ravel(part) for part in parts]) for name, parts in found.cell_data.items()}
-    point_arrays = {name: np.ravel(values) for name, values in (found.point_data or {}).items()}
+    n_point = len(found.points)
+    point_arrays = {
+        name: np.ravel(values) for name, values in (found.point_data or {}).items() if np.size(values) == n_point
+    }
     return FileMesh(
         points=np.asarray(found.points, dtype=np.float64),
         blocks=tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells),
-        node_sets={name: _members(values) for name, values in _of_kind(NODE_SET, point_arrays)},
+        node_sets=_marked_points(point_arrays)
+        | {name: _members(values) for name, values in _of_kind(NODE_SET, point_arrays)},
         cell_sets={name: _members(values) for name, values in _of_kind(CELL_SET, cell_arrays)},
         face_sets={name: _faces(values) for name, values in _of_kind(FACE_SET, cell_arrays)},
     )
@@ -75,6 +80,16 @@ def write_vtu(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
 
 def _of_kind(prefix: str, arrays: Mapping[str, NDArray[np.int64]]) -> list[tuple[str, NDArray[np.int64]]]:
     return [(name.removeprefix(prefix), values) for name, values in arrays.items() if name.startswith(prefix)]
+
+
+def _marked_points(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Int[NDArray[np.int64], " k"]]:
+    """Points at which an array of zeros and ones is one."""
+    marks = {name: values for name, values in arrays.items() if not name.startswith(NODE_SET)}
+    return {
+        name: np.flatnonzero(values)
+        for name, values in marks.items()
+        if values.dtype.kind in "biuf" and values.any() and np.isin(values, (0, 1)).all()
+    }
 
 
 def _places(n: int, members: Int[NDArray[np.int64], " k"]) -> NDArray[np.int32]:

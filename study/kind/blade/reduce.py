@@ -7,6 +7,7 @@ import numpy as np
 
 from casefile.table import located
 from correlation.model import Sensor
+from fe.assembly import assemble_compact
 from fe.file.mesh_file import write_mesh
 from fe.modal import modes
 from fe.mode_check import ModeCheck
@@ -16,10 +17,11 @@ from hbsolve.forced_response import forced_response
 from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import stage
+from reduction.base_excitation import BaseMotion
 from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.case.structure import Structure, make_reduced_structure
+from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
 from study.kind.blade.model import (
     THICKNESS_DIRECTION,
     BladeModel,
@@ -93,9 +95,16 @@ def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
         if name in result.rom.boundary_sets:
             places[place] = np.zeros(result.rom.n_dof)
             places[place][result.rom.rows(name, THICKNESS_DIRECTION)] = 1.0
+
+    def base(axis: str) -> BaseMotion:
+        mass, _ = assemble_compact(result.mesh, model.material)
+        return make_mesh_base_motion(result.rom, mass, axis)
+
     return make_reduced_structure(
         result.rom,
         result.mesh.points,
+        base=base,
+        loss_factor=opened.case.structure.damping.loss_factor,
         places=places,
         harmonic_force=unit_force(result.rom).coefficients,
         sensors=(Sensor(name="tip", row=places["tip"]),),

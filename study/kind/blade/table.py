@@ -142,9 +142,26 @@ class InteriorTable(CaseModel):
 
 
 class DampingTable(CaseModel):
-    """Rayleigh damping, given by its ratio on the first mode: with none there is no peak, with much it is elsewhere."""
+    """Rayleigh damping, given by its ratio on the first mode: with none there is no peak, with much it is elsewhere.
+
+    A loss factor adds structural damping, a complex stiffness (1 + i eta) K.
+    """
 
     ratio: Annotated[Ratio, Field(gt=0, le=0.2)] = 0.002
+    loss_factor: Annotated[Ratio, Field(ge=0, lt=1)] = 0.0
+
+
+class ReducedDampingTable(DampingTable):
+    """The same of a structure that may be without Rayleigh damping: with a loss factor alone it has none."""
+
+    ratio: Annotated[Ratio, Field(gt=0, le=0.2)] | None = None  # type: ignore[assignment]
+
+    @property
+    def viscous_ratio(self) -> float | None:
+        """Damping ratio of the first mode [-]; None for no Rayleigh damping."""
+        if self.ratio is None and not self.loss_factor:
+            return DampingTable().ratio
+        return self.ratio
 
 
 class BladeTables(CaseModel):

@@ -7,10 +7,9 @@ from study.run_context import Answer, RunContext
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
-    from study.case.structure import make_reduced_structure
-    from study.kind.matrices.reduce import reduce_matrices
+    from study.kind.matrices.reduce import make_matrices_structure
 
-    return make_reduced_structure(reduce_matrices(opened, run)[0].rom)
+    return make_matrices_structure(opened, run)
 
 
 def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:

@@ -16,9 +16,12 @@ from fe.mode_check import ModeCheck
 from fe.system import LinearSystem
 from pipeline.output import replace_file
 from pipeline.store import stage
+from reduction.base_excitation import BaseMotion
+from reduction.errors import JointError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
+from study.case.structure import Structure, make_reduced_structure
 from study.case.tables import Case
 from study.kind.matrices.table import UNITS, MatricesTable
 from study.kind.registry import OpenCase
@@ -97,11 +100,10 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
             units=UNITS[files.units],
         )
     fixed, retained = _rows(case, read)
-    if table.damping is not None and read.damping.nnz:
+    ratio = None if table.damping is None else table.damping.viscous_ratio
+    if ratio is not None and read.damping.nnz:
         with located(case, "structure", "damping"):
-            raise MatrixFileError(
-                f"ratio = {table.damping.ratio:g} meets matrices with damping of their own: remove one of the two"
-            )
+            raise MatrixFileError(f"ratio = {ratio:g} meets matrices with damping of their own: remove one of the two")
     with located(case, "structure", "files"):
         free = read.system(fixed)
     boundary = {name: free.row[rows] for name, rows in retained.items()}
@@ -111,7 +113,7 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
             system=free.linear,
             boundary=boundary,
             n_mode=table.reduction.modes,
-            damping_ratio=None if table.damping is None else table.damping.ratio,
+            damping_ratio=ratio,
             provenance={
                 "title": opened.title,
                 "stickslip": importlib.metadata.version("stickslip"),
@@ -119,6 +121,22 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
             },
         )
     return result, read, free
+
+
+def make_matrices_structure(opened: OpenCase, run: RunContext) -> Structure:
+    """The reduced matrices of a case; their supports may be a shaken base."""
+    result, read, free = reduce_matrices(opened, run)
+
+    def base(axis: str) -> BaseMotion:
+        if len(free.linear.free) == read.dofs.n_dof:
+            raise JointError(f'base = "{axis}": no [[structure.support]] fixes the structure to a base that could move')
+        motion = (read.dofs.direction == DIRECTIONS.index(axis)).astype(np.float64)
+        order = np.flatnonzero(free.row >= 0)
+        order = order[np.argsort(free.row[order])]
+        return BaseMotion.reduced(result.rom, motion[order], (read.mass @ motion)[order])
+
+    damping = opened.case.structure.damping
+    return make_reduced_structure(result.rom, base=base, loss_factor=0.0 if damping is None else damping.loss_factor)
 
 
 def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:

@@ -12,7 +12,7 @@ from fe.file.imported_matrices import Units
 from fe.file.matrix_file import MatrixSource
 from study.case.joint_table import Name
 from study.case.tables import StructureTable
-from study.kind.blade.table import DampingTable, InteriorTable
+from study.kind.blade.table import InteriorTable, ReducedDampingTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["stiffness.mtx"])]
 DirectionName = Literal["x", "y", "z", "rotx", "roty", "rotz"]
@@ -73,4 +73,4 @@ class MatricesTable(StructureTable):
     support: tuple[SupportTable, ...] = ()
     boundary: Annotated[tuple[BoundaryTable, ...], Field(min_length=1)]
     reduction: InteriorTable = InteriorTable()
-    damping: DampingTable | None = None
+    damping: ReducedDampingTable | None = None

@@ -22,11 +22,14 @@ from geometry.errors import MissingSoftware, SelectorError
 from geometry.face_selector import FaceSelector
 from geometry.step_io import check_complete
 from pipeline.output import replace_file
+from reduction.base_excitation import BaseMotion
+from reduction.errors import JointError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
-from study.case.structure import Structure, make_reduced_structure
+from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
 from study.case.tables import Case
+from study.kind.part.material import find_part_material
 from study.kind.part.places import Places, check_names, places
 from study.kind.part.reduce_report import (
     document_faces,
@@ -98,8 +101,7 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
         follow its solid, places beside the part, supports that leave it loose, more than the machine's memory.
     """
     case: Case[PartTable] = opened.case
-    with located(case, "structure", "material"):
-        material = case.structure.material.material()
+    material = find_part_material(case, opened.folder, run)
     meshed = (_step if case.structure.is_step else _file)(case, opened.folder, run)
     result = places(case, meshed.mesh)
     matrices, reduced = _reduced(case, opened.title, material, result, run)
@@ -118,7 +120,21 @@ def make_part_structure(opened: OpenCase, run: RunContext) -> Structure:
         for word, directions in (("normal", line.normal), ("along", along), ("across", across)):
             stored[f"{name} {word}"] = make_rows_along(rom, name, directions)
     stations = {name: line.stations for name, line in lines.items()}
-    return make_reduced_structure(rom, model.places.mesh.points, stations, stored=stored)
+    damping = opened.case.structure.damping
+
+    def base(axis: str) -> BaseMotion:
+        if not model.places.supports:
+            raise JointError(f'base = "{axis}": no [[structure.support]] fixes the part to a base that could move')
+        return make_mesh_base_motion(rom, model.matrices[0], axis)
+
+    return make_reduced_structure(
+        rom,
+        model.places.mesh.points,
+        stations,
+        stored=stored,
+        base=base,
+        loss_factor=0.0 if damping is None else damping.loss_factor,
+    )
 
 
 def make_rows_along(
@@ -260,7 +276,7 @@ def _reduced(
             supports=result.supports,
             boundary=result.boundary,
             n_mode=n_mode,
-            damping_ratio=None if table.damping is None else table.damping.ratio,
+            damping_ratio=None if table.damping is None else table.damping.viscous_ratio,
             provenance={
                 "title": title,
                 "stickslip": importlib.metadata.version("stickslip"),

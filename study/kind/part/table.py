@@ -16,7 +16,7 @@ from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.case.joint_table import Name
 from study.case.tables import StructureTable
-from study.kind.blade.table import DampingTable, InteriorTable, MaterialTable
+from study.kind.blade.table import InteriorTable, MaterialTable, ReducedDampingTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["part.step"])]
 Place = Annotated[tuple[Length, Length, Length], Field(examples=[["10 mm", "0 mm", "5 mm"]])]
@@ -124,13 +124,13 @@ class PartTable(StructureTable):
 
     kind: Literal["part"]
     file: FileName
-    material: MaterialTable
+    material: MaterialTable | None = None
     support: tuple[PartSupportTable, ...] = ()
     point: tuple[PointTable, ...] = ()
     line: tuple[LineTable, ...] = ()
     boundary: tuple[WholeSetTable, ...] = ()
     reduction: InteriorTable = InteriorTable()
-    damping: DampingTable | None = None
+    damping: ReducedDampingTable | None = None
     face: tuple[FaceTable, ...] = ()
     mesh: TetMeshTable | None = None
     length_unit: LengthUnit | None = None
@@ -142,6 +142,8 @@ class PartTable(StructureTable):
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
+        if self.is_step and self.material is None:
+            raise ValueError("table [structure.material] is missing: add it, with young, poisson and density")
         if self.is_step and self.mesh is None:
             raise ValueError(f'file = "{self.file}" is meshed: add [structure.mesh] with a size, e.g. size = "2 mm"')
         if self.is_step and self.length_unit is not None:

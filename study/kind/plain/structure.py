@@ -58,7 +58,8 @@ def read_plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
         dofs=result.dofs,
         parts=result.parts,
         stored=result.stored,
-        damped=partial(rayleigh, table.damping, result.matrices),
+        loss_factor=table.damping.loss_factor,
+        damped=None if not table.damping.is_rayleigh else partial(rayleigh, table.damping, result.matrices),
     )
 
 

@@ -22,18 +22,29 @@ class DofTable(CaseModel):
 
 
 class RayleighTable(CaseModel):
-    """Damping ``mass_factor`` M + ``stiffness_factor`` K, or by its ``ratio`` on the first stuck mode."""
+    """Damping ``mass_factor`` M + ``stiffness_factor`` K, or by its ``ratio`` on the first stuck mode.
+
+    ``loss_factor`` adds structural damping, a complex stiffness (1 + i eta) K.
+    """
 
     ratio: Annotated[Ratio, Field(ge=0, lt=1)] | None = None
     mass_factor: Annotated[Rate, Field(ge=0)] | None = None
     stiffness_factor: Annotated[Time, Field(ge=0)] | None = None
+    loss_factor: Annotated[Ratio, Field(ge=0, lt=1)] = 0.0
     replace: bool = False
+
+    @property
+    def is_rayleigh(self) -> bool:
+        """Whether there is viscous damping."""
+        return (self.ratio, self.mass_factor, self.stiffness_factor) != (None, None, None)
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         factors = (self.mass_factor, self.stiffness_factor) != (None, None)
-        if (self.ratio is not None) == factors:
-            raise ValueError('give either ratio, or mass_factor and stiffness_factor, e.g. "12 1/s" and "2 us"')
+        if (self.ratio is not None and factors) or not (self.is_rayleigh or self.loss_factor):
+            raise ValueError(
+                'give either ratio, or mass_factor and stiffness_factor, e.g. "12 1/s" and "2 us"; or loss_factor'
+            )
         return self
 
 

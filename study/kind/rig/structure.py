@@ -180,6 +180,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
             for side, pull in resting.pull.items()
         },
         suspension=suspension(reduction),
+        loss_factor=case.structure.damping.loss_factor,
         histories=partial(friction_histories, resting.rest, resting.joined),
         details=resting,
     )

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from casefile.quantity import Angle, Force, Length, Ratio, Stiffness
+from casefile.quantity import Angle, Force, Length, Stiffness
 from casefile.source import find_key_in_message, find_value
 from casefile.table import CaseModel, located
 from geometry.blade import Blade
@@ -15,6 +15,7 @@ from geometry.decoupler import Decoupler
 from geometry.errors import GeometryError
 from geometry.rig import Rig
 from reduction.line_contact import Tangents
+from study.case.joint_table import Friction
 from study.case.tables import Case, StructureTable
 from study.kind.blade.table import DampingTable, ElementName, MaterialTable, with_dimensions
 from study.kind.rig.model import RigModel
@@ -82,7 +83,6 @@ def _inclination(angle: float) -> float:
 
 Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
 Positive = Annotated[Stiffness, Field(gt=0)]
-Friction = Annotated[Ratio, Field(ge=0, examples=[0.8])]
 Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
 Pull = Annotated[Force, Field(gt=0)]
 GapAngle = Annotated[Angle, AfterValidator(_gap_angle), Field(examples=["0.35 deg"])]

@@ -9,10 +9,12 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.data_type.frequency_response import predict_linear_response, response_panels
+from correlation.data_type.mode import linear_modes
 from correlation.data_type.registry import DATA_TYPES
 from correlation.data_type.ring_down import predict_ring_down, ring_down_features
 from correlation.errors import CampaignError
 from correlation.model import Model
+from correlation.sensor_placement import with_sensors
 from reduction.load_cell import decoupler_contact
 
 MASS, STIFFNESS, RATIO = 1.3, 5e5, 0.004
@@ -124,7 +126,8 @@ def test_the_linear_response_on_a_shaken_base_is_absolute(tmp_path: Path, oscill
     manifest = FRF.format(sign="+").replace('level = "N"', 'level = "m/s^2"').replace("g_n/N", "m/s^2/(m/s^2)")
     manifest = manifest.replace("[units]", '[drive]\nquantity = "base acceleration"\n[units]')
     table = columns("f,re,im", frequency, transmissibility.real, transmissibility.imag)
-    (frf,) = read_campaign(write(tmp_path, manifest, frf=table)).data
+    campaign = read_campaign(write(tmp_path, manifest, frf=table))
+    (frf,) = campaign.data
     still = oscillator()
     shaken = replace(still.with_system(harmonic_force=np.array([[0.0], [-MASS]])), base_acceleration=np.ones(1))
     assert predict_linear_response(shaken, frf)[0] == pytest.approx(transmissibility, rel=1e-9)
@@ -132,6 +135,23 @@ def test_the_linear_response_on_a_shaken_base_is_absolute(tmp_path: Path, oscill
     assert relative == pytest.approx(transmissibility - 1, rel=1e-9)
     (panel,) = response_panels(shaken, frf)
     assert panel.y_label == "|H| [m/s^2 per m/s^2]"
+    with pytest.raises(CampaignError, match="the case gives its velocity or displacement"):
+        with_sensors(replace(shaken, level_power=2), campaign)
+
+
+def test_a_loss_factor_damps_the_predicted_response(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
+    """1 / (k (1 + i eta) - m omega^2), and a damping ratio of eta / 2 at the resonance."""
+    frequency, eta = np.linspace(80, 120, 41), 0.02
+    manifest = FRF.format(sign="+")
+    table = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
+    (frf,) = read_campaign(write(tmp_path, manifest, frf=table)).data
+    still = oscillator()
+    model = still.with_system(damping=0 * still.system.damping, structural_damping=eta * still.system.stiffness)
+    omega = 2 * np.pi * frequency
+    sensor = model.sensors[0]
+    expected = sensor.gain * -(omega**2) / ((1 + 1j * eta) * STIFFNESS - MASS * omega**2)
+    assert predict_linear_response(model, frf)[0] == pytest.approx(expected, rel=1e-9)
+    assert linear_modes(model, "jointed")[1][0] == pytest.approx(eta / 2)
 
 
 def test_the_response_of_a_rotation_is_in_radians(tmp_path: Path, oscillator: Callable[..., Model]) -> None:

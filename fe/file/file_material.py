@@ -1,0 +1,107 @@
+"""The material that a mesh file carries itself, such as an Abaqus deck or Nastran bulk data.
+
+A file has no units: with its unit of length, forces in N and times in s, moduli are in N per that length squared, and
+densities in N s^2 per its fourth power, such as MPa and tonne/mm^3 for millimetres.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from fe.errors import MeshError
+from fe.file.mesh import MESH_FORMATS
+from fe.file.registry import FileMaterial, format_of, suffixes
+from fe.material import Material
+from geometry.errors import InputError
+
+#: Relative difference below which two values are the same one, written with other digits.
+SAME = 1e-3
+#: Names of units of length in messages.
+LENGTH_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e-6: "um"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarriedMaterial:
+    """What a file says of its material.
+
+    Parameters
+    ----------
+    material
+        The one material of its solid cells; None if it has none that can be used.
+    name
+        Name of the material in the file.
+    obstacle
+        Why none can be used, as a sentence that begins with what the file has; empty if it names no material at all.
+    """
+
+    material: Material | None = None
+    name: str = ""
+    obstacle: str = ""
+
+
+def read_file_material(path: str | PathLike[str], length_unit_in_metre: float) -> CarriedMaterial:
+    """The material that a mesh file carries.
+
+    Parameters
+    ----------
+    path
+        Mesh file; formats that carry no material have none.
+    length_unit_in_metre
+        Unit of the coordinates in the file [m].
+
+    Raises
+    ------
+    MeshError
+        A material that cannot be read.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in suffixes(MESH_FORMATS) or not file.is_file():
+        return CarriedMaterial()
+    read = format_of(MESH_FORMATS, file).materials
+    found = () if read is None else read(file)
+    if not found:
+        return CarriedMaterial()
+    names = " and ".join(f'"{each.name}"' for each in found)
+    if len(found) > 1 and not all(_is_same(each, found[0]) for each in found):
+        return CarriedMaterial(obstacle=f"{file.name} has the materials {names}, and a part has one")
+    only = found[0]
+    missing = [name for name in ("young", "poisson", "density") if getattr(only, name) is None]
+    if only.obstacle or missing:
+        return CarriedMaterial(
+            name=only.name,
+            obstacle=f"{file.name}: material {names} {only.obstacle or 'has no ' + ' and no '.join(missing)}",
+        )
+    assert only.young is not None
+    assert only.poisson is not None
+    assert only.density is not None
+    try:
+        material = Material(
+            young=only.young / length_unit_in_metre**2,
+            poisson=only.poisson,
+            density=only.density / length_unit_in_metre**4,
+        )
+    except InputError as error:
+        raise MeshError(f"mesh file {file}: material {names}: {error}") from error
+    return CarriedMaterial(material=material, name=only.name)
+
+
+def describe_material(material: Material, length_unit_in_metre: float) -> str:
+    """Values of a carried material, and the units in which they were taken."""
+    unit = LENGTH_UNITS.get(length_unit_in_metre, f"{length_unit_in_metre:g} m")
+    values = f"{material.young / 1e9:.4g} GPa, {material.poisson:.4g}, {material.density:.5g} kg/m^3"
+    return f"{values} (read in N, {unit} and s)"
+
+
+def list_differences(given: Material, carried: Material) -> Sequence[str]:
+    """Names of the values that differ."""
+    return [
+        name
+        for name in ("young", "poisson", "density")
+        if abs(getattr(given, name) - getattr(carried, name)) > SAME * abs(getattr(carried, name))
+    ]
+
+
+def _is_same(one: FileMaterial, other: FileMaterial) -> bool:
+    values = [(each.young, each.poisson, each.density, each.obstacle) for each in (one, other)]
+    return values[0] == values[1]
