@@ -101,7 +101,7 @@ def differentiate_curve(
         Progress along the curve.
     """
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
-    solved, harmonic = SolvedCurve(curve=curve, branch=branch), find_main_harmonic(model.system)
+    solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)
     nominal = np.array([solved.output(output)[:, harmonic] for output in model.outputs])
     rates = [ModelParameter() if item is None else item.jointed for item in tangents]
     response = np.empty((len(tangents), *nominal.shape), dtype=np.complex128)

@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import Sensor
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
@@ -15,8 +14,8 @@ from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.energy import energy_balance
 from hbsolve.errors import NoPeakError
 from pipeline.store import stage
-from reduction.jointed_system import JointedSystem
 from study.solve.curve import Curve, response_curve
+from study.solve.model import SolveModel
 from study.solve.result import SolvedCurve, find_main_harmonic
 
 Real = NDArray[np.float64]
@@ -107,48 +106,41 @@ def find_peak(parameter: Values, amplitude: Values, damping: float) -> CurvePeak
 
 
 @stage("curve of a parameter point")
-def point_curve(
-    system: JointedSystem, curve: Curve, harmonics: int, n_sample: int, outputs: tuple[Sensor, ...]
-) -> PointCurve:
+def point_curve(model: SolveModel, curve: Curve) -> PointCurve:
     """Follow one curve as `stickslip solve` does, and keep what is shown of it.
 
     Parameters
     ----------
-    system
-        With its loads at level 1.
+    model
+        Of the point.
     curve
         Request of the case.
-    harmonics, n_sample
-        H, and samples per period, 0 for the solver's choice [-].
-    outputs
-        Sensors of motion, their gains in their rows.
     """
+    outputs = model.outputs
     try:
-        branch = response_curve(system, curve, harmonics, n_sample)
+        branch = response_curve(model.system, curve, model.harmonics, model.n_sample)
     except ComputationFailed as error:
         none, no_response = np.zeros(0), np.zeros((len(outputs), 0), dtype=np.complex128)
         return PointCurve(
             curve=curve, frequency=none, level=none, response=no_response, truncation_error=none,
             damping=np.full(len(outputs), np.nan), stop_message=str(error), complete=False,
         )  # fmt: skip
-    balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
-    return summarise_curve(balance, curve, branch, outputs)
+    return summarise_curve(model, curve, branch)
 
 
-def summarise_curve(
-    balance: HarmonicBalance, curve: Curve, branch: ResponseBranch, outputs: tuple[Sensor, ...]
-) -> PointCurve:
+def summarise_curve(model: SolveModel, curve: Curve, branch: ResponseBranch) -> PointCurve:
     """What is kept of a curve."""
-    solved, harmonic = SolvedCurve(curve=curve, branch=branch), find_main_harmonic(balance.system)
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
+    solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)
     damping = []
-    for output in outputs:
+    for output in model.outputs:
         state = solved.state(balance, solved.peak(output, harmonic))
         damping.append(energy_balance(balance.at_level(state.level), state).loss_factor / 2)
     return PointCurve(
         curve=curve,
         frequency=branch.frequency,
-        level=np.asarray(branch.level),
-        response=np.array([solved.output(output)[:, harmonic] for output in outputs]),
+        level=solved.level,
+        response=np.array([solved.output(output)[:, harmonic] for output in model.outputs]),
         truncation_error=solved.error("truncation_error"),
         damping=np.array(damping),
         stop_message=branch.stop_message,

@@ -88,11 +88,10 @@ def compute_curves(
             except InputError as error:
                 values = ", ".join(f"{item.name} = {value}" for item, value in point.items())
                 raise ParameterError(f"with {values}: {error}") from error
+            # What the other curves are is nothing that a stored curve depends on.
+            alone = replace(own, curves=())
             for curve in own.curves:
-                inputs = {
-                    "system": own.system, "curve": curve, "harmonics": own.harmonics, "n_sample": own.n_sample,
-                    "outputs": own.outputs,
-                }  # fmt: skip
+                inputs = {"model": alone, "curve": curve}
                 yield Task(stage=point_curve, inputs=inputs, label=f"point {number + 1}, {curve.label}")
 
     title = f"{len(points) * n_curve} curves at {len(points)} points"
