@@ -27,6 +27,7 @@ from reduction.joint_law.friction_contact import Friction, FrictionContact
 from reduction.joint_law.hertz_contact import HertzContact
 from reduction.joint_law.iwan_joint import IwanJoint
 from reduction.joint_law.jenkins import JenkinsElement
+from reduction.joint_law.jenkins_chain import JenkinsChain
 from reduction.joint_law.play import Play
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
@@ -42,6 +43,7 @@ __all__ = [
     "FrictionContact",
     "HertzContact",
     "IwanJoint",
+    "JenkinsChain",
     "JenkinsElement",
     "Joint",
     "JointedSystem",

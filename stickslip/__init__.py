@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from reduction.jointed_system import FrictionContact as FrictionContact
     from reduction.jointed_system import HertzContact as HertzContact
     from reduction.jointed_system import IwanJoint as IwanJoint
+    from reduction.jointed_system import JenkinsChain as JenkinsChain
     from reduction.jointed_system import JenkinsElement as JenkinsElement
     from reduction.jointed_system import JointedSystem as JointedSystem
     from reduction.jointed_system import Play as Play
@@ -111,6 +112,7 @@ _HOME = {
     "FrictionContact": "reduction.jointed_system:FrictionContact",
     "JenkinsElement": "reduction.jointed_system:JenkinsElement",
     "IwanJoint": "reduction.jointed_system:IwanJoint",
+    "JenkinsChain": "reduction.jointed_system:JenkinsChain",
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",
     "Play": "reduction.jointed_system:Play",

@@ -63,7 +63,10 @@ def _quantity(parameter: LawParameter) -> Any:
         bounds["ge"] = parameter.lower
     dimension = _dimension(parameter)
     example = parameter.typical if dimension is RATIO else dimension.example
-    return Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
+    number: Any = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
+    if parameter.is_list:
+        return Annotated[tuple[number, ...], BeforeValidator(listed), Field(min_length=1)]
+    return number
 
 
 def _dimension(parameter: LawParameter) -> Dimension:

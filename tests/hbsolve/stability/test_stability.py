@@ -22,6 +22,7 @@ from reduction.jointed_system import (
     FrictionContact,
     HertzContact,
     IwanJoint,
+    JenkinsChain,
     JenkinsElement,
     Joint,
     JointedSystem,
@@ -167,6 +168,12 @@ CONTACTS = {
     ),
     "iwan": chain(
         1, IwanJoint(name="j", direction=row(1), tangential_stiffness=1.0, limit_force=0.2, exponent=-0.5, ratio=0.3)
+    ),
+    "chain of jenkins": chain(
+        1,
+        JenkinsChain(
+            name="j", direction=row(1), tangential_stiffness=[0.7, 0.5], limit_force=[0.1, 0.2], stiffness=0.2
+        ),
     ),
     "contact": chain(1, rub(1), static=0.4),
     "contact that lifts off": chain(1, rub(1, preload=0.15), static=0.15),

@@ -1,0 +1,34 @@
+"""Numbers of joint laws that contradict each other, one sentence each; bounds of single ones are in test_laws.py."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from reduction.errors import JointError
+from reduction.jointed_system import (
+    JenkinsChain,
+)
+
+ONE: dict[str, Any] = {"name": "j", "direction": np.ones(1)}
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: JenkinsChain(**ONE, tangential_stiffness=[], limit_force=[]),
+            ["at least one number"],
+        ),
+        (lambda: JenkinsChain(**ONE, tangential_stiffness=[1, 2], limit_force=[1]), ["2 numbers", "limit_force 1"]),
+        (lambda: JenkinsChain(**ONE, tangential_stiffness=[[1, 2]], limit_force=[1]), ["(1, 2)"]),
+        (lambda: JenkinsChain(**ONE, tangential_stiffness=[1, -2], limit_force=[1, 1]), ["stiffness[1] = -2"]),
+        (lambda: JenkinsChain(**ONE, tangential_stiffness=[1, 2], limit_force=[np.nan, 1]), ["limit_force[0]"]),
+    ],
+)
+def test_what_a_law_refuses(make: Callable[[], object], words: list[str]) -> None:
+    with pytest.raises(JointError) as error:
+        make()
+    for word in ['"j"', *words]:
+        assert word in str(error.value)
