@@ -8,10 +8,15 @@ import pytest
 
 from reduction.errors import JointError
 from reduction.jointed_system import (
+    BoucWenJoint,
     JenkinsChain,
+    LuGreFriction,
+    ValanisJoint,
 )
 
 ONE: dict[str, Any] = {"name": "j", "direction": np.ones(1)}
+YIELD = {**ONE, "tangential_stiffness": 2.0, "limit_force": 1.0}
+BRISTLES = {**ONE, "tangential_stiffness": 2.0, "velocity": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -25,6 +30,11 @@ ONE: dict[str, Any] = {"name": "j", "direction": np.ones(1)}
         (lambda: JenkinsChain(**ONE, tangential_stiffness=[[1, 2]], limit_force=[1]), ["(1, 2)"]),
         (lambda: JenkinsChain(**ONE, tangential_stiffness=[1, -2], limit_force=[1, 1]), ["stiffness[1] = -2"]),
         (lambda: JenkinsChain(**ONE, tangential_stiffness=[1, 2], limit_force=[np.nan, 1]), ["limit_force[0]"]),
+        (lambda: BoucWenJoint(**YIELD, exponent=0.5), ["exponent = 0.5", "at least 1"]),
+        (lambda: BoucWenJoint(**YIELD, exponent=2.0, shape=0.2), ["shape = 0.2", "at least 0.5"]),
+        (lambda: BoucWenJoint(**YIELD, exponent=2.0, slip_stiffness=2.0), ["slip_stiffness = 2", "below"]),
+        (lambda: ValanisJoint(**YIELD, kappa=1.0), ["kappa = 1", "below 1"]),
+        (lambda: LuGreFriction(**BRISTLES, limit_force=2.0, static_force=1.0), ["static_force = 1", "at least"]),
     ],
 )
 def test_what_a_law_refuses(make: Callable[[], object], words: list[str]) -> None:

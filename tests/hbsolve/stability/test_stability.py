@@ -16,6 +16,7 @@ from hbsolve.steady_state import steady_state
 from reduction.joint_law.function_law import joint_law
 from reduction.joint_law.registry import LAWS, LawParameter
 from reduction.jointed_system import (
+    BoucWenJoint,
     CubicSpring,
     ElasticStop,
     Friction,
@@ -26,11 +27,13 @@ from reduction.jointed_system import (
     JenkinsElement,
     Joint,
     JointedSystem,
+    LuGreFriction,
     Play,
     PolynomialSpring,
     PowerSpring,
     QuadraticDamper,
     SmoothFriction,
+    ValanisJoint,
     ViscousDamper,
 )
 from transient.state import start_from
@@ -173,6 +176,28 @@ CONTACTS = {
         1,
         JenkinsChain(
             name="j", direction=row(1), tangential_stiffness=[0.7, 0.5], limit_force=[0.1, 0.2], stiffness=0.2
+        ),
+    ),
+    "bouc-wen": chain(
+        2, BoucWenJoint(name="j", direction=row(2), tangential_stiffness=1.0, limit_force=0.2, exponent=2.0, shape=0.7)
+    ),
+    "valanis": chain(
+        1,
+        ValanisJoint(
+            name="j", direction=row(1), tangential_stiffness=1.0, limit_force=0.2, slip_stiffness=0.1, kappa=0.5
+        ),
+    ),
+    "lugre": chain(
+        1,
+        LuGreFriction(
+            name="j",
+            direction=row(1),
+            tangential_stiffness=1.0,
+            limit_force=0.2,
+            static_force=0.25,
+            velocity=0.3,
+            bristle_damping=0.2,
+            damping=0.1,
         ),
     ),
     "contact": chain(1, rub(1), static=0.4),
