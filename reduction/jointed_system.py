@@ -23,8 +23,10 @@ from reduction.array_type import Array, Matrix, Row
 from reduction.errors import JointError
 from reduction.joint_law.bouc_wen import BoucWenJoint
 from reduction.joint_law.cubic_spring import CubicSpring
+from reduction.joint_law.damped_stop import DampedStop
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
+from reduction.joint_law.friction_ellipse import FrictionEllipse
 from reduction.joint_law.hertz_contact import HertzContact
 from reduction.joint_law.iwan_joint import IwanJoint
 from reduction.joint_law.jenkins import JenkinsElement
@@ -42,9 +44,11 @@ from reduction.joint_law.viscous_damper import ViscousDamper
 __all__ = [
     "BoucWenJoint",
     "CubicSpring",
+    "DampedStop",
     "ElasticStop",
     "Friction",
     "FrictionContact",
+    "FrictionEllipse",
     "HertzContact",
     "IwanJoint",
     "JenkinsChain",

@@ -58,8 +58,10 @@ if TYPE_CHECKING:
     from reduction.joint_law.function_law import joint_law as joint_law
     from reduction.jointed_system import BoucWenJoint as BoucWenJoint
     from reduction.jointed_system import CubicSpring as CubicSpring
+    from reduction.jointed_system import DampedStop as DampedStop
     from reduction.jointed_system import ElasticStop as ElasticStop
     from reduction.jointed_system import FrictionContact as FrictionContact
+    from reduction.jointed_system import FrictionEllipse as FrictionEllipse
     from reduction.jointed_system import HertzContact as HertzContact
     from reduction.jointed_system import IwanJoint as IwanJoint
     from reduction.jointed_system import JenkinsChain as JenkinsChain
@@ -118,6 +120,8 @@ _HOME = {
     "ValanisJoint": "reduction.jointed_system:ValanisJoint",
     "LuGreFriction": "reduction.jointed_system:LuGreFriction",
     "JenkinsChain": "reduction.jointed_system:JenkinsChain",
+    "FrictionEllipse": "reduction.jointed_system:FrictionEllipse",
+    "DampedStop": "reduction.jointed_system:DampedStop",
     "BoucWenJoint": "reduction.jointed_system:BoucWenJoint",
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",

@@ -1,4 +1,4 @@
-"""Micro-slip and hysteresis against closed forms in a prescribed motion."""
+"""Micro-slip, hysteresis, damped stops and elliptic friction against closed forms in a prescribed motion."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,6 +13,10 @@ from hbsolve.joint_law import bouc_wen, lugre, valanis
 from hbsolve.joint_law.registry import SLIP, STICK
 from reduction.jointed_system import (
     BoucWenJoint,
+    DampedStop,
+    Friction,
+    FrictionContact,
+    FrictionEllipse,
     JenkinsChain,
     JenkinsElement,
     Joint,
@@ -190,6 +194,122 @@ def test_at_rest_bristles_are_a_spring_and_a_dashpot() -> None:
     joint = replace(LUGRE, bristle_damping=sigma_1, damping=sigma_2)
     f = Prescribed(joint, cosine(A, 2)).coefficients[1, 0]
     assert f == pytest.approx((3.0 + 1j * OMEGA * (sigma_1 + sigma_2)) * A, rel=1e-7)  # z / reach is 1e-8
+
+
+# ---- stops with damping
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.4, -0.3])
+def test_the_damped_stop_takes_the_work_of_its_growing_dashpot(gap: float) -> None:
+    k, c, depth, A = 3.0, 0.4, 2.0, 1.1
+    stop = DampedStop(name="s", direction=ONE, stiffness=k, damping=c, depth=depth, gap=gap)
+    half = np.arccos(gap / A)
+    cubed, wedge = 2 / 3 * A * np.sin(half) ** 3, gap * (half - np.sin(half) * np.cos(half))
+    work = c / depth * OMEGA * A**2 * (cubed - wedge)
+    assert loop_area(stop, A) == pytest.approx(work, rel=1e-6)  # a kink of the power between instants
+    if gap >= 0:
+        both = replace(stop, sides="both")
+        assert loop_area(both, A) == pytest.approx(2 * work, rel=1e-6)
+        odd = Prescribed(both, cosine(A, 5)).force[0]
+        np.testing.assert_allclose(np.roll(odd, 128), -odd, atol=ROUND_OFF)
+
+
+def test_a_damped_stop_never_pulls_and_begins_at_no_force() -> None:
+    stop = DampedStop(name="s", direction=ONE, stiffness=3.0, damping=9.0, depth=0.01, gap=0.2)
+    p = Prescribed(stop, cosine(1.0, 2), n_sample=N_SAMPLE)
+    force, inside = p.force[0], p.u[0] > 0.2
+    assert force.min() == 0.0
+    assert (force[inside] == 0.0).any()  # it is released before the surfaces part
+    # Within an instant, 2 pi / n of OMEGA, the indentation grows by 3e-3 of the depth of 1e-2 at most.
+    touch = int(np.flatnonzero(inside & ~np.roll(inside, 1))[0])
+    assert 0 <= force[touch] < 0.4 * force.max()
+    np.testing.assert_allclose(
+        Prescribed(replace(stop, damping=0.0), cosine(1.0, 2)).force,
+        3.0 * np.maximum(Prescribed(stop, cosine(1.0, 2)).u - 0.2, 0),
+        atol=ROUND_OFF,
+    )
+
+
+# ---- elliptic limit
+
+
+def ellipse(**changes: float) -> FrictionEllipse:
+    numbers = {
+        "normal_stiffness": 2.0, "tangential_stiffness": 1.1, "second_tangential_stiffness": 0.7,
+        "friction_coefficient": 0.4, "second_friction_coefficient": 0.25, "preload": 0.3, "gap": 0.1,
+    }  # fmt: skip
+    normal, one, other = np.eye(3)[[2, 0, 1]]
+    return FrictionEllipse(name="e", normal=normal, tangent=one, second_tangent=other, **(numbers | changes))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_tangential_force_stays_in_the_ellipse(seed: int) -> None:
+    p = Prescribed(ellipse(), random_motion(3, seed))
+    share = np.hypot(p.force[0] / 0.4, p.force[1] / 0.25)
+    assert (share <= p.force[2] + ROUND_OFF).all()
+    slips = p.status[0] == SLIP
+    assert slips.any()
+    np.testing.assert_allclose(share[slips], p.force[2, slips], atol=ROUND_OFF)
+    stretch = np.array([[1.1], [0.7]]) * (p.u[:2] - p.slider)
+    np.testing.assert_allclose(p.force[:2], stretch, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("multiplier", [False, True])
+def test_equal_axes_are_the_isotropic_contact(multiplier: bool) -> None:
+    motion, start = random_motion(3, 1), [0.1, -0.2]
+    even = ellipse(second_tangential_stiffness=1.1, second_friction_coefficient=0.4)
+    rows = np.eye(3)
+    contact = FrictionContact(
+        name="c", normal=rows[2], tangents=rows[:2], normal_stiffness=2.0, tangential_stiffness=1.1,
+        friction_coefficient=0.4, preload=0.3, gap=0.1, friction=Friction.COULOMB,
+    )  # fmt: skip
+    one, other = (Prescribed(joint, motion, start=start, multiplier=multiplier) for joint in (even, contact))
+    np.testing.assert_allclose(one.force, other.force, atol=ROUND_OFF)
+    np.testing.assert_allclose(one.slider, other.slider, atol=ROUND_OFF)
+
+
+def test_along_one_tangent_the_ellipse_is_its_own_axis() -> None:
+    motion = random_motion(3, 2)
+    for tangent, stiffness, friction in ((0, 1.1, 0.4), (1, 0.7, 0.25)):
+        straight = motion.copy()
+        straight[1 - tangent] = 0
+        rows = np.eye(2)
+        contact = FrictionContact(
+            name="c", normal=rows[1], tangents=rows[:1], normal_stiffness=2.0, tangential_stiffness=stiffness,
+            friction_coefficient=friction, preload=0.3, gap=0.1,
+        )  # fmt: skip
+        alone = Prescribed(contact, straight[[tangent, 2]]).force
+        both = Prescribed(ellipse(), straight).force
+        np.testing.assert_allclose(both[[tangent, 2]], alone, atol=1e-10)  # settled to 1e-11
+        np.testing.assert_array_equal(both[1 - tangent], 0)
+
+
+def test_on_an_elliptic_path_the_slider_follows_a_smaller_ellipse_and_takes_a_closed_work() -> None:
+    """A circle in the stretched tangent, on which the rope of length r is tangent to the circle of its load."""
+    N, R, k, k_2, mu, mu_2 = 1.0, 1.0, 1.1, 0.7, 0.4, 0.25
+    c, r = k_2 * mu / (k * mu_2), mu * N / k
+    joint = ellipse(preload=N, gap=0.0)
+    p = Prescribed(joint, [[0, R, 0], [0, 0, R / c], [0, 0, 0]], n_sample=2048)
+    inner = np.sqrt(R**2 - r**2)
+    np.testing.assert_allclose(np.hypot(p.slider[0], c * p.slider[1]), inner, rtol=1e-5)  # polygons: (2 pi / n)^2
+    # In both tangents the force times the motion: k_1 r sin of one, k_2 r sin / c^2 of the other.
+    turn = np.array([p.coefficients[1, 0], p.coefficients[1, 1]])
+    work = np.pi * (R * turn[0].imag + R / c * turn[1].real)
+    expected = np.pi * R * r * inner / R * (k + k_2 / c**2)
+    assert work == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("equal", ["stiffness", "ratio"])
+def test_sliding_is_opposed_by_friction_or_normal_to_the_ellipse(equal: str) -> None:
+    mu, mu_2, k = 0.4, 0.25, 1.1
+    k_2 = k if equal == "stiffness" else k * (mu_2 / mu) ** 2
+    joint = ellipse(second_tangential_stiffness=k_2, preload=1.0, gap=0.0)
+    c = k_2 * mu / (k * mu_2)
+    p = Prescribed(joint, [[0, 1.0, 0], [0, 0, 1.0 / c], [0, 0, 0]], n_sample=2048)
+    sliding = np.roll(p.slider, -1, axis=1) - np.roll(p.slider, 1, axis=1)
+    way = p.force[:2] if equal == "stiffness" else p.force[:2] / np.array([[mu**2], [mu_2**2]])
+    along = (way * sliding).sum(axis=0) / (np.hypot(*way) * np.hypot(*sliding))
+    np.testing.assert_allclose(along, 1, atol=1e-4)  # between two instants
 
 
 # ---- derivatives of a step, written out

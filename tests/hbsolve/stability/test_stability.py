@@ -18,9 +18,11 @@ from reduction.joint_law.registry import LAWS, LawParameter
 from reduction.jointed_system import (
     BoucWenJoint,
     CubicSpring,
+    DampedStop,
     ElasticStop,
     Friction,
     FrictionContact,
+    FrictionEllipse,
     HertzContact,
     IwanJoint,
     JenkinsChain,
@@ -199,6 +201,26 @@ CONTACTS = {
             bristle_damping=0.2,
             damping=0.1,
         ),
+    ),
+    "damped stop": chain(1, DampedStop(name="j", direction=row(1), stiffness=1.0, damping=0.4, depth=0.2, gap=0.1)),
+    "damped stops": chain(
+        2, DampedStop(name="j", direction=row(2), stiffness=1.0, damping=0.4, depth=0.2, gap=0.1, sides="both")
+    ),
+    "elliptic limit": chain(
+        2,
+        FrictionEllipse(
+            name="j",
+            normal=row(2, 1),
+            tangent=row(2),
+            second_tangent=row(2, 2),
+            normal_stiffness=1.0,
+            tangential_stiffness=0.8,
+            second_tangential_stiffness=0.6,
+            friction_coefficient=0.4,
+            second_friction_coefficient=0.25,
+            preload=0.4,
+        ),
+        static=0.4,
     ),
     "contact": chain(1, rub(1), static=0.4),
     "contact that lifts off": chain(1, rub(1, preload=0.15), static=0.15),
