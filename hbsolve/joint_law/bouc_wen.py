@@ -20,6 +20,8 @@ from hbsolve.joint_law.registry import FORCES
 
 #: Parts of a step: at 128 instants per period the rule is then as exact as they are at a thousand.
 PARTS = 4
+#: Of 1 - r: below it the rate is its limit, to the last digit.
+LEAST = 1e-17
 
 
 @compiled
@@ -29,6 +31,8 @@ def rate(w: float, n: float, beta: float) -> tuple[float, float, float, float]:
     r = -expm1(-w)
     if r == 0.0:
         return 1.0, 1.0 if n > 1.0 else (0.0 if w >= 0.0 else 2.0 - 2.0 * beta), 0.0, 0.0
+    if left < LEAST:
+        return n, 0.0, 1.0, 0.0
     if r > 0.0:
         logarithm = log1p(-left) if left < 0.5 else log(r)
         power = exp(n * logarithm)

@@ -152,6 +152,18 @@ def test_hysteresis_is_a_spring_at_first_and_its_cycle_does_not_depend_on_the_st
     assert {STICK, SLIP} <= set(one.status[0])
 
 
+@pytest.mark.parametrize(
+    "joint", [bouc(1.0, 0.5), bouc(2.0, 1.0), valanis_joint(0.9)], ids=["linear", "square", "valanis"]
+)
+def test_after_any_length_of_path_the_force_is_at_its_limit(joint: Joint) -> None:
+    p = Prescribed(joint, cosine(1e6 * REACH, 2), n_sample=64)
+    moves = p.u[0] - np.roll(p.u[0], 1)
+    far = np.abs(moves) > 100 * REACH
+    # Round-off of the displacement, which is a million times as large.
+    np.testing.assert_allclose((p.force - K_SLIP * p.u)[0, far], LIMIT * np.sign(moves[far]), rtol=1e-8)
+    assert far.sum() > 50
+
+
 def test_a_cycle_that_forgets_slowly_is_found_all_the_same() -> None:
     """In a small motion about a mean the static stretch relaxes by 1e-4 a period, at last to a mean force of zero."""
     joint = replace(bouc(2.0, 0.5), slip_stiffness=0.0)
