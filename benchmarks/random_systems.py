@@ -38,6 +38,7 @@ import multiprocessing
 import os
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -200,12 +201,16 @@ def inclined(rng: np.random.Generator, angle: float) -> Vector:
 
 
 def solve(seed: int) -> dict[str, Any]:
-    """Sweep one system: what converged, what did not and in which words."""
+    """Sweep one system."""
+    return sweep(random_problem(seed))
+
+
+def sweep(problem: Problem) -> dict[str, Any]:
+    """Solve a system at all of its frequencies: what converged, what did not and in which words."""
     from hbsolve.balance import HarmonicBalance
     from hbsolve.errors import NoSteadyState
     from hbsolve.steady_state import steady_state
 
-    problem = random_problem(seed)
     balance = HarmonicBalance(system=problem.system, n_harmonic=N_HARMONIC, n_sample=N_SAMPLE)
     begin = time.process_time()
     state, failures, iterations = None, [], []
@@ -219,7 +224,7 @@ def solve(seed: int) -> dict[str, Any]:
         else:
             iterations.append(int(state.iterations))
     return {
-        "seed": seed,
+        "seed": problem.seed,
         "masses": problem.system.n_dof // 3,
         "contacts": problem.kinds,
         "seconds": time.process_time() - begin,
@@ -245,9 +250,11 @@ def summarise(systems: list[dict[str, Any]]) -> None:
             print(f"{count:6d}  {cause}")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--systems", default=f"0:{N_SYSTEM}", help="seeds, first:last+1")
+def main(
+    solve: Callable[[int], dict[str, Any]] = solve, n_system: int = N_SYSTEM, description: str | None = __doc__
+) -> None:
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--systems", default=f"0:{n_system}", help="seeds, first:last+1")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--output", type=Path)
     parser.add_argument("--merge", type=Path, nargs="+")

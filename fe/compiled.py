@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -54,6 +55,21 @@ def compiled(function: F) -> F:
         config.CACHE_DIR = before
     machine._cache = _StoredCode(machine._cache, package)
     return cast(F, machine)
+
+
+def compiled_template(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What makes compiled copies of a function: in ``make(module, name=other)`` `other` stands for its global `name`.
+
+    numba stores no machine code that is given a function as argument. A copy is stored for the module that asks for it,
+    which may have one of each template.
+    """
+
+    def make(module: str, **others: Callable[..., Any]) -> Callable[..., Any]:
+        code = function.__code__.replace(co_filename=str(sys.modules[module].__file__))
+        copied = FunctionType(code, {**function.__globals__, **others, "__name__": module}, function.__name__)
+        return compiled(cast(Callable[..., Any], copied))
+
+    return make
 
 
 def compiled_switch(

@@ -38,14 +38,14 @@ class JointTable(NamedTuple):
 
 def joint_table(joints: Sequence[Joint]) -> JointTable:
     """Joints as arrays; a law without a force here is refused (`RegistryError`)."""
-    names = [joint.parameter_names for joint in joints]
+    values = [joint.parameter_values for joint in joints]
     return JointTable(
         kind=np.array([_kind(joint) for joint in joints], dtype=np.int64),
         address=addresses(joints),
         direction=starts([len(joint.directions) for joint in joints]),
         slider=starts([joint.n_slider for joint in joints]),
-        parameter=starts([len(item) for item in names]),
-        value=np.array([float(getattr(j, name)) for j, item in zip(joints, names, strict=True) for name in item]),
+        parameter=starts([len(item) for item in values]),
+        value=np.array([value for item in values for value in item], dtype=np.float64),
         reference=np.array([stiffness for joint in joints for stiffness in joint.reference_stiffness]),
         uses_velocity=any(item.function is not None or FORCES[item.force_law].uses_velocity for item in joints),
     )

@@ -23,35 +23,47 @@ from jaxtyping import Complex
 from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
 from reduction.array_type import Array, Matrix, Row, Vector
 from reduction.errors import JointError
+from reduction.joint_law.bouc_wen import BoucWenJoint
 from reduction.joint_law.cubic_spring import CubicSpring
+from reduction.joint_law.damped_stop import DampedStop
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import Friction, FrictionContact
+from reduction.joint_law.friction_ellipse import FrictionEllipse
 from reduction.joint_law.hertz_contact import HertzContact
 from reduction.joint_law.iwan_joint import IwanJoint
 from reduction.joint_law.jenkins import JenkinsElement
+from reduction.joint_law.jenkins_chain import JenkinsChain
+from reduction.joint_law.lugre import LuGreFriction
 from reduction.joint_law.play import Play
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
 from reduction.joint_law.quadratic_damper import QuadraticDamper
 from reduction.joint_law.registry import Joint
 from reduction.joint_law.smooth_friction import SmoothFriction
+from reduction.joint_law.valanis import ValanisJoint
 from reduction.joint_law.viscous_damper import ViscousDamper
 
 __all__ = [
+    "BoucWenJoint",
     "CubicSpring",
+    "DampedStop",
     "ElasticStop",
     "Friction",
     "FrictionContact",
+    "FrictionEllipse",
     "HertzContact",
     "IwanJoint",
+    "JenkinsChain",
     "JenkinsElement",
     "Joint",
     "JointedSystem",
+    "LuGreFriction",
     "Play",
     "PolynomialSpring",
     "PowerSpring",
     "QuadraticDamper",
     "SmoothFriction",
+    "ValanisJoint",
     "ViscousDamper",
     "along",
     "between",

@@ -58,18 +58,24 @@ if TYPE_CHECKING:
     from reduction.file.rom_hdf5 import load_rom as load_rom
     from reduction.file.rom_hdf5 import save_rom as save_rom
     from reduction.joint_law.function_law import joint_law as joint_law
+    from reduction.jointed_system import BoucWenJoint as BoucWenJoint
     from reduction.jointed_system import CubicSpring as CubicSpring
+    from reduction.jointed_system import DampedStop as DampedStop
     from reduction.jointed_system import ElasticStop as ElasticStop
     from reduction.jointed_system import FrictionContact as FrictionContact
+    from reduction.jointed_system import FrictionEllipse as FrictionEllipse
     from reduction.jointed_system import HertzContact as HertzContact
     from reduction.jointed_system import IwanJoint as IwanJoint
+    from reduction.jointed_system import JenkinsChain as JenkinsChain
     from reduction.jointed_system import JenkinsElement as JenkinsElement
     from reduction.jointed_system import JointedSystem as JointedSystem
+    from reduction.jointed_system import LuGreFriction as LuGreFriction
     from reduction.jointed_system import Play as Play
     from reduction.jointed_system import PolynomialSpring as PolynomialSpring
     from reduction.jointed_system import PowerSpring as PowerSpring
     from reduction.jointed_system import QuadraticDamper as QuadraticDamper
     from reduction.jointed_system import SmoothFriction as SmoothFriction
+    from reduction.jointed_system import ValanisJoint as ValanisJoint
     from reduction.jointed_system import ViscousDamper as ViscousDamper
     from reduction.jointed_system import along as along
     from reduction.jointed_system import between as between
@@ -115,6 +121,12 @@ _HOME = {
     "FrictionContact": "reduction.jointed_system:FrictionContact",
     "JenkinsElement": "reduction.jointed_system:JenkinsElement",
     "IwanJoint": "reduction.jointed_system:IwanJoint",
+    "ValanisJoint": "reduction.jointed_system:ValanisJoint",
+    "LuGreFriction": "reduction.jointed_system:LuGreFriction",
+    "JenkinsChain": "reduction.jointed_system:JenkinsChain",
+    "FrictionEllipse": "reduction.jointed_system:FrictionEllipse",
+    "DampedStop": "reduction.jointed_system:DampedStop",
+    "BoucWenJoint": "reduction.jointed_system:BoucWenJoint",
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",
     "Play": "reduction.jointed_system:Play",

@@ -10,7 +10,7 @@ SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PACKAGES: list[str] = SETTINGS["tool"]["importlinter"]["root_packages"]
 MOST_LINES, MOST_ARGUMENTS = 80, 10
 #: Decorators of functions that numba compiles: they take plain arrays, since objects would be slower there.
-COMPILED = {"compiled", "njit", "jit", "vectorize", "guvectorize", "cfunc"}
+COMPILED = {"compiled", "compiled_template", "njit", "jit", "vectorize", "guvectorize", "cfunc"}
 
 
 def is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:

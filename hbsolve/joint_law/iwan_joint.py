@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.joint_law.slider import slide, slider_slopes, state, tangent_jacobian
+from hbsolve.joint_law.parallel_sliders import parallel_sliders
+from hbsolve.joint_law.registry import FORCES, CompiledLaw
+from hbsolve.joint_law.slider import slider_slopes
 from reduction.joint_law.iwan_joint import CELLS, FIRST
 
 
@@ -52,37 +53,12 @@ def force(
     sampling: Any, want: int, out: Any,
 ) -> None:  # fmt: skip
     """One direction; see `hbsolve.joint_law.registry`."""
-    n = u.shape[1]
     spring, reach = np.empty(CELLS + 1), np.empty(CELLS + 1)
     spring_by, reach_by = np.empty((CELLS + 1, 4)), np.empty((CELLS + 1, 4))
     cells(parameters, spring, reach, spring_by, reach_by)
-    event, sign, closed, active = np.empty(n, np.int64), np.empty(n), np.ones(n, np.int64), 0
-    for k in range(n):
-        out.force[0, k] = -reference[0] * u[0, k]
-    for i in range(CELLS + 1):
-        w, own = out.slider[i], spring[i]
-        slide(u[0], np.full(n, reach[i]), 1.0, start[i], by_multiplier[i], w, event, sign)
-        for k in range(n):
-            out.force[0, k] += own * (u[0, k] - w[k])
-            out.status[0, k] = state(k, event[k], 1)
-        if want >= JACOBIAN:
-            tangent_jacobian(0, 0, event, sign, closed, own, own, 0.0, by_multiplier[i], sampling, out)
-            active = max(active, out.active[0])
-        if want >= PARAMETERS:
-            for k in range(n):
-                moves = event[k] >= 0 or by_multiplier[i]
-                for p in range(4):
-                    by = spring_by[i, p] * (u[0, k] - w[k])
-                    out.by_parameter[p, 0, k] += by + (own * sign[k] * reach_by[i, p] if moves else 0.0)
-                if event[k] < 0:
-                    out.by_start[i, 0, k] = own * reach[i] if by_multiplier[i] else -own
-    beyond = parameters[0] - reference[0]
-    if want >= JACOBIAN and beyond != 0.0:
-        active = sampling.evaluate.shape[0]
-        for a in range(active):
-            out.jacobian[0, a, a] += beyond
-    if want >= JACOBIAN:
-        out.active[0] = active
+    parallel_sliders(
+        u, parameters[0] - reference[0], spring, reach, spring_by, reach_by, start, by_multiplier, sampling, want, out
+    )
 
 
 @compiled

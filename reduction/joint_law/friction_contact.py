@@ -11,6 +11,7 @@ from jaxtyping import Float
 from reduction.array_type import Real, Row
 from reduction.errors import ExchangeError, JointError
 from reduction.joint_law.elastic_stop import ElasticStop
+from reduction.joint_law.pressed_joint import PressedJoint
 from reduction.joint_law.registry import LAWS, Joint, LawOption, LawParameter, Samples, SliderInterval
 
 
@@ -25,7 +26,7 @@ class Friction(Enum):
 
 @LAWS.register
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrictionContact(Joint):
+class FrictionContact(PressedJoint):
     r"""The paper's contact element: a unilateral normal spring beside elastic Coulomb friction in one or two tangents.
 
     .. math:: N = \max(N_0 + k_n (v - g),\ 0), \qquad T = k_t (u - w), \qquad |T| \le \mu N
@@ -75,14 +76,9 @@ class FrictionContact(Joint):
     places = {"normal": True, "tangent": True, "second_tangent": False}  # noqa: RUF012  # read alone
     series_springs = True
 
-    name: str
-    normal: Row
     tangents: Float[Real, "tangent r"]
-    normal_stiffness: float
     tangential_stiffness: float
     friction_coefficient: float
-    preload: float = 0.0
-    gap: float = 0.0
     friction: Friction = Friction.UNCOUPLED
 
     def __post_init__(self) -> None:
@@ -105,11 +101,6 @@ class FrictionContact(Joint):
     def directions(self) -> Float[Real, "d r"]:
         """Tangents, then the normal, shape (n_tangent + 1, r) [-]."""
         return np.vstack([self.tangents, self.normal])
-
-    @property
-    def force_at_rest(self) -> float:
-        """N at v = 0 [N]; zero where the contact is open."""
-        return max(self.preload - self.normal_stiffness * self.gap, 0.0)
 
     @property
     def limit_at_rest(self) -> float:
@@ -135,21 +126,6 @@ class FrictionContact(Joint):
     def stuck_stiffness(self) -> tuple[float, ...]:
         """k_t of the tangents, then k_n [N/m]."""
         return (self.tangential_stiffness,) * len(self.tangents) + (self.normal_stiffness,)
-
-    @property
-    def stuck_force(self) -> tuple[float, ...]:
-        """N_0 - k_n g in the normal [N]."""
-        return (0.0,) * len(self.tangents) + (self.preload - self.normal_stiffness * self.gap,)
-
-    @property
-    def normal_direction(self) -> int:
-        """The last."""
-        return len(self.tangents)
-
-    @property
-    def open_at_rest(self) -> bool:
-        """N = 0 at v = 0."""
-        return self.force_at_rest <= 0
 
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduction.array_type import Row
+from reduction.joint_law.parallel_sliders import vibration_energy
 from reduction.joint_law.registry import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Cells of the grid, and the first edge above zero, over the displacement of macro-slip [-].
@@ -80,9 +81,7 @@ class IwanJoint(DirectedJoint):
     ) -> Row:
         """Of all springs, each about its mean stretch."""
         stiffness, _ = make_cells(*(parameters[each.name] for each in self.parameters))
-        stretch = displacement[0] - slider
-        varied = stretch - stretch.mean(axis=1, keepdims=True)
-        return np.asarray(0.5 * stiffness @ varied**2)
+        return vibration_energy(stiffness, displacement[0], slider)
 
 
 def make_cells(stiffness: float, limit: float, exponent: float, ratio: float) -> tuple[Row, Row]:

@@ -20,7 +20,7 @@ def addresses(joints: Sequence[Joint]) -> Whole:
 
 def parameter_rows(joints: Sequence[Joint]) -> Real:
     """Parameters of each joint, zeros behind them, shape (n_joint, p) with the largest number of parameters p."""
-    rows = np.zeros((len(joints), max((len(joint.parameters) for joint in joints), default=0)))
+    rows = np.zeros((len(joints), max((len(joint.parameter_names) for joint in joints), default=0)))
     for row, joint in zip(rows, joints, strict=True):
-        row[: len(joint.parameters)] = [getattr(joint, name) for name in joint.parameter_names]
+        row[: len(joint.parameter_names)] = joint.parameter_values
     return rows

@@ -40,6 +40,8 @@ class LawParameter:
         It must be larger than 0.
     default
         None where it must be given.
+    is_list
+        It is a list of such numbers, at least one; its field is a tuple.
     """
 
     name: str
@@ -49,15 +51,27 @@ class LawParameter:
     lower: float = -np.inf
     positive: bool = False
     default: float | None = None
+    is_list: bool = False
+
+    def names(self, joint: "Joint") -> tuple[str, ...]:
+        """Its name, or that of each number of a list, such as "limit_force[0]"."""
+        if not self.is_list:
+            return (self.name,)
+        return tuple(f"{self.name}[{number}]" for number in range(len(getattr(joint, self.name))))
+
+    def values(self, joint: "Joint") -> tuple[float, ...]:
+        """Its value, or those of a list."""
+        value = getattr(joint, self.name)
+        return value if self.is_list else (value,)
 
     def check(self, joint: "Joint") -> None:
         """Refuse a value outside the bounds (`JointError`)."""
-        value = getattr(joint, self.name)
-        if self.positive and not value > 0:
-            raise JointError(f'joint "{joint.name}": {self.name} = {value:g} must be positive')
-        if value < self.lower:
-            least = "must not be negative" if self.lower == 0 else f"must be at least {self.lower:g}"
-            raise JointError(f'joint "{joint.name}": {self.name} = {value:g} {least}')
+        for name, value in zip(self.names(joint), self.values(joint), strict=True):
+            if self.positive and not value > 0:
+                raise JointError(f'joint "{joint.name}": {name} = {value:g} must be positive')
+            if value < self.lower:
+                least = "must not be negative" if self.lower == 0 else f"must be at least {self.lower:g}"
+                raise JointError(f'joint "{joint.name}": {name} = {value:g} {least}')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +167,17 @@ class Joint(ABC):
                 value = finite_number(getattr(self, field.name), f'joint "{self.name}": {field.name}', JointError)
                 object.__setattr__(self, field.name, value)
         for parameter in self.parameters:
+            if parameter.is_list:
+                object.__setattr__(self, parameter.name, self._listed(parameter.name))
             parameter.check(self)
+
+    def _listed(self, name: str) -> tuple[float, ...]:
+        """The list of a field, for which one number is a list of one."""
+        what = f'joint "{self.name}": {name}'
+        values = np.atleast_1d(real_array(getattr(self, name), what, JointError))
+        if values.ndim != 1 or not values.size:
+            raise JointError(f"{what} has shape {values.shape}: give a list of at least one number")
+        return tuple(finite_number(value, f"{what}[{number}]", JointError) for number, value in enumerate(values))
 
     @property
     @abstractmethod
@@ -190,8 +214,13 @@ class Joint(ABC):
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """In the order in which its force reads them."""
-        return tuple(parameter.name for parameter in self.parameters)
+        """In the order in which its force reads them; each number of a list has a name of its own."""
+        return tuple(name for parameter in self.parameters for name in parameter.names(self))
+
+    @property
+    def parameter_values(self) -> tuple[float, ...]:
+        """The same."""
+        return tuple(value for parameter in self.parameters for value in parameter.values(self))
 
     @property
     def force_law(self) -> str:
@@ -255,8 +284,15 @@ class Joint(ABC):
         raise ExchangeError(f'joint "{self.name}" has no counterpart in pyHarm: leave it out')
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """The joint with other values of some fields."""
-        return replace(self, **values)  # type: ignore[type-var]
+        """The joint with other values of some fields, or of some numbers of lists, such as "limit_force[0]"."""
+        changed = dict(values)
+        for parameter in self.parameters:
+            if parameter.is_list and parameter.name not in changed:
+                names = parameter.names(self)
+                if any(name in changed for name in names):
+                    own = zip(names, parameter.values(self), strict=True)
+                    changed[parameter.name] = tuple(changed.pop(name, value) for name, value in own)
+        return replace(self, **changed)  # type: ignore[type-var]
 
     @classmethod
     def build(cls, name: str, rows: Mapping[str, Row], values: Mapping[str, Any]) -> Self:

@@ -79,8 +79,12 @@ def _quantity(parameter: LawParameter) -> Any:
         bounds["ge"] = parameter.lower
     dimension = _dimension(parameter)
     example = parameter.typical if dimension is RATIO else dimension.example
-    read = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
-    return Annotated[read, AfterValidator(plausible_friction)] if parameter.name == FRICTION_COEFFICIENT else read
+    number: Any = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
+    if parameter.name == FRICTION_COEFFICIENT:
+        number = Annotated[number, AfterValidator(plausible_friction)]
+    if parameter.is_list:
+        return Annotated[tuple[number, ...], BeforeValidator(listed), Field(min_length=1)]
+    return number
 
 
 def _dimension(parameter: LawParameter) -> Dimension:

@@ -31,6 +31,8 @@ N_HARMONIC, N_SAMPLE, OMEGA = 4, 128, 300.0
 STEP, TOLERANCE = 1e-7, 1e-5
 #: Periods after which changes of sliders repeat.
 PERIODS = 20
+#: Numbers of a list over the typical one.
+THIRDS = np.array([1.0, 0.7, 0.4])
 
 
 @pytest.fixture(params=LAWS.names())
@@ -39,7 +41,8 @@ def law(request: pytest.FixtureRequest) -> type[Joint]:
 
 
 def typical(law: type[Joint]) -> dict[str, Any]:
-    return {each.name: each.typical for each in law.parameters}
+    """Typical parameters; lists of three, the first of which is the typical one."""
+    return {each.name: (each.typical * THIRDS).tolist() if each.is_list else each.typical for each in law.parameters}
 
 
 def variants(law: type[Joint]) -> Iterator[Joint]:

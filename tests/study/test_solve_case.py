@@ -15,6 +15,7 @@ from reduction.jointed_system import (
     ElasticStop,
     Friction,
     FrictionContact,
+    JenkinsChain,
     JenkinsElement,
     QuadraticDamper,
 )
@@ -124,6 +125,26 @@ def test_the_system_is_what_the_file_says(tmp_path: Path) -> None:
     assert [(curve.fixed, curve.label) for curve in model.curves] == [(1.0, "level 1"), (3.0, "level 3")]
     assert model.curves[0].first == pytest.approx(120 * pi, rel=1e-15)
     assert (model.harmonics, model.n_sample, model.outputs[0].quantity) == (5, 0, "velocity")
+
+
+CHAIN = """\
+[[joint]]
+kind = "jenkins_chain"
+name = "chain"
+dof = 1
+tangential_stiffness = ["3 N/um", "1 N/um"]
+limit_force = ["7 N", "2 N"]
+[[static_load]]
+"""
+
+
+def test_a_law_takes_lists_of_numbers(tmp_path: Path) -> None:
+    chain = model_of(tmp_path, CASE.replace("[[static_load]]\n", CHAIN)).system.joints[-1]
+    assert isinstance(chain, JenkinsChain)
+    assert (chain.tangential_stiffness, chain.limit_force, chain.stiffness) == ((3e6, 1e6), (7.0, 2.0), 0.0)
+    for change in (('"7 N", "2 N"', '"7 N", "2 m"'), ('"7 N", "2 N"', ""), ('"7 N", "2 N"', '"7 N", "-2 N"')):
+        with pytest.raises(CaseError, match="limit_force"):
+            model_of(tmp_path, CASE.replace("[[static_load]]\n", CHAIN.replace(*change)))
 
 
 def test_the_damping_ratio_is_met_on_the_first_stuck_mode(tmp_path: Path) -> None:

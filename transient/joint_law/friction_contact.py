@@ -60,9 +60,10 @@ def coupled_force(
         moved[i] = after[i] - end[i] / stiffness
 
 
-def _terms(joint: Any) -> float:
+def normal_terms(joint: Any) -> float:
+    """See `transient.joint_law.registry.Witness`."""
     return float(abs(joint.preload) + abs(joint.normal_stiffness * joint.gap))
 
 
-WITNESSES.register(Witness(name="friction", force=force, normal_terms=_terms))
-WITNESSES.register(Witness(name="coulomb", force=coupled_force, normal_terms=_terms))
+WITNESSES.register(Witness(name="friction", force=force, normal_terms=normal_terms))
+WITNESSES.register(Witness(name="coulomb", force=coupled_force, normal_terms=normal_terms))

@@ -16,20 +16,26 @@ from hbsolve.steady_state import steady_state
 from reduction.joint_law.function_law import joint_law
 from reduction.joint_law.registry import LAWS, LawParameter
 from reduction.jointed_system import (
+    BoucWenJoint,
     CubicSpring,
+    DampedStop,
     ElasticStop,
     Friction,
     FrictionContact,
+    FrictionEllipse,
     HertzContact,
     IwanJoint,
+    JenkinsChain,
     JenkinsElement,
     Joint,
     JointedSystem,
+    LuGreFriction,
     Play,
     PolynomialSpring,
     PowerSpring,
     QuadraticDamper,
     SmoothFriction,
+    ValanisJoint,
     ViscousDamper,
 )
 from transient.state import start_from
@@ -167,6 +173,54 @@ CONTACTS = {
     ),
     "iwan": chain(
         1, IwanJoint(name="j", direction=row(1), tangential_stiffness=1.0, limit_force=0.2, exponent=-0.5, ratio=0.3)
+    ),
+    "chain of jenkins": chain(
+        1,
+        JenkinsChain(
+            name="j", direction=row(1), tangential_stiffness=[0.7, 0.5], limit_force=[0.1, 0.2], stiffness=0.2
+        ),
+    ),
+    "bouc-wen": chain(
+        2, BoucWenJoint(name="j", direction=row(2), tangential_stiffness=1.0, limit_force=0.2, exponent=2.0, shape=0.7)
+    ),
+    "valanis": chain(
+        1,
+        ValanisJoint(
+            name="j", direction=row(1), tangential_stiffness=1.0, limit_force=0.2, slip_stiffness=0.1, kappa=0.5
+        ),
+    ),
+    "lugre": chain(
+        1,
+        LuGreFriction(
+            name="j",
+            direction=row(1),
+            tangential_stiffness=1.0,
+            limit_force=0.2,
+            static_force=0.25,
+            velocity=0.3,
+            bristle_damping=0.2,
+            damping=0.1,
+        ),
+    ),
+    "damped stop": chain(1, DampedStop(name="j", direction=row(1), stiffness=1.0, damping=0.4, depth=0.2, gap=0.1)),
+    "damped stops": chain(
+        2, DampedStop(name="j", direction=row(2), stiffness=1.0, damping=0.4, depth=0.2, gap=0.1, sides="both")
+    ),
+    "elliptic limit": chain(
+        2,
+        FrictionEllipse(
+            name="j",
+            normal=row(2, 1),
+            tangent=row(2),
+            second_tangent=row(2, 2),
+            normal_stiffness=1.0,
+            tangential_stiffness=0.8,
+            second_tangential_stiffness=0.6,
+            friction_coefficient=0.4,
+            second_friction_coefficient=0.25,
+            preload=0.4,
+        ),
+        static=0.4,
     ),
     "contact": chain(1, rub(1), static=0.4),
     "contact that lifts off": chain(1, rub(1, preload=0.15), static=0.15),

@@ -1,0 +1,51 @@
+r"""The hysteresis of Bouc and Wen.
+
+.. math:: f = k_s u + (k - k_s)\, z, \qquad
+          \frac{dz}{dt} = \dot u - \left(\beta\, |\dot u|\, z + (1 - \beta)\, \dot u\, |z|\right)
+          \frac{|z|^{n-1}}{z_y^n}, \qquad z_y = \frac{F}{k - k_s}
+
+The usual constants are :math:`A = 1`, :math:`\beta / z_y^n` and :math:`\gamma = (1 - \beta) / z_y^n`, so that the force
+tends to :math:`k_s u \pm F` whatever they are. From :math:`\beta = 1/2` on it never feeds energy in.
+
+References
+----------
+Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102 (1976), 249-263.
+Ismail, Ikhouane and Rodellar, The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods Eng. 16 (2009), 161-188.
+"""
+
+from dataclasses import dataclass
+
+from reduction.joint_law.hysteretic_joint import HYSTERESIS, HystereticJoint
+from reduction.joint_law.registry import LAWS, LawParameter
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoucWenJoint(HystereticJoint):
+    """A spring that yields smoothly along one row.
+
+    Parameters
+    ----------
+    name, direction, tangential_stiffness, limit_force, slip_stiffness
+        As of `HystereticJoint`: k, F and k_s.
+    exponent
+        n, at least 1; the larger, the sharper the knee [-].
+    shape
+        beta, at least 1/2, where unloading is elastic; at 1 it is not, and loops are slimmer [-].
+
+    Raises
+    ------
+    JointError
+        An exponent or a shape below its bound, or what `HystereticJoint` refuses.
+    """
+
+    kind = "bouc_wen"
+    parameters = (
+        *HYSTERESIS,
+        LawParameter(name="exponent", unit="-", meaning="n, sharpness of the knee", typical=2.0, lower=1.0),
+        LawParameter(name="shape", unit="-", meaning="beta", typical=0.7, lower=0.5, default=0.5),
+    )
+    typical_displacement = 3e-5
+
+    exponent: float
+    shape: float = 0.5

@@ -1,0 +1,103 @@
+r"""A contact whose friction and tangential stiffness differ along its two tangents: machined or layered surfaces.
+
+.. math:: T_i = k_i (u_i - w_i), \qquad
+          \left(\frac{T_1}{\mu_1 N}\right)^2 + \left(\frac{T_2}{\mu_2 N}\right)^2 \le 1
+
+The slider moves along the stretch :math:`u - w` of its spring, like a load on a rope. Where both stiffnesses are equal,
+the friction force opposes the sliding; where :math:`k_1 / \mu_1^2 = k_2 / \mu_2^2`, the sliding is normal to the
+ellipse (the greatest dissipation). In :math:`\bar u_2 = c\, u_2` with :math:`c = k_2 \mu_1 / (k_1 \mu_2)` it is the
+isotropic contact of stiffness :math:`k_1` and friction :math:`\mu_1`.
+
+References
+----------
+Mroz and Stupkiewicz, An anisotropic friction and wear model, Int. J. Solids Structures 31 (1994), 1113-1131: limit
+ellipses and rules of sliding.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from reduction.array_type import Real, Row
+from reduction.errors import JointError
+from reduction.joint_law.pressed_joint import PressedJoint
+from reduction.joint_law.registry import LAWS, LawParameter, Samples
+
+
+@LAWS.register
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionEllipse(PressedJoint):
+    """A contact with two tangents under one elliptic limit.
+
+    Parameters
+    ----------
+    name, normal, normal_stiffness, preload, gap
+        As of `PressedJoint`.
+    tangent, second_tangent
+        Rows of u_1 and u_2, shape (r,) each [-].
+    tangential_stiffness, second_tangential_stiffness
+        k_1 and k_2 [N/m].
+    friction_coefficient, second_friction_coefficient
+        mu_1 and mu_2, the half axes of the ellipse over N [-].
+
+    Raises
+    ------
+    JointError
+        A stiffness or a friction coefficient that is not positive, rows of different lengths, or a number that is not
+        finite.
+    """
+
+    kind = "friction_ellipse"
+    parameters = (
+        LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_1", typical=1e6, positive=True),
+        LawParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
+        LawParameter(name="friction_coefficient", unit="-", meaning="mu_1", typical=0.4, positive=True),
+        LawParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
+        LawParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),
+        LawParameter(name="second_tangential_stiffness", unit="N/m", meaning="k_2", typical=6e5, positive=True),
+        LawParameter(name="second_friction_coefficient", unit="-", meaning="mu_2", typical=0.3, positive=True),
+    )
+    typical_displacement = 3e-5
+    places = {"normal": True, "tangent": True, "second_tangent": True}  # noqa: RUF012  # read alone
+    series_springs = True
+    n_slider = 2
+
+    tangent: Row
+    second_tangent: Row
+    tangential_stiffness: float
+    second_tangential_stiffness: float
+    friction_coefficient: float
+    second_friction_coefficient: float
+
+    def __post_init__(self) -> None:
+        self.check_fields("normal", "tangent", "second_tangent")
+        sizes = {self.normal.size, self.tangent.size, self.second_tangent.size}
+        if len(sizes) > 1:
+            raise JointError(
+                f'joint "{self.name}" has a normal over {self.normal.size} degrees of freedom but tangents over '
+                f"{self.tangent.size} and {self.second_tangent.size}: all are rows over the whole structure"
+            )
+
+    @property
+    def directions(self) -> Float[Real, "3 r"]:
+        """Tangents, then the normal, shape (3, r) [-]."""
+        return np.vstack([self.tangent, self.second_tangent, self.normal])
+
+    @property
+    def stuck_stiffness(self) -> tuple[float, ...]:
+        """k_1, k_2 and k_n [N/m]."""
+        return (self.tangential_stiffness, self.second_tangential_stiffness, self.normal_stiffness)
+
+    @property
+    def slider_intervals(self) -> str:
+        """None: an ellipse has no interval."""
+        return "couples its two tangents by one elliptic limit: take uncoupled friction, or one tangent"
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """T_i^2 / (2 k_i) of the tangents and N^2 / (2 k_n)."""
+        names = ("tangential_stiffness", "second_tangential_stiffness", "normal_stiffness")
+        return np.asarray(0.5 / np.array([parameters[name] for name in names]) @ force**2)

@@ -1,0 +1,76 @@
+"""What smooth hysteresis laws share: a spring that yields more and more, beside a spring that does not."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduction.array_type import Row
+from reduction.errors import JointError
+from reduction.joint_law.parallel_sliders import vibration_energy
+from reduction.joint_law.registry import DirectedJoint, LawParameter, Samples
+
+#: The first parameters of each of these laws.
+HYSTERESIS = (
+    LawParameter(name="tangential_stiffness", unit="N/m", meaning="k, about rest", typical=1e6, positive=True),
+    LawParameter(name="slip_stiffness", unit="N/m", meaning="k_s, in slip", typical=1e5, lower=0.0, default=0.0),
+    LawParameter(name="limit_force", unit="N", meaning="F, beyond that of k_s", typical=9.0, positive=True),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HystereticJoint(DirectedJoint):
+    """f = k_s u + (k - k_s) z, where abs(z) < z_y = F / (k - k_s) follows the motion less and less.
+
+    z is the stretch of the spring that yields [m]; the joint remembers its other end, u - z.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    tangential_stiffness
+        k [N/m].
+    limit_force
+        F [N].
+    slip_stiffness
+        k_s, below k [N/m]; 0 by default.
+
+    Raises
+    ------
+    JointError
+        A stiffness or a limit that is not positive, a slip stiffness outside 0 to k, or a number that is not finite.
+    """
+
+    n_slider = 1
+
+    tangential_stiffness: float
+    limit_force: float
+    slip_stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.slip_stiffness >= self.tangential_stiffness:
+            raise JointError(
+                f'joint "{self.name}": slip_stiffness = {self.slip_stiffness:g} must be below tangential_stiffness = '
+                f"{self.tangential_stiffness:g}"
+            )
+
+    @property
+    def stuck_stiffness(self) -> tuple[float, ...]:
+        """K [N/m]."""
+        return (self.tangential_stiffness,)
+
+    @property
+    def slider_intervals(self) -> str:
+        """None: it yields at any force."""
+        return "yields at any force, so that it has no interval in which it sticks: leave it out, or take jenkins"
+
+    def spring_energy(
+        self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples
+    ) -> Row:
+        """Of both springs, each about its mean stretch."""
+        k, slip = parameters["tangential_stiffness"], parameters["slip_stiffness"]
+        ends = np.vstack([np.zeros(displacement.shape[1]), slider[0]])
+        return vibration_energy(np.array([slip, k - slip]), displacement[0], ends)

@@ -1,0 +1,51 @@
+"""What contacts share: a unilateral normal spring, which a preload presses or a gap opens."""
+
+from dataclasses import dataclass
+
+from reduction.array_type import Row
+from reduction.joint_law.registry import Joint
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PressedJoint(Joint):
+    """N = max(N_0 + k_n (v - g), 0) along its last direction; v > 0 closes.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    normal
+        Row of v, shape (r,) [-].
+    normal_stiffness
+        k_n [N/m].
+    preload
+        N_0 [N], the normal force at v = g; negative holds the contact open by that force.
+    gap
+        g [m]; negative is an interference.
+    """
+
+    name: str
+    normal: Row
+    normal_stiffness: float
+    preload: float = 0.0
+    gap: float = 0.0
+
+    @property
+    def force_at_rest(self) -> float:
+        """N at v = 0 [N]; zero where the contact is open."""
+        return max(self.preload - self.normal_stiffness * self.gap, 0.0)
+
+    @property
+    def stuck_force(self) -> tuple[float, ...]:
+        """N_0 - k_n g in the normal [N]."""
+        return (0.0,) * self.normal_direction + (self.preload - self.normal_stiffness * self.gap,)
+
+    @property
+    def normal_direction(self) -> int:
+        """The last."""
+        return len(self.directions) - 1
+
+    @property
+    def open_at_rest(self) -> bool:
+        """N = 0 at v = 0."""
+        return self.force_at_rest <= 0
