@@ -1,6 +1,7 @@
 """Loads and joint forces that many parameters of a model change, for one state after another.
 
-A change of the matrices is the load df_k = -(dK - (k Omega)^2 dM + i k Omega dC) q_k.
+A change of the matrices is the load df_k = -(dK + i dH - (k Omega)^2 dM + i k Omega dC) q_k; the structural damping H
+has no part in the mean.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +17,7 @@ from hbsolve.state import SteadyState
 from reduction.array_input import finite_array
 from reduction.array_type import Array, Matrix, Real, Row
 
-MATRICES = ("mass", "damping", "stiffness")
+MATRICES = ("mass", "damping", "stiffness", "structural_damping")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,7 +27,8 @@ class MatrixParameter:
     mass: Matrix | None = None
     damping: Matrix | None = None
     stiffness: Matrix | None = None
-    """dM/dp, dC/dp, dK/dp, shape (r, r); none for zero."""
+    structural_damping: Matrix | None = None
+    """dM/dp, dC/dp, dK/dp, dH/dp, shape (r, r); none for zero."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,7 +36,7 @@ class ModelParameter:
     """A number that changes matrices, loads and joints at once, at the rates given."""
 
     matrices: MatrixParameter = field(default_factory=MatrixParameter)
-    """dM/dp, dC/dp, dK/dp."""
+    """dM/dp, dC/dp, dK/dp, dH/dp."""
     static_load: Row | None = None
     """Shape (r,) [N]; none for zero."""
     harmonic_force: Complex[Array, "k r"] | None = None
@@ -81,7 +83,8 @@ class ModelRates:
         for number, parameter in enumerate(parameters):
             for name in MATRICES:
                 if (matrix := getattr(parameter.matrices, name)) is not None:
-                    matrices.append((number, name, entries(matrix, f"the {name} of a matrix parameter", (r, r))))
+                    what = f"the {name.replace('_', ' ')} of a matrix parameter"
+                    matrices.append((number, name, entries(matrix, what, (r, r))))
             if parameter.static_load is not None:
                 static[number] = entries(parameter.static_load, "the static load of a model parameter", (r,))
             if parameter.harmonic_force is not None:
@@ -96,7 +99,7 @@ class ModelRates:
         q, loads = state.coefficients, state.level * self.harmonic_force
         loads[:, 0] += self.static_load
         k = np.arange(len(q))[:, None] * state.angular_frequency
-        factors = {"mass": k**2, "damping": -1j * k, "stiffness": -1.0}
+        factors = {"mass": k**2, "damping": -1j * k, "stiffness": -1.0, "structural_damping": -1j * (k > 0)}
         # Real and imaginary parts below each other: half the work of a complex product.
         parts = np.concatenate([q.real, q.imag])
         for number, name, matrix in self.matrices:

@@ -144,8 +144,7 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
     frequency of a longer curve, and clearly nearer than to the next; where one curve has several, the others are points
     of their own.
     """
-    place = _places(curves)
-    reach = _reach(place)
+    place, reach = _places(curves)
     result: list[int] = []
     fresh = len(place)
     for curve in curves:
@@ -161,19 +160,14 @@ def common_points(curves: Sequence[FamilyCurve]) -> NDArray[np.int64]:
     return np.array(result, dtype=np.int64)
 
 
-def _places(curves: Sequence[FamilyCurve]) -> Values:
-    """Frequencies of the longest curve, and those of others that are near none of them, rising [Hz]."""
-    place = np.zeros(0)
+def _places(curves: Sequence[FamilyCurve]) -> tuple[Values, Values]:
+    """Frequencies of the longest curve, then those of others that are near none of them, and how near that is [Hz]."""
+    place, reach = np.zeros(0), np.zeros(0)
     for curve in sorted(curves, key=lambda each: -len(each.frequency)):
         own = np.unique(curve.frequency)
-        if len(place):
-            apart = np.abs(own[:, None] - place)
-            own = own[(apart > _reach(place)).all(axis=1)]
-        place = np.union1d(place, own)
-    return place
-
-
-def _reach(place: Values) -> Values:
-    """How near a frequency is to one of these that it belongs to, shape (n,) [Hz]."""
-    step = np.diff(place, prepend=-np.inf, append=np.inf)
-    return np.asarray(ALIGNED * np.minimum(step[:-1], step[1:]))
+        own = own[(np.abs(own[:, None] - place) > reach).all(axis=1)]
+        # A place keeps the reach that it began with: what comes between takes nothing from it.
+        step = np.diff(np.union1d(place, own), prepend=-np.inf, append=np.inf)
+        near = ALIGNED * np.minimum(step[:-1], step[1:])[np.searchsorted(np.union1d(place, own), own)]
+        place, reach = np.append(place, own), np.append(reach, near)
+    return place, reach

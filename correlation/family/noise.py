@@ -206,7 +206,8 @@ def _noise(tables: Sequence[_Table]) -> ReadingNoise:
         squared, scatter, dof, effective = told
         if not scatter.any():
             continue
-        a2, b2 = fit_variance_law(squared, np.maximum(scatter, 1e-12 * float(np.median(scatter))), dof)
+        # Readings of few digits may agree exactly.
+        a2, b2 = fit_variance_law(squared, np.maximum(scatter, 1e-12 * float(scatter.max())), dof)
         covariance = _law_covariance(squared, a2, b2, effective)
         return ReadingNoise(
             relative=float(np.sqrt(a2)), absolute=float(np.sqrt(b2)), source=source, covariance=covariance

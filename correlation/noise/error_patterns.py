@@ -59,7 +59,8 @@ class ErrorPatterns:
             Features of the measurements, shape (m,), whose moduli the errors of readings are relative to.
         """
         nominal = ModelFeatures(predictor.share(model), features, model, prediction)
-        damped = ModelParameter(matrices=MatrixParameter(damping=model.system.damping))
+        matrices = MatrixParameter(damping=model.system.damping, structural_damping=model.system.structural_damping)
+        damped = ModelParameter(matrices=matrices)
         damping = [Tangent(jointed=damped, free=NOTHING, gain={}), Tangent(jointed=NOTHING, free=damped, gain={})]
         changes = nominal.slopes([*make_frequency_shifts(model, by_exciter=False), *damping])
         return cls(

@@ -23,6 +23,8 @@ Real = NDArray[np.float64]
 
 #: Bootstrap samples of the draws, and the probability that an interval holds.
 RESAMPLES, CONFIDENCE = 500, 0.95
+#: Numbers that differ by less than this share come from one that does not vary [-].
+ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,7 +120,8 @@ def variance_indices(values: Float[Real, " m"], d: int, seed: int = 0) -> Varian
 def _indices(table: Float[Real, "k n"]) -> tuple[Real, Real]:
     """S and S_T, shape (d,) each, of f(A), f(B), f(A_1), ..., shape (d + 2, n)."""
     d = len(table) - 2
-    if table.shape[1] < 2 or np.ptp(table[:2]) == 0:
+    # What differs by round-off alone does not vary.
+    if table.shape[1] < 2 or np.ptp(table[:2]) <= ROUND_OFF * np.abs(table[:2]).max():
         return np.full(d, np.nan), np.full(d, np.nan)
     # The mean does not change the indices, and large ones would cost digits and scatter.
     a, b, *ab = table - table[:2].mean()

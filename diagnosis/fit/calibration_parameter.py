@@ -75,7 +75,12 @@ class CalibrationParameter:
         if self.name == "bearing":
             return with_contact_position(model, factor)
         whole = np.sum([part.stiffness for part in model.parts], axis=0)
-        return model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
+        loss = system.structural_damping
+        return model.with_system(
+            stiffness=system.stiffness + (factor - 1) * whole,
+            # Young's modulus is complex where the material has a loss factor.
+            structural_damping=None if loss is None else factor * loss,
+        )
 
 
 def list_calibration_parameters(

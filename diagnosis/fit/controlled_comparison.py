@@ -75,7 +75,7 @@ class ControlledComparison:
         variance = noise**2 + (size.reading * compute_moduli(features, of.measured)) ** 2
         for each, moved in (
             (size.frequency, model.shifted("jointed", SHIFT).shifted("free", SHIFT)),
-            (size.damping, model.with_system(damping=(1 + SHIFT) * model.system.damping)),
+            (size.damping, _damped(model, 1 + SHIFT)),
         ):
             change = features.of_values(predictor.predict(moved).value) - nominal
             variance += np.nan_to_num(each / SHIFT * change) ** 2
@@ -142,3 +142,11 @@ def _list_folds(observed: Observation, sweeps: tuple[int, ...], error: float) ->
         lower, upper = sorted((float(size[left]), float(size[reached])))
         force = float(points.force[left])
         yield Fold(jump.free, str(points.sensor[left]), jump.frequency, force, lower, upper, jump.falls), deviation
+
+
+def _damped(model: Model, factor: float) -> Model:
+    """A model with all of its damping times a factor."""
+    loss = model.system.structural_damping
+    return model.with_system(
+        damping=factor * model.system.damping, structural_damping=None if loss is None else factor * loss
+    )

@@ -12,9 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
-from correlation.model import Model
+from correlation.model import Model, Sensor
 from diagnosis.candidate.effect import EffectError
-from hbsolve.model_rates import MatrixParameter, ModelParameter
+from hbsolve.model_rates import MATRICES, MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 
 Compose = Callable[[Float[NDArray[np.float64], " p"]], Model]
@@ -84,8 +84,14 @@ def differentiate(
 
 
 def _moves(before: Model, after: Model) -> bool:
-    pairs = zip(before.system.joints, after.system.joints, strict=False)
-    return any(not np.array_equal(a.directions, b.directions) for a, b in pairs)
+    """Whether points of joints or sensors move, or a shaken base, which the rates of matrices and loads do not tell."""
+    joints = zip(before.system.joints, after.system.joints, strict=False)
+    if any(not np.array_equal(a.directions, b.directions) for a, b in joints):
+        return True
+    sensors = zip(before.sensors, after.sensors, strict=True)
+    pairs = [(a.row, b.row) for a, b in sensors if isinstance(a, Sensor) and isinstance(b, Sensor)]
+    bases = [np.zeros(0) if each.base_acceleration is None else each.base_acceleration for each in (before, after)]
+    return any(not np.array_equal(a, b) for a, b in [*pairs, (bases[0], bases[1])])
 
 
 def _growth(before: Mapping[str, float], after: Mapping[str, float], configuration: str) -> float:
@@ -98,10 +104,11 @@ def _rates(
     before: JointedSystem, after: JointedSystem, step: float, shift: float, force_error: float
 ) -> ModelParameter:
     """Rates of one configuration; Omega (1 + e) acts as (1 + 2 e) M and (1 + e) C do."""
-    shifted = {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
+    pair, shifted = (before, after), {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
 
     def rate(name: str) -> NDArray[np.float64] | None:
-        change = getattr(after, name) - getattr(before, name) + shifted.get(name, 0.0)
+        one, other = (np.zeros_like(each.mass) if getattr(each, name) is None else getattr(each, name) for each in pair)
+        change = other - one + shifted.get(name, 0.0)
         return np.asarray(change / step) if change.any() else None
 
     k = max(len(before.dynamic), len(after.dynamic))
@@ -109,7 +116,7 @@ def _rates(
     force[: len(after.dynamic)] += after.dynamic
     force[: len(before.dynamic)] -= (1 - force_error) * before.dynamic
     return ModelParameter(
-        matrices=MatrixParameter(mass=rate("mass"), damping=rate("damping"), stiffness=rate("stiffness")),
+        matrices=MatrixParameter(**{name: rate(name) for name in MATRICES}),
         static_load=rate("static"),
         harmonic_force=force / step if force.any() else None,
         joints=_joint_rates(before, after, step),
@@ -125,7 +132,7 @@ def _joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> di
         )
     rates: dict[tuple[str, str], float] = {}
     for a, b in zip(before.joints, after.joints, strict=True):
-        for field in a.parameter_names:
-            if getattr(a, field) != getattr(b, field):
-                rates[a.name, field] = (getattr(b, field) - getattr(a, field)) / step
+        for field, low, high in zip(a.parameter_names, a.parameter_values, b.parameter_values, strict=True):
+            if low != high:
+                rates[a.name, field] = (high - low) / step
     return rates

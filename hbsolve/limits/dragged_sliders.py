@@ -10,7 +10,7 @@ line are those of two bodies that move together, and have the largest excess of 
 
 These tests go from one steady state to the next. Those of a laboratory have transients between them: a load that
 begins at once makes a lightly damped mode swing up to twice as far as its steady state, on the way through all smaller
-amplitudes. The maximum is therefore that of all loads up to twice the level.
+amplitudes. The maximum is therefore that of tests at the level and at twice the level.
 """
 
 from collections.abc import Callable, Sequence
@@ -55,7 +55,7 @@ def dragged_reaches(
     angular_frequency
         Rising, shape (f,) [rad/s].
     levels
-        Rising, shape (l,) [-].
+        Levels of the tests, shape (l,) [-].
     count
         Tests at each load, half of them swept up first; a multiple of four [-].
     seed
@@ -63,16 +63,16 @@ def dragged_reaches(
     report
         Called with the number of frequencies that are done, and of all on the way of all tests.
     """
-    random, box, line = np.random.default_rng(seed), problem.box, problem.sliders.line
+    box, line = problem.box, problem.sliders.line
     number = np.arange(len(angular_frequency))
     slowly = np.interp(np.linspace(0, number[-1], STEPS * number[-1] + 1), number, angular_frequency)
     rising = (range(0, len(slowly), STEPS), range(len(slowly)))
     ways = [way[::sign] for way in rising for sign in (1, -1)]
-    loads = sorted({factor * level for level in levels for factor in (1.0, OVERSHOOT)})
+    loads = [factor * level for level in levels for factor in (1.0, OVERSHOOT)]
     excess = np.zeros((len(loads), len(line)))
     done, total = 0, 2 * len(loads) * sum(map(len, ways))
     for row, load in enumerate(loads):
-        curve = LimitCurve(problem=problem, level=load, angular_frequency=slowly)
+        curve, random = LimitCurve(problem=problem, level=load, angular_frequency=slowly), np.random.default_rng(seed)
         for first, way in enumerate(ways):
             kinds = range(first, count, len(ways))
             sliders = [box.clip(random_sliders(problem.sliders, box, random, kind)) for kind in kinds]
@@ -91,7 +91,7 @@ def dragged_reaches(
                     report(done, total)
     # Round-off of a slider that has not moved is no excess.
     excess[excess <= ON_BOUND * box.reach] = 0.0
-    excess = np.array([excess[: loads.index(OVERSHOOT * level) + 1].max(axis=0) for level in levels])
+    excess = excess.reshape(len(levels), 2, len(line)).max(axis=1)
     of_line = np.zeros((len(levels), int(line.max()) + 1))
     for slider, own in enumerate(line.tolist()):
         of_line[:, own] = np.maximum(of_line[:, own], excess[:, slider])

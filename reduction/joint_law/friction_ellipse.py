@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from reduction.array_type import Real, Row
 from reduction.errors import JointError
-from reduction.joint_law.pressed_joint import PressedJoint
+from reduction.joint_law.pressed_joint import MOST_FRICTION, PressedJoint
 from reduction.joint_law.registry import LAWS, LawParameter, Samples
 
 
@@ -53,11 +53,20 @@ class FrictionEllipse(PressedJoint):
     parameters = (
         LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_1", typical=1e6, positive=True),
         LawParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
-        LawParameter(name="friction_coefficient", unit="-", meaning="mu_1", typical=0.4, positive=True),
+        LawParameter(
+            name="friction_coefficient", unit="-", meaning="mu_1", typical=0.4, positive=True, plausible=MOST_FRICTION
+        ),
         LawParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
         LawParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),
         LawParameter(name="second_tangential_stiffness", unit="N/m", meaning="k_2", typical=6e5, positive=True),
-        LawParameter(name="second_friction_coefficient", unit="-", meaning="mu_2", typical=0.3, positive=True),
+        LawParameter(
+            name="second_friction_coefficient",
+            unit="-",
+            meaning="mu_2",
+            typical=0.3,
+            positive=True,
+            plausible=MOST_FRICTION,
+        ),
     )
     typical_displacement = 3e-5
     places = {"normal": True, "tangent": True, "second_tangent": True}  # noqa: RUF012  # read alone

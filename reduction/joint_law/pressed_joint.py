@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from reduction.array_type import Row
 from reduction.joint_law.registry import Joint
 
+#: Largest friction coefficient: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950).
+MOST_FRICTION = 10.0
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressedJoint(Joint):

@@ -38,6 +38,8 @@ class LawParameter:
         Least value; none by default.
     positive
         It must be larger than 0.
+    plausible
+        Largest value of real joints, which a case refuses to exceed.
     default
         None where it must be given.
     is_list
@@ -50,6 +52,7 @@ class LawParameter:
     typical: float
     lower: float = -np.inf
     positive: bool = False
+    plausible: float = np.inf
     default: float | None = None
     is_list: bool = False
 

@@ -131,6 +131,8 @@ def _text(model: Model, file: str) -> str:
             'shares = "0 %" # by the drawing, the line has exactly these three contacts\n'
             'model = "0 %" # the virtual bench measures this very structure\n'
             f'refined = ["{FINER}.toml"]\n'
+            "\n[effects]\n"
+            'without = ["delay"] # the virtual bench reads all channels at once\n'
         )
         tables.append(
             "[sweep] # for stickslip solve and stickslip limits\n"

@@ -1,5 +1,6 @@
 """The tables of a case that describe joints: contact lines, and one model per law, made of the law's own facts."""
 
+from math import isfinite
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
@@ -16,6 +17,7 @@ from casefile.quantity import (
     Stiffness,
 )
 from casefile.table import CaseModel
+from reduction.joint_law.pressed_joint import MOST_FRICTION
 from reduction.joint_law.registry import LAWS, Joint, LawParameter
 from study.case.place import Places, PlaceTable, listed
 
@@ -24,9 +26,6 @@ NotNegative = Annotated[Ratio, Field(ge=0)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 
 Stiffnesses = Annotated[tuple[Positive, ...], BeforeValidator(listed), Field(min_length=1)]
-#: Largest friction coefficient: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950).
-MOST_FRICTION = 10.0
-FRICTION_COEFFICIENT = "friction_coefficient"
 
 
 def plausible_friction(value: float) -> float:
@@ -80,7 +79,7 @@ def _quantity(parameter: LawParameter) -> Any:
     dimension = _dimension(parameter)
     example = parameter.typical if dimension is RATIO else dimension.example
     number: Any = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
-    if parameter.name == FRICTION_COEFFICIENT:
+    if isfinite(parameter.plausible):
         number = Annotated[number, AfterValidator(plausible_friction)]
     if parameter.is_list:
         return Annotated[tuple[number, ...], BeforeValidator(listed), Field(min_length=1)]

@@ -81,7 +81,7 @@ class SolvedCurve:
         if carried is not None:
             n = len(carried)
             q[:, 1:n] += branch.level[:, None] * carried[1:] / (1j * omega[:, 1:n]) ** 2
-        return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity])
+        return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity] * np.exp(-1j * omega * output.delay))
 
     def half_range(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
         """Half the difference of the highest and lowest value of a period, all harmonics, shape (p,) [SI]."""
@@ -127,7 +127,7 @@ def output_of(model: SolveModel, output: Sensor, state: SteadyState) -> Complex[
     if carried is not None:
         n = len(carried)
         q[1:n] += state.level * carried[1:] / (1j * omega[1:n]) ** 2
-    return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity])
+    return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity] * np.exp(-1j * omega * output.delay))
 
 
 def list_state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:

@@ -109,7 +109,8 @@ def differentiate_curve(
         state = solved.state(balance, point)
         moved = sensitivity(balance, state, rates)[:, harmonic]
         for number, output in enumerate(model.outputs):
-            times = (1j * harmonic * state.angular_frequency) ** DERIVATIVE[output.quantity]
+            turn = 1j * harmonic * state.angular_frequency
+            times = turn ** DERIVATIVE[output.quantity] * np.exp(-turn * output.delay)
             response[:, number, point] = times * (moved @ output.row)
         if report is not None:
             report(point + 1, len(branch.frequency))

@@ -102,9 +102,22 @@ def find_parameter(opened: OpenCase, name: str, unit: str = "") -> CaseParameter
         near = did_you_mean(name, [*FACTORS, *_names(data)])
         remedy = near or f"; give a factor ({', '.join(FACTORS)}) or a key of a table, such as {_example(data)}"
         raise ParameterError(f"the case has no such parameter{remedy}")
+    _require_way(data, path)
     if isinstance(find_value(data, path), Mapping) or len(path) < 2:
         raise ParameterError(f"this is a table: name one of its keys, such as {name}.{_key(find_value(data, path))}")
     return CaseParameter(name=name, path=path, unit=unit)
+
+
+def _require_way(data: Mapping[str, Any], path: Path) -> None:
+    """Refuse a path through a value that holds nothing, or to an entry that a list does not have."""
+    for length, part in enumerate(path[1:], start=1):
+        parent, stem = find_value(data, path[:length]), path[length - 1]
+        if parent is None:
+            return
+        if isinstance(part, int) and isinstance(parent, list) and part >= len(parent):
+            raise ParameterError(f"the list has {len(parent)} entries: give a number from 0 to {len(parent) - 1}")
+        if not isinstance(parent, list if isinstance(part, int) else Mapping):
+            raise ParameterError(f"{stem} is one value with nothing in it: name {stem} itself")
 
 
 def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> None:

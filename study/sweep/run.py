@@ -104,7 +104,7 @@ def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
     Raises
     ------
     CaseError
-        It has no [sweep], and no [limits] with frequencies of its own.
+        It has no [sweep], and no limits are asked for.
     """
     if not with_limits:
         require_sweep(opened)

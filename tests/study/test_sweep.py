@@ -163,6 +163,8 @@ def test_limits_of_a_point_are_those_of_the_case(home: Path) -> None:
         (["wall.preload=1 zorg"], r'unknown unit "zorg"'),
         (["sweep.step=1 Hz"], r"sweep\.step = 1 Hz: this is no number of the structure"),
         (["structure=1"], r"structure = 1: this is a table: name one of its keys"),
+        (["wall.preload.x=1 N"], r"preload is one value with nothing in it: name preload itself"),
+        (["wall.preload[0]=1 N"], r"preload is one value with nothing in it: name preload itself"),
         (["mu=0.5:2:50", "kt=0.5:2:50"], rf"the grid has 50 x 50 = 2500 points, at most {MOST_POINTS}"),
     ],
 )

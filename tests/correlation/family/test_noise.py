@@ -141,3 +141,28 @@ def test_curves_share_a_frequency_that_the_longest_has_not() -> None:
     # Four frequencies of the first two curves; the last of them and two new ones of the others.
     assert point.tolist() == [0, 1, 2, 3, 0, 1, 2, 3, 3, 4, 5, 3, 4, 5]
     assert estimate_repeat_errors(campaign(), split).noise["tip", 1].source == "curves"
+
+
+def test_readings_that_agree_to_the_last_digit_leave_the_noise_of_others() -> None:
+    values = (1.0, 1.0, 1.02)
+    few = Family(
+        sensor="tip", harmonic=1, level=1.0,
+        curves=tuple(
+            FamilyCurve(test="t", repeat=number, sweep=1, frequency=FREQUENCY[:3], value=np.array(value))
+            for number, value in enumerate(((1.0, 1.0, 1.0), values))
+        ),
+    )  # fmt: skip
+    noise = estimate_repeat_errors(campaign(), [few]).noise["tip", 1]
+    assert noise.source == "scatter"
+    assert noise.deviation(np.ones(1))[0] > 0
+    assert np.isfinite(noise.covariance).all()
+
+
+def test_a_place_that_comes_between_takes_no_reading_from_another() -> None:
+    curves = [
+        FamilyCurve(test="t", repeat=number, sweep=1, frequency=np.array(at), value=np.ones(len(at)))
+        for number, at in enumerate(([100.0, 110.0, 120.0], [102.0, 112.0, 122.0], [104.1, 114.1]))
+    ]
+    point = common_points(curves)
+    assert point[:6].tolist() == [0, 1, 2, 0, 1, 2]
+    assert len(set(point[6:]) | {0, 1, 2}) == 5

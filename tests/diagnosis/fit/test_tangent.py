@@ -12,7 +12,7 @@ from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.jitter import FrequencyShift
 from diagnosis.fit.tangent import differentiate
-from reduction.jointed_system import along
+from reduction.jointed_system import JenkinsChain, along
 
 WIDE = (-10.0, 10.0)
 #: Differences of what is linear: round-off over a step of 1e-4.
@@ -127,3 +127,32 @@ def test_a_number_that_moves_or_turns_a_joint_has_no_rates(small: Model, directi
     assert turns is None
     # The other number moves nothing, and has its rates.
     np.testing.assert_allclose(scales.jointed.matrices.mass, small.system.mass, rtol=EXACT)
+
+
+def test_young_s_modulus_is_complex_where_there_is_structural_damping(small: Model) -> None:
+    lossy = small.with_system(structural_damping=0.02 * small.system.stiffness)
+    (factor,) = [each for each in list_calibration_parameters(lossy) if each.name == "E"]
+    (tangent,) = at(lambda v: factor.apply(lossy, [1 + v[0]]), 0.0, bounds=(-0.5, 0.5))
+    np.testing.assert_allclose(tangent.free.matrices.structural_damping, 0.02 * small.system.stiffness, rtol=EXACT)
+    np.testing.assert_allclose(tangent.free.matrices.stiffness, small.system.stiffness, rtol=EXACT)
+
+
+def test_each_number_of_a_list_has_a_rate(small: Model) -> None:
+    def chained(values: np.ndarray) -> Model:
+        chain = JenkinsChain(
+            name="chain", direction=along(4, {0: 1.0}), tangential_stiffness=(1e3, 2e3),
+            limit_force=(1.0, 2.0 + float(values[0])), stiffness=0.0,
+        )  # fmt: skip
+        return small.with_system(joints=[*small.system.joints, chain])
+
+    (tangent,) = at(chained, 0.0, bounds=(-0.5, 0.5))
+    assert tangent.jointed.joints == {("chain", "limit_force[1]"): pytest.approx(1.0, rel=EXACT)}
+
+
+def test_what_moves_a_sensor_or_a_base_has_no_rates(small: Model) -> None:
+    row = small.sensors[0].row
+    moved = at(lambda v: small.with_sensor(small.sensors[0].name, row=(1 + v[0]) * row), 0.0, bounds=(-0.5, 0.5))
+    assert moved == [None]
+    base = np.ones((2, small.system.n_dof))
+    shaken = at(lambda v: replace(small, base_acceleration=(1 + v[0]) * base), 0.0, bounds=(-0.5, 0.5))
+    assert shaken == [None]

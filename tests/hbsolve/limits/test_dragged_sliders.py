@@ -97,8 +97,8 @@ def test_a_load_that_begins_at_once_drags_no_slider_out_of_the_box(variant: Join
     assert further > 10
 
 
-def test_what_one_level_drags_does_not_count_at_half_of_it(problem: LimitProblem) -> None:
-    levels = [1.0, 2.5]
+def test_what_one_level_drags_does_not_count_at_another(problem: LimitProblem) -> None:
+    levels = [1.0, 1.5]
     both = dragged_reaches(problem, 2 * np.pi * FREQUENCY, levels)
     alone = dragged_reaches(problem, 2 * np.pi * FREQUENCY, levels[:1])
     np.testing.assert_array_equal(both[0], alone[0])
