@@ -63,7 +63,7 @@ class CurveSensitivity:
 
 
 def model_tangents(opened: OpenCase, uncertain: Uncertain, run: RunContext) -> list[Tangent | None]:
-    """Rates of the model with each parameter at the means; None for a parameter that moves points of joints.
+    """Rates of the model with each parameter at the means; None for one that moves joints, sensors or a base.
 
     Rates of gains are relative ones.
     """

@@ -142,7 +142,10 @@ def _sensitivities(
     tangents = model_tangents(opened, uncertain, run)
     for parameter, tangent in zip(uncertain.parameters, tangents, strict=True):
         if tangent is None:
-            run.warn(f"{parameter.name} moves points of joints, so that nothing is known to first order: see the draws")
+            run.warn(
+                f"{parameter.name} moves points of joints or sensors, or a shaken base, so that nothing is known to "
+                "first order: see the draws"
+            )
     result = []
     for curve in model.curves:
         with run.progress.step(f"derivatives of {curve.label}") as report:
