@@ -71,15 +71,12 @@ class LimitBands(Headed):
 @draws(LimitBands, "limit_band")
 def limit_band_figure(result: LimitBands) -> Figure:
     """Draw the bands; next to a jump a limit is dotted, since nothing says where between two points it lies."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     columns = min(COLUMNS, len(result.bands))
     rows = -(-len(result.bands) // columns)
     figure = new_figure(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
     for axes, band in zip(grid.flat, result.bands, strict=False):
-        _draw(axes, band)
+        draw_band(axes, band)
     for axes in grid.flat[len(result.bands) :]:
         axes.set_visible(False)
     for column in range(columns):
@@ -87,14 +84,24 @@ def limit_band_figure(result: LimitBands) -> Figure:
         grid[bottom, column].set_xlabel("frequency [Hz]")
         grid[bottom, column].tick_params(labelbottom=True)
     figure.supylabel(result.amplitude_label, fontsize=10)
-    jump, repaired = (any(getattr(band, name).any() for band in result.bands) for name in ("jump", "repaired"))
+    add_band_legend(figure, result.bands, result.sampled_label, columns)
+    add_title(figure, result.title)
+    return figure
+
+
+def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str, columns: int) -> None:
+    """A legend of what there is in some bands, below panels in so many columns."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    jump, repaired = (any(getattr(band, name).any() for band in bands) for name in ("jump", "repaired"))
     entries: dict[str, Any] = {
         "upper limit": Line2D([], [], color=LIMITS[1], marker="."),
         "lower limit": Line2D([], [], color=LIMITS[0], marker="."),
         "between them": Patch(color=PALE, alpha=0.15),
     }
-    if any(np.isfinite(band.sampled).any() for band in result.bands):
-        entries[result.sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
+    if any(np.isfinite(band.sampled).any() for band in bands):
+        entries[sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
     if jump:
         entries["jump to another optimum"] = Line2D([], [], **_ring("o"))
     if repaired:
@@ -102,11 +109,10 @@ def limit_band_figure(result: LimitBands) -> Figure:
     # Six in one row would touch the edges of two panels.
     ncols = min(len(entries), 3 if columns == 1 or len(entries) > 5 else 5)
     figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=ncols, frameon=False)
-    add_title(figure, result.title)
-    return figure
 
 
-def _draw(axes: Axes, band: Band) -> None:
+def draw_band(axes: Axes, band: Band) -> None:
+    """One panel."""
     f = band.frequency
     clean = ~(band.jump[:, :-1] | band.jump[:, 1:])
     # The area too is left open where either limit jumps.

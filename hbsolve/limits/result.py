@@ -157,13 +157,14 @@ def load_limits(path: Path | str) -> ResponseLimits:
     BalanceError
         The file is missing or holds no limits.
     """
+    return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", limits_from_xarray)
 
-    def read(data: "xarray.Dataset") -> ResponseLimits:
-        values: dict[str, Any] = {item.name: data[item.name].values for item in fields(ResponseLimits)}
-        flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
-        return ResponseLimits(**values | flags)
 
-    return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", read)
+def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
+    """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` if it is none."""
+    values: dict[str, Any] = {item.name: data[item.name].values for item in fields(ResponseLimits)}
+    flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
+    return ResponseLimits(**values | flags)
 
 
 def blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:

@@ -13,7 +13,8 @@ app = command_app(
     """Lower and upper limit of the steady response over all friction histories.
 
     Takes any case with joints that slide, and searches for the smallest and largest amplitude of a sensor, or force
-    of a contact, over all initial slider positions, at each frequency and level, in one process per core. Random
+    of a contact, over all initial slider positions, at each frequency and level, in one process per core; with
+    objective = "all" of every sensor and the forces of every contact line in one run. Random
     histories test the limits. Writes netCDF, CSV and figures: the band, contact states, limits against level. Each task
     is stored when it is done: after Ctrl-C or a crash the same command goes on from there. The keys of [limits] are
     described in docs/case.md. Without a case file: a blade with a wedge damper.""",
@@ -33,7 +34,13 @@ def limits(
     one_thread_by_default()
     from study.limits.report import limits_document, limits_text
     from study.limits.run import run_limits
+    from study.limits.several.report import several_limits_document, several_limits_text
+    from study.limits.several.run import asks_for_everything, run_several_limits
     from study.shipped_cases import LIMITS
 
-    limited = run_limits(case or LIMITS, options.open(out))
+    path = case or LIMITS
+    if asks_for_everything(path):
+        several = run_several_limits(path, options.open(out))
+        return Answer(document=several_limits_document(several), text=several_limits_text(several))
+    limited = run_limits(path, options.open(out))
     return Answer(document=limits_document(limited), text=limits_text(limited))

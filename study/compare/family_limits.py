@@ -21,12 +21,10 @@ from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings
-from hbsolve.limits.several_limits import SeveralProgress, several_limits
+from hbsolve.limits.several_limits import several_limits
 from hbsolve.limits.task import Runner, SearchTask
 from pipeline.store import stage
-
-#: Share of the work of one objective at the end of each stage, as measured on the beam; sampling is shared.
-STAGE_END = {"population": 0.2, "neighbours": 0.4, "kicks": 0.7, "levels": 0.75, "gaps": 0.95, "certificates": 1.0}
+from study.limits.several.progress import SeveralSearchProgress
 
 #: Sensor and harmonic.
 Channel = tuple[str, int]
@@ -183,7 +181,7 @@ def find_family_limits(
         problem = search.problem()
         found = several_limits(
             problem, objectives, omega, search.levels, settings=search.settings, store=store, executor=executor,
-            progress=None if report is None else _Progress(report),
+            progress=None if report is None else SeveralSearchProgress(report),
         )  # fmt: skip
         readings = _readings(search, problem, omega, [*found.values()], store, executor)
     except NoSteadyState as error:
@@ -225,29 +223,3 @@ def _readings(
         arguments = search.model, budget, states
         tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
     return Runner.of(problem, omega, store, executor, None)("readings", tasks)
-
-
-class _Progress:
-    """Turns what the search reports into a share that only grows; what was found in files counts as no work."""
-
-    def __init__(self, report: Callable[[float, float], None]) -> None:
-        self._report = report
-        self._before = self._done = 0.0
-        self._computed = False
-
-    def __call__(self, progress: SeveralProgress) -> None:
-        """See `several_limits`."""
-        stage, part = progress.stage, progress.stage.done / max(progress.stage.total, 1)
-        if stage.stage == "shared histories":
-            work = progress.shared * part
-        else:
-            names = list(STAGE_END)
-            number = names.index(stage.stage)
-            begin = STAGE_END[names[number - 1]] if number else 0.0
-            work = progress.before + begin + (STAGE_END[stage.stage] - begin) * part
-        self._done = max(self._done, work / progress.total)
-        if not self._computed:
-            self._before = self._done
-            self._computed = stage.done < stage.total
-        elif self._done > self._before:
-            self._report(self._done - self._before, 1 - self._before)

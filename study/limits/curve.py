@@ -27,6 +27,10 @@ END = {
 }  # fmt: skip
 #: Share of the way from which on it tells the time left: the first tasks also read what is compiled.
 WORTH_REPORTING = 0.1
+KILLED = (
+    "a process of the search for limits was killed, most often for lack of memory: close other programs, or take fewer "
+    "samples; what was finished is stored, and the same command goes on from there"
+)
 
 
 class SearchProgress:
@@ -119,7 +123,4 @@ def found_limits(
     except NoSteadyState as error:
         raise ComputationFailed(f"limits: {error}") from error
     except BrokenExecutor as error:
-        raise ComputationFailed(
-            "a process of the search for limits was killed, most often for lack of memory: close other programs, or "
-            "take fewer samples; what was finished is stored, and the same command goes on from there"
-        ) from error
+        raise ComputationFailed(KILLED) from error

@@ -21,7 +21,7 @@ from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
 from study.case.sweep_table import FrequencySweepTable, LevelSweepTable
-from study.limits.table import FORCES, MOST_POINTS, LimitsTable
+from study.limits.table import EVERYTHING, FORCES, MOST_POINTS, LimitsTable
 from study.solve.model import SolveModel
 from study.solve.result import find_main_harmonic
 
@@ -127,12 +127,17 @@ def make_limit_search(
                 "acceleration in place of its velocity or displacement"
             )
     with located(case, "limits"):
-        output = None if table.objective in FORCES else _output(table, model.outputs)
+        if table.objective == EVERYTHING:
+            raise BalanceError(
+                'objective = "all" is for `stickslip limits`; here one quantity is bounded: take "amplitude", '
+                '"static force" or "dynamic force"'
+            )
+        output = None if table.objective in FORCES else choose_output(table, model.outputs)
         search = LimitSearch(
             system=model.system,
             harmonics=model.harmonics,
             n_sample=model.n_sample,
-            objective=_objective(table, output, model),
+            objective=make_objective(table, output, model),
             harmonic=find_main_harmonic(model.system),
             base=0.0 if output is None else _output_harmonic(output, model).base,
             row=None if output is None else output.row,
@@ -169,7 +174,14 @@ def _named(error: BalanceError) -> BalanceError:
     return BalanceError(f"the response limits cannot be searched for: {error}")
 
 
-def _output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
+def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
+    """The sensor that [limits] names, or the first.
+
+    Raises
+    ------
+    BalanceError
+        There is none of that name.
+    """
     if table.sensor is None:
         return outputs[0]
     for item in outputs:
@@ -179,23 +191,41 @@ def _output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
     raise BalanceError(f"sensor is none of the case's: give one of {names}")
 
 
-def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
+def make_objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
+    """What a table bounds, of an output, or of a contact or line if there is none.
+
+    Raises
+    ------
+    BalanceError
+        There is no such contact.
+    """
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
         return _output_harmonic(output, model)
     assert table.contact is not None
-    known = {joint.name: (joint.name,) for joint in model.system.joints} | {
-        name: tuple(item) for name, item in model.lines.items()
-    }
-    if table.contact not in known:
-        names = ", ".join(f'"{name}"' for name in model.lines or known)
-        raise BalanceError(f"contact is none of the case's: give one of {names}")
     return ContactForceHarmonic(
-        joints=known[table.contact],
+        joints=find_contacts(table.contact, model),
         direction=DIRECTION[table.direction or "tangential"],
         harmonic=0 if table.objective == "static force" else find_main_harmonic(model.system),
     )
+
+
+def find_contacts(name: str, model: SolveModel) -> tuple[str, ...]:
+    """Contacts of a line, or the one of this name.
+
+    Raises
+    ------
+    BalanceError
+        There is neither.
+    """
+    known = {joint.name: (joint.name,) for joint in model.system.joints} | {
+        line: tuple(item) for line, item in model.lines.items()
+    }
+    if name not in known:
+        names = ", ".join(f'"{name}"' for name in model.lines or known)
+        raise BalanceError(f"contact is none of the case's: give one of {names}")
+    return known[name]
 
 
 def _output_harmonic(output: Sensor, model: SolveModel) -> OutputHarmonic:

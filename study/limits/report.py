@@ -4,13 +4,30 @@ from typing import Any
 
 import numpy as np
 
-from study.limits.result import SIDES
+from study.limits.result import SIDES, LimitCurves
 from study.limits.run import Limited
 
 
 def limits_document(limited: Limited) -> dict[str, Any]:
     """The document of ``--json``."""
-    curves, limits = limited.curves, limited.curves.limits
+    limits = limited.curves.limits
+    return {
+        "objective": limited.objective,
+        "quantity": limited.curves.quantity,
+        "unit": limited.curves.unit,
+        "n_frequency": len(limits.frequency),
+        "n_slider": len(limits.nominal),
+        "reach_m": float(limits.reach.max()),
+        "largest_residual": find_largest(limits.residual),
+        "largest_realised_gain": find_largest(limits.realised),
+        "levels": describe_levels(limited.curves),
+        "files": [str(file) for file in limited.files],
+    }
+
+
+def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
+    """What sums up the limits of each level."""
+    limits = curves.limits
     last = len(limits.frequency) - 1
     levels = []
     for level, scale in enumerate(limits.level):
@@ -33,18 +50,7 @@ def limits_document(limited: Limited) -> dict[str, Any]:
                 "n_on_box": int((limits.on_bound[row, level] > 0).sum()),
             }
         levels.append(told)
-    return {
-        "objective": limited.objective,
-        "quantity": curves.quantity,
-        "unit": curves.unit,
-        "n_frequency": len(limits.frequency),
-        "n_slider": len(limits.nominal),
-        "reach_m": float(limits.reach.max()),
-        "largest_residual": _largest(limits.residual),
-        "largest_realised_gain": _largest(limits.realised),
-        "levels": levels,
-        "files": [str(file) for file in limited.files],
-    }
+    return levels
 
 
 def limits_text(limited: Limited) -> str:
@@ -63,10 +69,12 @@ def limits_text(limited: Limited) -> str:
     ]
     for row in document["levels"]:
         two = [row[name] for name in SIDES]
-        cells = "  ".join(f"{_number(item['value'], 5):>11}  {_number(item['frequency_hz'], 7):>10}" for item in two)
+        cells = "  ".join(
+            f"{format_number(item['value'], 5):>11}  {format_number(item['frequency_hz'], 7):>10}" for item in two
+        )
         sums = {key: sum(item[key] for item in two) for key in ("n_jump", "n_repaired", "n_outside")}
         lines.append(
-            f"  {row['level']:8.4g}  {cells}  {_number(row['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
+            f"  {row['level']:8.4g}  {cells}  {format_number(row['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
             f"{sums['n_repaired']:8}  {sums['n_outside']} of {row['n_sampled']}"
         )
     lines += ["", *_remarks(document), "", *document["files"]]
@@ -106,9 +114,11 @@ def _widest(value: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
     return float(np.max(value[1][there] / value[0][there])) if there.any() else None
 
 
-def _largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+def find_largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    """Largest of the known values; NaN where none is."""
     return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
 
 
-def _number(value: float | None, digits: int) -> str:
+def format_number(value: float | None, digits: int) -> str:
+    """With so many digits; a dash where there is none."""
     return "-" if value is None else f"{value:.{digits}g}"

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,6 +77,14 @@ class LimitCurves:
         return int(np.nanargmax(values) if self.has_peaks or side == 1 else np.nanargmin(values))
 
 
+def name_quantity(table: LimitsTable, output: Sensor | None, motion: str = "") -> str:
+    """Words for what a table bounds, as `convert_limits` takes it."""
+    if output is None:
+        kind = "mean" if table.objective == "static force" else "amplitude"
+        return f"{table.direction or 'tangential'} force of {table.contact}, {kind}"
+    return f"{motion} {output.quantity} of {output.name}".lstrip()
+
+
 def convert_limits(
     table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits, motion: str = ""
 ) -> LimitCurves:
@@ -95,14 +104,11 @@ def convert_limits(
         "absolute" or "relative" on a shaken base.
     """
     limits = result.limits
-    order, has_peaks, value, sampled = (0, 1), True, limits.value, limits.sampled
-    if output is None:
-        has_peaks, unit = table.objective != "static force", "N"
-        quantity = f"{table.direction or 'tangential'} force of {table.contact}, {'amplitude' if has_peaks else 'mean'}"
-    else:
+    order, value, sampled, unit = (0, 1), limits.value, limits.sampled, "N"
+    quantity, has_peaks = name_quantity(table, output, motion), table.objective != "static force"
+    if output is not None:
         unit, factor = SURFACE_UNIT[output.quantity]
         scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
-        quantity = f"{motion} {output.quantity} of {output.name}".lstrip()
         if result.amplitude is None:
             value, sampled = scale * value, scale * sampled
         else:
@@ -118,24 +124,31 @@ def format_limits_csv(curves: LimitCurves) -> str:
     """One line a level and frequency, with what is known about both limits."""
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
-    columns = [_columns(curves, side) for side in range(len(SIDES))]
+    columns = [list_columns(curves, side, f" [{curves.unit}]") for side in range(len(SIDES))]
     write(["level", "frequency [Hz]", "sampled states", *(name for item in columns for name in item)])
+    for row in list_rows(curves, columns):
+        write(row)
+    return stream.getvalue()
+
+
+def list_rows(curves: LimitCurves, columns: Sequence[Mapping[str, NDArray[Any]]]) -> Iterator[list[str]]:
+    """Cells of each level and frequency: these, the sampled states, and the columns of both sides."""
     limits = curves.limits
     for level, frequency in np.ndindex(len(limits.level), len(limits.frequency)):
         at = level, frequency
         bounds = [float(column[at]) for item in columns for column in item.values()]
         known = [float(limits.level[level]), float(limits.frequency[frequency]), float(limits.n_sampled[at])]
-        write([f"{value:.10g}" for value in [*known, *bounds]])
-    return stream.getvalue()
+        yield [f"{value:.10g}" for value in [*known, *bounds]]
 
 
-def _columns(curves: LimitCurves, side: int) -> dict[str, NDArray[Any]]:
+def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray[Any]]:
+    """What is known of one limit, by heading; the unit stands behind headings of values, such as " [um]"."""
     limits, row, name = curves.limits, curves.order[side], SIDES[side]
-    result: dict[str, NDArray[Any]] = {f"{name} [{curves.unit}]": curves.value[side]}
+    result: dict[str, NDArray[Any]] = {f"{name}{unit}": curves.value[side]}
     if row != side:
         result[f"{name} loss factor"] = limits.value[row]
     result |= {
-        f"{name} sampled [{curves.unit}]": curves.sampled[side],
+        f"{name} sampled{unit}": curves.sampled[side],
         f"{name} sampled outside": limits.n_outside[row],
         f"{name} repaired": limits.repaired[row],
         f"{name} jump": limits.jump[row],

@@ -18,8 +18,10 @@ MOST_POINTS = 2000
 Hertz = Annotated[Frequency, Field(gt=0, examples=["122 Hz"])]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 Number = Annotated[int, Field(strict=True, ge=1, le=100_000)]
-ObjectiveName = Literal["amplitude", "loss factor", "static force", "dynamic force"]
+ObjectiveName = Literal["amplitude", "loss factor", "static force", "dynamic force", "all"]
 FORCES = ("static force", "dynamic force")
+#: Amplitudes of the sensors of motion, static and dynamic forces of the lines, in one search.
+EVERYTHING = "all"
 UNBOUNDED = "unbounded"
 
 
@@ -77,6 +79,9 @@ class LimitsTable(CaseModel):
                 raise ValueError(f'objective = "{self.objective}" needs contact = "NAME", a contact or a contact line')
             if self.sensor is not None:
                 raise ValueError(f'sensor has no meaning with objective = "{self.objective}": remove it')
+        elif self.objective == EVERYTHING:
+            if self.direction is not None:
+                raise ValueError('direction has no meaning with objective = "all", which bounds each one: remove it')
         elif self.contact is not None or self.direction is not None:
             key = "contact" if self.contact is not None else "direction"
             raise ValueError(

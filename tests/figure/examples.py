@@ -18,6 +18,7 @@ from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
 from figure.hysteresis_loops import HysteresisLoops, Loop
 from figure.limit_band import Band, LimitBands
 from figure.limit_levels import LimitsByLevel
+from figure.line_force_bands import LineForceBands
 from figure.line_forces import LineForce, LineForces
 from figure.line_states import LineStates, StateHistories
 from figure.mac_matrix import MacMatrix
@@ -89,6 +90,10 @@ def limit_bands() -> LimitBands:
         sampled=np.linspace(0.6, 0.9, 5)[:, None] * upper,
     )  # fmt: skip
     return LimitBands(bands=[band] * 3, title="Title", amplitude_label="tip [um]")
+
+
+def line_force_bands() -> LineForceBands:
+    return LineForceBands(bands={"T0": limit_bands().bands, "N1": limit_bands().bands}, title="Title")
 
 
 def limits_by_level() -> LimitsByLevel:
@@ -280,6 +285,7 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     ContactStates: contact_states,
     HysteresisLoops: hysteresis_loops,
     LimitBands: limit_bands,
+    LineForceBands: line_force_bands,
     LimitsByLevel: limits_by_level,
     LineForceLimits: force_limits,
     LineForces: line_forces,

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from figure.force_limits import ForceLimits, LineForceLimits, force_limits_figure
 from figure.limit_band import Band, LimitBands, limit_band_figure
 from figure.limit_levels import LimitsByLevel, limit_levels_figure
+from figure.line_force_bands import LineForceBands, line_force_bands_figure
 from figure.style import LIMITS
 
 FREQUENCY = np.array([10.0, 11.0, 12.0, 13.0, 14.0])
@@ -65,6 +66,19 @@ def test_repaired_points_and_what_was_not_found_are_seen() -> None:
     assert [axes.get_visible() for axes in drawn.axes] == [True, True, True, False]
     labels = [text.get_text() for text in drawn.legends[0].get_texts()]
     assert labels == ["upper limit", "lower limit", "between them", "found by a random history"]
+
+
+def test_levels_of_one_force_share_an_axis_that_holds_all_of_them() -> None:
+    low = band()
+    high, negative = replace(low, value=10 * low.value), replace(low, value=-low.value)
+    drawn = line_force_bands_figure(LineForceBands(bands={"T1": [low, high], "T0": [low, negative]}, title="Title"))
+    first, second, third, fourth = drawn.axes
+    assert first.get_ylim() == second.get_ylim()
+    assert (first.get_ylim()[0], first.get_ylim()[1] > 40) == (0, True)
+    assert third.get_ylim() == fourth.get_ylim()
+    assert third.get_ylim()[0] < -4
+    assert third.get_ylim()[1] > 4
+    assert [axes.get_ylabel() for axes in (first, third)] == ["T1 [N]", "T0 [N]"]
 
 
 def test_points_at_a_jump_or_an_end_are_hollow_over_the_level() -> None:

@@ -1,0 +1,79 @@
+"""Limits of several quantities of one search in one data set, and in one file."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hbsolve.errors import BalanceError
+from hbsolve.limits.result import ResponseLimits, limits_from_xarray
+from hbsolve.netcdf import read_netcdf, write_netcdf
+
+if TYPE_CHECKING:
+    import xarray
+
+#: Of the search, and so the same for all of its quantities.
+SHARED = ("angular_frequency", "level", "nominal", "reach")
+
+
+def join_limits(limits: Mapping[str, ResponseLimits], units: Mapping[str, str]) -> "xarray.Dataset":
+    """One labelled data set of the limits of one search, with the names along the dimension "quantity".
+
+    Parameters
+    ----------
+    limits
+        Limits by name, at least one.
+    units
+        Unit of each in SI, by name, which becomes the coordinate "unit".
+
+    Raises
+    ------
+    BalanceError
+        There is none, or they are of different frequencies, levels or boxes.
+    """
+    import xarray
+
+    if not limits:
+        raise BalanceError("there are no limits: give those of one quantity at least")
+    first = next(iter(limits.values()))
+    for name, item in limits.items():
+        for shared in SHARED:
+            if not np.array_equal(getattr(item, shared), getattr(first, shared)):
+                raise BalanceError(
+                    f'limits of "{name}" have another {shared} than those before: join those of one search'
+                )
+    parts = [item.to_xarray() for item in limits.values()]
+    own = xarray.concat([part.drop_vars([*SHARED, "frequency"]) for part in parts], "quantity")
+    joined = own.assign({name: parts[0][name] for name in SHARED})
+    names = list(limits)
+    return joined.assign_coords(
+        quantity=names, unit=("quantity", [units[name] for name in names]), frequency=parts[0]["frequency"]
+    )
+
+
+def save_several_limits(limits: Mapping[str, ResponseLimits], units: Mapping[str, str], path: Path | str) -> None:
+    """Write one netCDF4 file (an HDF5 file) of `join_limits`.
+
+    Raises
+    ------
+    BalanceError
+        As `join_limits`, or the file cannot be written.
+    """
+    write_netcdf(join_limits(limits, units).drop_vars("frequency"), path)
+
+
+def load_several_limits(path: Path | str) -> dict[str, ResponseLimits]:
+    """Read limits that `save_several_limits` wrote, by name.
+
+    Raises
+    ------
+    BalanceError
+        The file is missing or holds no such limits.
+    """
+
+    def read(data: "xarray.Dataset") -> dict[str, ResponseLimits]:
+        names = [str(name) for name in data["quantity"].values]
+        return {name: limits_from_xarray(data.isel(quantity=number)) for number, name in enumerate(names)}
+
+    return read_netcdf(path, "limits of several quantities: give a file that `save_several_limits`", read)

@@ -1,0 +1,76 @@
+"""Pictures of the limits of all quantities: those of each output, and the forces of each line."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from figure.force_limits import ForceLimits, LineForceLimits
+from figure.line_force_bands import LineForceBands
+from study.limits.pictures import choose_levels, draw_limits, label_level, make_band, name_levels
+from study.limits.result import LimitCurves
+from study.limits.several.quantity import Quantity
+
+
+def draw_several_limits(
+    quantities: Sequence[Quantity], curves: Sequence[LimitCurves], title: str, *, harmonic: int, in_newtons: bool
+) -> dict[str, object]:
+    """What is drawn, by name.
+
+    Parameters
+    ----------
+    quantities, curves
+        Quantities and their limits, in the same order.
+    title
+        Of the case.
+    harmonic
+        The one of dynamic forces [-].
+    in_newtons
+        Whether levels are forces.
+    """
+    stems = _stems(str(quantity.table.sensor or quantity.table.contact) for quantity in quantities)
+    drawn: dict[str, object] = {}
+    lines: dict[str, dict[str, LimitCurves]] = {}
+    for quantity, item in zip(quantities, curves, strict=True):
+        if quantity.output is not None:
+            own = draw_limits(item, title, in_newtons=in_newtons)
+            drawn |= {f"{name}_{stems[quantity.output.name]}": result for name, result in own.items()}
+        else:
+            lines.setdefault(str(quantity.table.contact), {})[quantity.force(harmonic)] = item
+    if len(curves[0].limits.frequency) > 1:
+        for line, forces in lines.items():
+            drawn[f"limit_forces_{stems[line]}"] = _over_frequency(line, forces, title, in_newtons=in_newtons)
+    elif lines:
+        drawn["limit_forces"] = _over_level(lines, title, in_newtons=in_newtons)
+    return drawn
+
+
+def _over_frequency(line: str, forces: Mapping[str, LimitCurves], title: str, *, in_newtons: bool) -> LineForceBands:
+    bands = {}
+    for force, item in forces.items():
+        names = name_levels(item, in_newtons=in_newtons)
+        bands[force] = [make_band(item, level, f"{force}, {names[level]}") for level in choose_levels(item)]
+    return LineForceBands(bands=bands, title=f"{title}: limits of the forces of {line}")
+
+
+def _over_level(lines: Mapping[str, Mapping[str, LimitCurves]], title: str, *, in_newtons: bool) -> LineForceLimits:
+    """Of one frequency; the ends of the sampled histories are drawn inside."""
+    panels = [
+        ForceLimits(
+            line=line, force=force, level=item.limits.level, value=item.value[:, :, 0], sampled=item.sampled[:, :, 0]
+        )
+        for line, forces in lines.items()
+        for force, item in forces.items()
+    ]
+    frequency = float(next(iter(next(iter(lines.values())).values())).limits.frequency[0])
+    return LineForceLimits(
+        panels=panels, title=f"{title}: limits of the forces at {frequency:.6g} Hz",
+        sampled_label="lowest and highest history", level_label=label_level(in_newtons=in_newtons),
+    )  # fmt: skip
+
+
+def _stems(names: Iterable[str]) -> dict[str, str]:
+    """Part of a file's name for each name: letters that some file systems refuse become underscores."""
+    stems: dict[str, str] = {}
+    for name in dict.fromkeys(names):
+        stem = re.sub(r"[^\w.-]+", "_", name)
+        stems[name] = f"{stem}_{len(stems) + 1}" if stem in stems.values() else stem
+    return stems

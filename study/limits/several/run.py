@@ -1,0 +1,89 @@
+"""``stickslip limits`` of everything: amplitudes and the forces of all lines, by one search."""
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+
+from hbsolve.limits.several_result import join_limits, save_several_limits
+from hbsolve.matlab import make_matlab_file
+from pipeline.output import replace_file
+from study.kind.registry import open_case
+from study.limits.curve import FoundLimits
+from study.limits.result import LimitCurves, convert_limits
+from study.limits.run import read_limited_case, run_search, warn_of_narrow_resonance, write_netcdf_file
+from study.limits.several.pictures import draw_several_limits
+from study.limits.several.quantity import Quantity
+from study.limits.several.result import format_several_csv
+from study.limits.several.search import found_several_limits, make_several_search
+from study.limits.table import EVERYTHING
+from study.run_context import RunContext
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeveralLimited:
+    """What the command reports.
+
+    Parameters
+    ----------
+    quantities, curves
+        Quantities and their limits, in the same order.
+    files
+        Written ones.
+    """
+
+    quantities: tuple[Quantity, ...]
+    curves: tuple[LimitCurves, ...]
+    files: tuple[Path, ...]
+
+
+def asks_for_everything(path: Path) -> bool:
+    """Whether [limits] of a case has objective = "all".
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case.
+    """
+    return open_case(path).case.limits.objective == EVERYTHING
+
+
+def run_several_limits(path: Path, run: RunContext, executor: Executor | None = None) -> SeveralLimited:
+    """Search for the limits of all quantities of a case file, and write tables and figures.
+
+    Parameters
+    ----------
+    path
+        Case file.
+    run
+        Output folder, store and progress of the run.
+    executor
+        Runs the tasks of the search; a process for each core by default. The limits are the same.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case.
+    ComputationFailed
+        No rest under the static load, or a process that was killed.
+    """
+    assert run.output is not None
+    opened, model = read_limited_case(path, run)
+    search, quantities = make_several_search(opened.case, opened.case.limits, opened.case.sweep, model)
+    warn_of_narrow_resonance(search.first, opened.case.limits, run)
+    found = run_search(found_several_limits, search, path.stem, run, executor)
+    harmonic = search.first.harmonic
+    curves = tuple(
+        convert_limits(
+            item.table, item.output, harmonic, FoundLimits(limits=found[item.name], amplitude=None),
+            "" if item.output is None else model.motion_of(item.output),
+        )
+        for item in quantities
+    )  # fmt: skip
+    units = {item.name: "N" if item.output is None else "m" for item in quantities}
+    files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
+    write_netcdf_file(files[0], lambda draft: save_several_limits(found, units, draft))
+    replace_file(files[1], make_matlab_file(join_limits(found, units)))
+    replace_file(files[2], format_several_csv(curves))
+    drawn = draw_several_limits(quantities, curves, opened.title, harmonic=harmonic, in_newtons=model.in_newtons)
+    files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
+    return SeveralLimited(quantities=quantities, curves=curves, files=tuple(files))
