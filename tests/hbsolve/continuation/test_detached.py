@@ -282,3 +282,17 @@ def test_an_arc_over_the_level_tells_its_folds_and_the_states_between_them() -> 
     assert [*arc.highest, *arc.lowest] == pytest.approx(turns, rel=0.05)
     amplitudes = np.sqrt(np.sort((square - level**2).roots().real))
     assert [abs(state.coefficients[1, 0]) for state in arc.states] == pytest.approx(amplitudes, rel=1e-7)
+
+
+def test_an_isola_between_the_first_frequencies_is_found_where_folds_come_near_the_level(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hardening = CubicSpring(name="hardening", direction=ONE, stiffness=0.05)
+    damper = polynomial_damper(ONE, DAMPING[1], DAMPING[2])
+    balance = HarmonicBalance(system=duffing(hardening, damper), n_harmonic=6, level=0.02)
+    branch = frequency_response(balance, 0.5, 1.5)
+    (isola,) = detached_curves(balance, branch, 0.5, 1.5)
+    assert isola.stop_reason is StopReason.ISOLA
+    # Without closer looks there is none: it lies between the first frequencies.
+    monkeypatch.setattr("hbsolve.continuation.detached.N_HALVED", 0)
+    assert detached_curves(balance, branch, 0.5, 1.5) == ()
