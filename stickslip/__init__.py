@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from hbsolve.balance import HarmonicBalance as HarmonicBalance
     from hbsolve.continuation.branch import ResponseBranch as ResponseBranch
     from hbsolve.continuation.branch import load_branch as load_branch
+    from hbsolve.continuation.detached import detached_curves as detached_curves
     from hbsolve.continuation.response import frequency_response as frequency_response
     from hbsolve.continuation.response import level_response as level_response
     from hbsolve.limits.objective import OutputHarmonic as OutputHarmonic
@@ -149,6 +150,7 @@ _HOME = {
     "branch_stability": "hbsolve.stability.branch_stability:branch_stability",
     "backbone": "hbsolve.backbone.backbone:backbone",
     "frequency_response": "hbsolve.continuation.response:frequency_response",
+    "detached_curves": "hbsolve.continuation.detached:detached_curves",
     "level_response": "hbsolve.continuation.response:level_response",
     "ResponseBranch": "hbsolve.continuation.branch:ResponseBranch",
     "load_branch": "hbsolve.continuation.branch:load_branch",

@@ -20,7 +20,7 @@ SHOWN = {
     "geometry_to_rom.py", "mode_shape_screenshot.py", "forced_response.py", "blade_with_friction.py",
     "find_the_missing_effect.py", "own_effect.py", "silverbox.py", "rig_forced_response.py",
     "import_matrices.py", "campaign_from_uff.py",
-    "stability.py", "backbone.py", "own_joint_law.py", "single_frequency_limits.py",
+    "stability.py", "isolas.py", "backbone.py", "own_joint_law.py", "single_frequency_limits.py",
     "response_limits.py", "own_step_to_rom.py", "virtual_tests.py", "uncertain_parameters.py",
 }  # fmt: skip
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.

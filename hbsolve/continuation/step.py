@@ -95,6 +95,8 @@ class Continuation:
     """Largest step in lambda, at most the range; a fiftieth of it by default."""
     most_points: int = MOST_POINTS
     """Stop after so many."""
+    largest: float = LARGEST
+    """Largest ds: share of its size by which the motion may change in a step [-]."""
 
     def __post_init__(self) -> None:
         for name in ("first", "last") if self.step is None else ("first", "last", "step"):
@@ -110,7 +112,7 @@ class Continuation:
     def _scale(self) -> float:
         """s_lambda."""
         way = abs(self.last - self.first)
-        return (way / STEPS if self.step is None else min(self.step, way)) / LARGEST
+        return (way / STEPS if self.step is None else min(self.step, way)) / self.largest
 
     def state_at(self, motion: Real, sliders: Start) -> ContinuationState:
         """Where the branch begins, for a solution at the first value."""
@@ -181,7 +183,7 @@ class Continuation:
             value=result.value,
             motion=result.motion,
             tangent=t,
-            step=min(grow * step, LARGEST),
+            step=min(grow * step, self.largest),
             n_point=n_point,
             stop_reason=None if n_point < self.most_points else StopReason.MOST_POINTS,
         )
@@ -222,7 +224,7 @@ class Continuation:
         """Where the arc cannot be followed, the next point at a fixed lambda."""
         towards = np.sign(t_value or self.last - self.first)
         for share in (0.1, 0.5, 0.01):
-            value = state.value + float(towards) * share * LARGEST * self._scale
+            value = state.value + float(towards) * share * self.largest * self._scale
             if self._outside(value) or (self.last - value) * (self.last - self.first) < 0:
                 continue
             balance, condensed = self.path.at(value)
@@ -231,7 +233,7 @@ class Continuation:
             except NoSteadyState:
                 continue
             jump = np.linalg.norm(result.motion - x) / _amplitude(x)
-            if jump > 5 * LARGEST:
+            if jump > 5 * self.largest:
                 continue
             return result, replace(
                 state,

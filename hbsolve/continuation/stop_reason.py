@@ -12,6 +12,7 @@ class StopReason(Enum):
     SOLVED = "solved at all frequencies"
     TURNED_BACK = "turned back beyond its first value: begin further away, or follow the curve the other way"
     CLOSED = "the branch closes on itself (it has left the one it began on): continue from another state"
+    ISOLA = "it is an isola: a closed curve of its own"
     MOST_POINTS = "reached the largest number of points: allow more points or longer steps"
     FAILED = "the corrections fail even for the smallest step: continue from another state, or with more harmonics"
 
@@ -35,6 +36,7 @@ _OLDER_SENTENCES = {
     StopReason.SOLVED: "all ",
     StopReason.TURNED_BACK: "turned back",
     StopReason.CLOSED: "the branch closes",
+    StopReason.ISOLA: "it is an isola",
     StopReason.MOST_POINTS: "reached ",
     StopReason.FAILED: "the corrections fail",
 }

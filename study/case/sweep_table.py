@@ -44,6 +44,7 @@ class FrequencySweepTable(CaseModel):
     histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
     seed: Annotated[int, Field(ge=0, strict=True)] = 0
     stability: Annotated[bool, Field(strict=True)] = False
+    isolas: Annotated[bool, Field(strict=True)] = True
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:

@@ -40,6 +40,8 @@ class SolveModel:
         Whether a level is the amplitude of the force itself [N].
     stability
         Whether the stability of each point is computed.
+    isolas
+        Whether isolas are looked for beside the curves, which go over frequency.
     base
         Acceleration of a shaken base at each degree of freedom, at level 1, shape (n, r) [m/s^2]; None for one that
         rests. The system moves relative to it.
@@ -56,6 +58,7 @@ class SolveModel:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     in_newtons: bool = False
     stability: bool = False
+    isolas: bool = False
     base: Complex[NDArray[np.complex128], "n r"] | None = None
     level_power: int = 0
 
@@ -95,7 +98,12 @@ def make_solve_model(read: ReadCase) -> SolveModel:
     require_sweep(read.opened)
     model, sweep = make_vibrating_model(read), read.opened.case.sweep
     assert sweep is not None
-    return replace(model, curves=_curves(read, "N" if model.in_newtons else ""), stability=sweep.stability)
+    return replace(
+        model,
+        curves=_curves(read, "N" if model.in_newtons else ""),
+        stability=sweep.stability,
+        isolas=not isinstance(sweep, LevelSweepTable) and sweep.isolas,
+    )
 
 
 def make_vibrating_model(read: ReadCase) -> SolveModel:

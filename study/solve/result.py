@@ -283,8 +283,7 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
         peak_level=float(item.level[point]),
         peak_amplitude=scale * float(np.abs(item.output(output)[point, harmonic])),
         unit=unit,
-        # Elsewhere than at its last value a curve ends for a reason of its own.
-        peak_at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED),
+        peak_at_end=_at_end(branch, point),
         n_point=len(branch.frequency),
         peak_truncation_error=float(item.error("truncation_error")[point]),
         truncation_error=float(item.error("truncation_error").max()),
@@ -296,6 +295,13 @@ def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
             for point in item.stability.bifurcations
         ],
     )
+
+
+def _at_end(branch: ResponseBranch, point: int) -> bool:
+    """Whether a point is at an end of the sweep: elsewhere curves end for reasons of their own, and isolas nowhere."""
+    if branch.stop_reason is StopReason.ISOLA:
+        return False
+    return point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED)
 
 
 def motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> str:

@@ -1,7 +1,7 @@
 """``stickslip solve``: response curves of a case, each stored when it is done and continued where it was stopped."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from study.case.setup import read_case
 from study.kind.registry import Extras, open_case
 from study.run_context import RunContext
 from study.solve.curve import response_curve
+from study.solve.detached import find_detached_curves, name_detached_curve
 from study.solve.model import SolveModel, make_solve_model, require_sweep
 from study.solve.result import (
     DRAWN_STATES,
@@ -51,7 +52,7 @@ class Solved:
     model, balance
         Model of the case, and its harmonic balance.
     curves
-        Curves in the order of the case.
+        Curves in the order of the case, each followed by those that are detached from it.
     peaks
         One for each curve.
     files
@@ -106,7 +107,7 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     """
     assert run.output is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
-    curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
+    curves = [item for number in range(len(model.curves)) for item in _solved(model, number, stem, run)]
     files = [run.output / f"{stem}_response.{suffix}" for suffix in ("nc", "mat", "csv")]
     data = make_response_dataset(model, curves, title)
     replace_file(files[0], bytes(data.to_netcdf(engine="h5netcdf")))
@@ -122,19 +123,34 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
 
 
-def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> SolvedCurve:
+def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[SolvedCurve]:
+    """One curve that the case asks for, and those that are detached from it."""
     assert run.output is not None
     curve = model.curves[number]
     inputs = (model.system, curve, model.harmonics, model.n_sample)
     checkpoint = Checkpoint(run.output / f".{stem}_curve{number}.part", response_curve.key(*inputs), run.warn)
-    with run.progress.step(f"curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
+    place = f"curve {number + 1} of {len(model.curves)}, {curve.label}"
+    with run.progress.step(place) as report:
         branch = run.store.run(response_curve, *inputs, checkpoint=checkpoint, report=report)
     checkpoint.remove()
-    if not model.stability:
-        return SolvedCurve(curve=curve, branch=branch, model=model)
-    with run.progress.step(f"stability of curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
-        stability = run.store.run(curve_stability, model.system, branch, *inputs[2:], report=report)
-    return SolvedCurve(curve=curve, branch=branch, model=model, stability=stability)
+    solved = [SolvedCurve(curve=curve, branch=branch, model=model)]
+    if model.isolas:
+        with run.progress.step(f"isolas beside {place}") as report:
+            others = run.store.run(find_detached_curves, model.system, curve, branch, *inputs[2:], report=report)
+        solved += [
+            SolvedCurve(curve=name_detached_curve(curve, other, count), branch=other, model=model)
+            for count, other in enumerate(others, start=1)
+        ]
+    return [_with_stability(item, place, run) for item in solved] if model.stability else solved
+
+
+def _with_stability(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
+    model = item.model
+    with run.progress.step(f"stability of {place.partition(',')[0]}, {item.curve.label}") as report:
+        stability = run.store.run(
+            curve_stability, model.system, item.branch, model.harmonics, model.n_sample, report=report
+        )
+    return replace(item, stability=stability)
 
 
 def _results(

@@ -250,6 +250,8 @@ def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
 def test_the_same_command_goes_on_after_ctrl_c_and_gives_the_same_bits(
     home: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    # The search for isolas is not saved point by point.
+    (home / "my.toml").write_text(CASE.replace("levels =", "isolas = false\nlevels ="))
     with monkeypatch.context() as patch:
         whole = counted(patch, None)
         assert solve("whole") == 0

@@ -1,0 +1,289 @@
+"""Detached curves: isolas and others that a curve over frequency at one level does not pass.
+
+At several frequencies the state is followed over the level, round its folds. Where this arc passes the level of the
+curve there is a state, and one that lies on no curve so far begins a curve of its own, followed both ways until it
+closes (an isola) or leaves the range. An isola is born at a level below and merges with the main curve at one above;
+between them the arc is what connects the two.
+
+The arcs begin at frequencies of the range, at the peaks of the curve, and, where an arc turns back to levels only
+above that of the curve, at the frequency between where it turns back lowest. An isola that no arc of these frequencies
+reaches is not found: one that does not merge with the main curve up to the highest level of the arcs, or one narrower
+than the distance of the frequencies whose arcs have no folds beside it.
+
+References
+----------
+Habib, Cirillo and Kerschen, Nonlinear Dynamics 93 (2018): isolas are born and merge as the level grows.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.aft import Start
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.arclength import Direction, Metric, tangent
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.continuation_parameter import FrequencyPath, equation
+from hbsolve.continuation.level_arc import LevelArc, follow_level
+from hbsolve.continuation.response import branch_of
+from hbsolve.continuation.step import Continuation, ContinuationState, Mark
+from hbsolve.continuation.stop_reason import StopReason
+from hbsolve.solution import newton_from
+from hbsolve.state import SteadyState, slider_start
+from reduction.array_type import Real
+
+#: Frequencies of the range from which arcs begin, and peaks of the curve beside them.
+N_FREQUENCY, N_PEAK = 9, 3
+#: Folds that miss the level by more of it than this are too far from it; so many frequencies at most about which one is
+#: looked for that misses it by less, the halvings of their distance, and the share of the miss from which on what a
+#: parabola promises is not worthwhile.
+MOST_MISSED, MOST_REFINED, N_HALVED, WORTHWHILE = 0.5, 2, 3, 0.5
+#: Points of all arcs: no further arc begins beyond so many for each point of the curve, nor beyond so many for a short
+#: one, so that the search takes no longer than a few curves.
+POINTS, LEAST_POINTS = 2, 300
+#: Detached curves at most, so that a curve that ended early is not completed from everywhere.
+MOST_CURVES = 6
+#: Two states that differ by less than this share of their motion are the same.
+SAME = 1e-5
+#: Points of a curve that are looked for on another one.
+N_COMPARED = 5
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """A frequency whose nearest fold misses the level by less than at the two beside it."""
+
+    missed: float
+    lower: float
+    middle: float
+    upper: float
+
+
+@on_one_blas_thread
+def detached_curves(
+    balance: HarmonicBalance,
+    branch: ResponseBranch,
+    first: float,
+    last: float,
+    *,
+    level_power: int = 0,
+    step: float | None = None,
+    slider: Real | None = None,
+    report: Callable[[float, float], None] | None = None,
+) -> tuple[ResponseBranch, ...]:
+    """Curves over frequency that are not connected with a branch of `frequency_response`, in the order of discovery.
+
+    Parameters
+    ----------
+    balance, first, last, step, level_power, slider
+        As for `frequency_response`, which found the branch.
+    branch
+        Curve beside which others are looked for.
+    report
+        Called with the number of arcs that are done and of all.
+    """
+    search = _Search(balance, first, last, step, level_power, slider)
+    if not balance.level or not balance.n_direction or len(branch.angular_frequency) < 2:
+        return ()
+    search.curves.append(branch)
+    seeds = search.frequencies()
+    arcs = {}
+    for number, omega in enumerate(seeds, start=1):
+        if search.may_go_on:
+            arcs[omega] = search.along_level(omega)
+        if report is not None:
+            report(number, len(seeds))
+    ends = [search.upward.first, *sorted(arcs), search.upward.last]
+    for bracket in _brackets(ends, [arcs[omega] for omega in sorted(arcs)]):
+        search.refine(bracket)
+    return tuple(search.curves[1:])
+
+
+class _Search:
+    """Curves that are known, and the range in which others are looked for."""
+
+    def __init__(
+        self,
+        balance: HarmonicBalance,
+        first: float,
+        last: float,
+        step: float | None,
+        level_power: int,
+        slider: Real | None,
+    ) -> None:
+        self.balance, self.level_power = balance, level_power
+        self.sliders = slider_start(balance, slider)
+        path = FrequencyPath(balance=balance, level_power=level_power)
+        self.upward = Continuation(path=path, first=min(first, last), last=max(first, last), step=step)
+        self.downward = Continuation(path=path, first=max(first, last), last=min(first, last), step=step)
+        self.curves: list[ResponseBranch] = []
+        self.n_point = 0
+
+    @property
+    def may_go_on(self) -> bool:
+        """Whether the arcs have fewer points than the curve allows them."""
+        return self.n_point < max(LEAST_POINTS, POINTS * len(self.curves[0].angular_frequency))
+
+    def frequencies(self) -> list[float]:
+        """Where arcs begin, peaks first [rad/s]."""
+        first, last = self.upward.first, self.upward.last
+        edge = (last - first) / (2 * N_FREQUENCY)
+        evenly = np.linspace(first + edge, last - edge, N_FREQUENCY)
+        peaks = _peaks(self.curves[0])
+        return [*peaks, *(item for item in evenly.tolist() if all(abs(item - peak) > edge for peak in peaks))]
+
+    def along_level(self, angular_frequency: float) -> LevelArc:
+        """The arc at one frequency, whose states begin curves where they lie on none."""
+        balance, _ = self.upward.path.at(angular_frequency)
+        arc = follow_level(balance, angular_frequency, self.sliders)
+        self.n_point += arc.n_point
+        for state in arc.states:
+            if len(self.curves) <= MOST_CURVES and not any(self.lies_on(state, curve) for curve in self.curves):
+                curve = self.curve_through(state)
+                if curve is not None and not any(self._is_same(curve, other) for other in self.curves):
+                    self.curves.append(curve)
+        return arc
+
+    def refine(self, bracket: Bracket) -> None:
+        """Arcs at frequencies about one, towards that at which a fold misses the level by least."""
+        lower, middle, upper = bracket.lower, bracket.middle, bracket.upper
+        missed = bracket.missed
+        for _ in range(N_HALVED):
+            spans = [(curve.angular_frequency.min(), curve.angular_frequency.max()) for curve in self.curves[1:]]
+            if not self.may_go_on or any(first <= middle <= last for first, last in spans):
+                return
+            below, above = (lower + middle) / 2, (middle + upper) / 2
+            values = {middle: missed, **{item: self.along_level(item).missed for item in (below, above)}}
+            best = min((value, at) for at, value in values.items())
+            if best[1] == middle and _lowest(values) > WORTHWHILE * missed:
+                return
+            lower, upper = {below: (lower, middle), middle: (below, above), above: (middle, upper)}[best[1]]
+            missed, middle = best
+
+    def lies_on(self, state: SteadyState, curve: ResponseBranch) -> bool:
+        """Whether a state is one of those of a curve at its frequency."""
+        size = float(np.linalg.norm(state.motion)) or 1.0
+        balance, condensed = self.upward.path.at(state.angular_frequency)
+        for start, length in _passes(curve, balance, state.angular_frequency):
+            if np.linalg.norm(start - state.motion) > length + 0.1 * size:
+                continue
+            found = newton_from(balance, condensed, start, self.sliders)
+            if found is not None and np.linalg.norm(found.motion - state.motion) <= SAME * size:
+                return True
+        return False
+
+    def curve_through(self, state: SteadyState) -> ResponseBranch | None:
+        """The curve over frequency on which a state lies; none if it cannot be followed."""
+        points, reason = self._follow(self.upward, state)
+        if reason is not StopReason.ISOLA:
+            before, other = self._follow(self.downward, state)
+            points = [*reversed(before[1:]), *points]
+            reason = StopReason.REACHED if StopReason.FAILED not in (reason, other) else StopReason.FAILED
+        if len(points) < 2:
+            return None
+        # States of a branch carry the level that holds at their frequency.
+        return branch_of([self.balance] * len(points), points, reason)
+
+    def _follow(self, continuation: Continuation, state: SteadyState) -> tuple[list[SteadyState], StopReason]:
+        """Points from a state to where its curve closes, or leaves the range at either end."""
+        points, reason = self._one_way(continuation, state)
+        if reason is StopReason.TURNED_BACK:
+            # It left the range where it would have begun: the last step goes to that end.
+            other = self.downward if continuation is self.upward else self.upward
+            rest, reason = self._one_way(other, points[-1])
+            points += rest[1:]
+        return points, reason
+
+    def _one_way(self, continuation: Continuation, state: SteadyState) -> tuple[list[SteadyState], StopReason]:
+        """Points from a state on, and why there are no more."""
+        at = _set_out(continuation, state, self.sliders)
+        mark = at.mark
+        points = [state]
+        while at.stop_reason is None:
+            point, at = continuation.advance(at)
+            if point is not None:
+                points.append(point)
+            # The mark stays: the curve is to be followed once round, not until it meets one that moves on.
+            at = replace(at, mark=mark)
+        if at.stop_reason is StopReason.CLOSED:
+            return [*points, state], StopReason.ISOLA
+        return points, at.stop_reason
+
+    def _is_same(self, curve: ResponseBranch, other: ResponseBranch) -> bool:
+        """Whether a curve is another one: a state beside a fold may be missed on it."""
+        count = len(curve.angular_frequency)
+        chosen = np.unique(np.linspace(0, count - 1, N_COMPARED + 2).astype(int)[1:-1]).tolist()
+        shared = 0
+        for index in chosen:
+            balance, condensed = self.upward.path.at(float(curve.angular_frequency[index]))
+            state = newton_from(balance, condensed, curve.start(balance, index), self.sliders)
+            shared += state is not None and self.lies_on(state, other)
+        return 2 * shared > len(chosen)
+
+
+def _set_out(continuation: Continuation, state: SteadyState, sliders: Start) -> ContinuationState:
+    """Where a curve begins at a state inside the range, and a mark there."""
+    motion, value = state.motion, state.angular_frequency
+    at = continuation.state_at(motion, sliders)
+    size = float(np.linalg.norm(motion[:, 1:])) or 1.0
+    here = equation(continuation.path, value, motion, sliders)
+    ahead, orientation = tangent(here, at.tangent, Metric(size, abs(at.tangent.value)), 0)
+    mark = Mark(Direction(motion, value), ahead, 1)
+    return replace(at, value=value, tangent=ahead, orientation=orientation, mark=mark)
+
+
+def _passes(curve: ResponseBranch, balance: HarmonicBalance, angular_frequency: float) -> Iterator[tuple[Real, float]]:
+    """Motions near which a curve passes a frequency, and the length of the step between its points there."""
+    omega = curve.angular_frequency
+    for index in np.flatnonzero((omega[:-1] - angular_frequency) * (omega[1:] - angular_frequency) <= 0).tolist():
+        before, after = curve.start(balance, index), curve.start(balance, index + 1)
+        way = float(omega[index + 1] - omega[index])
+        share = (angular_frequency - float(omega[index])) / way if way else 0.0
+        yield before + share * (after - before), float(np.linalg.norm(after - before))
+
+
+def _peaks(curve: ResponseBranch) -> list[float]:
+    """Frequencies of the highest local maxima of the vibration, of the whole structure, between points."""
+    size = np.linalg.norm(curve.coefficients[:, 1:], axis=(1, 2))
+    inner = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    highest = inner[np.argsort(-size[inner], kind="stable")][:N_PEAK]
+    return [_vertex(curve.angular_frequency[at - 1 : at + 2], size[at - 1 : at + 2]) for at in highest.tolist()]
+
+
+def _vertex(omega: Real, size: Real) -> float:
+    """Where the parabola through three points is highest; the middle one where they do not ascend."""
+    first, middle, last = omega.tolist()
+    if not min(first, last) < middle < max(first, last):
+        return float(middle)
+    # Near resonance it is the square of the inverse that is a parabola.
+    inverse = size**-2.0
+    before, after = (inverse[:2] - inverse[1:])[0] / (first - middle), (inverse[2] - inverse[1]) / (last - middle)
+    curvature = (after - before) / (last - first)
+    slope = before - curvature * (first - middle)
+    vertex = middle - slope / (2 * curvature) if curvature > 0 else middle
+    return float(np.clip(vertex, min(first, last), max(first, last)))
+
+
+def _lowest(missed: dict[float, float]) -> float:
+    """Least value of the parabola through three; 0 where one is not known."""
+    first, middle, last = sorted(missed)
+    before, after = missed[first] - missed[middle], missed[last] - missed[middle]
+    if not np.isfinite([before, after]).all():
+        return 0.0
+    falling, rising = before / (first - middle), after / (last - middle)
+    curvature = (rising - falling) / (last - first)
+    slope = falling - curvature * (first - middle)
+    return missed[middle] - slope**2 / (4 * curvature) if curvature > 0 else missed[middle]
+
+
+def _brackets(frequencies: Sequence[float], arcs: Sequence[LevelArc]) -> list[Bracket]:
+    """Where a fold misses the level by little, and by less than at the frequencies beside; the ends have no arcs."""
+    missed = [np.inf, *(arc.missed for arc in arcs), np.inf]
+    found = [
+        Bracket(missed[index], *frequencies[index - 1 : index + 2])
+        for index in range(1, len(frequencies) - 1)
+        if missed[index] < MOST_MISSED and missed[index - 1] >= missed[index] < missed[index + 1]
+    ]
+    return sorted(found, key=lambda item: item.missed)[:MOST_REFINED]

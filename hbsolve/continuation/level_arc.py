@@ -1,0 +1,184 @@
+"""An arc over the level at one frequency, round its folds: states at the level of a balance, and where it turns."""
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hbsolve.aft import Start
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.arclength import Direction, Metric, correct_in_plane
+from hbsolve.continuation.continuation_parameter import LevelPath
+from hbsolve.continuation.step import Continuation, ContinuationState
+from hbsolve.errors import Failure, NoSteadyState
+from hbsolve.solution import newton_from, solve_at
+from hbsolve.state import SteadyState
+from reduction.array_type import Real
+
+#: First and last level of the arc and its largest step, in shares of the level of the balance; and points at most.
+FIRST, LAST, STEP, MOST_POINTS = 0.3, 10.0, 2.0, 100
+#: Largest and first share by which the motion changes in a step: the points are not shown, but only what lies on them.
+LARGEST, SET_OUT = 0.4, 0.2
+#: That share where the arc turns near the wanted level, and how near, in shares of the level.
+FINE, CLOSE = 0.06, 0.6
+#: A state this near to the straight way between two points, in shares of the way, belongs to it without further ado;
+#: the accuracy of the place on the way at which the arc passes the level where that is not so.
+NEAR, LOCATED = 0.2, 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LevelArc:
+    """States of one frequency that are connected over the level."""
+
+    level: float
+    """Level of the balance [-]."""
+    states: tuple[SteadyState, ...]
+    """States at that level, in the order of the arc."""
+    highest: tuple[float, ...]
+    """Levels at which the arc turns from rising to falling ones [-]."""
+    lowest: tuple[float, ...]
+    """Levels at which it turns back [-]."""
+    n_point: int
+    """Points of the arc [-]."""
+
+    @property
+    def missed(self) -> float:
+        """By how much of the level the nearest fold misses it, so that two more states are missed; inf without folds.
+
+        Between a fold at a highest level below that of the balance and the fold before or after it at a lowest one lie
+        three states, and as many beside a lowest one above it.
+        """
+        above = [item / self.level - 1 for item in self.lowest if item > self.level]
+        below = [1 - item / self.level for item in self.highest if item < self.level]
+        return min(above + below, default=np.inf)
+
+
+def follow_level(balance: HarmonicBalance, angular_frequency: float, sliders: Start) -> LevelArc:
+    """Follow the response over the level, from a low one to well beyond that of the balance.
+
+    Parameters
+    ----------
+    balance
+        Balance with the level whose states are wanted, not 0.
+    angular_frequency
+        Omega [rad/s].
+    sliders
+        Sliders at the first instant.
+    """
+    path = LevelPath(balance=balance, angular_frequency=angular_frequency)
+    arc = _arc(path, balance.level, LARGEST)
+    at, condensed = path.at(arc.first)
+    try:
+        state = arc.state_at(solve_at(at, condensed, None, sliders).motion, sliders)
+    except NoSteadyState:
+        return LevelArc(level=balance.level, states=(), highest=(), lowest=(), n_point=0)
+    points = [replace(state, step=SET_OUT)]
+    states: list[SteadyState] = []
+    turns: list[float] = []
+    while points[-1].stop_reason is None:
+        points.append(arc.advance(points[-1])[1])
+        states += _passed(path, balance.level, points[-2], points[-1], sliders)
+        if len(points) > 2 and _turns(*points[-3:]):
+            near, turn = _turn(path, balance.level, points[-3:], sliders)
+            states += near
+            turns.append(turn)
+    # The first turn ends a rise, as the arc begins with one; then they alternate.
+    return LevelArc(
+        level=balance.level, states=tuple(states), highest=tuple(turns[::2]), lowest=tuple(turns[1::2]),
+        n_point=len(points),
+    )  # fmt: skip
+
+
+def _arc(path: LevelPath, level: float, largest: float) -> Continuation:
+    # The scale of the level, step / largest, is the same for all.
+    return Continuation(
+        path=path, first=FIRST * level, last=LAST * level, step=STEP * level * largest / LARGEST,
+        most_points=MOST_POINTS, largest=largest,
+    )  # fmt: skip
+
+
+def _turns(first: ContinuationState, middle: ContinuationState, last: ContinuationState) -> bool:
+    return (middle.value - first.value) * (last.value - middle.value) < 0
+
+
+def _turn(
+    path: LevelPath, level: float, points: list[ContinuationState], sliders: Start
+) -> tuple[list[SteadyState], float]:
+    """Level at which an arc turns between three points, and states at the wanted level that a closer look finds there.
+
+    Long steps may pass over a turn that reaches the wanted level; it is looked at with short ones if it comes near.
+    """
+    coarse = _vertex(*points)
+    is_lowest = points[1].value < points[0].value
+    outside = points[1].value > level if is_lowest else points[1].value < level
+    if not outside or abs(coarse - level) > CLOSE * level:
+        return [], coarse
+    arc, way = _arc(path, level, FINE), sum(_distance(a, b) for a, b in pairwise(points))
+    walked = [replace(points[0], step=FINE)]
+    states: list[SteadyState] = []
+    while walked[-1].stop_reason is None and way > 0:
+        walked.append(arc.advance(walked[-1])[1])
+        way -= _distance(walked[-2], walked[-1])
+        states += _passed(path, level, walked[-2], walked[-1], sliders)
+    turns = [_vertex(*three) for three in zip(walked, walked[1:], walked[2:], strict=False) if _turns(*three)]
+    return states, (min(turns) if is_lowest else max(turns)) if turns else coarse
+
+
+def _distance(first: ContinuationState, last: ContinuationState) -> float:
+    return float(np.linalg.norm(last.motion - first.motion))
+
+
+def _passed(
+    path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: Start
+) -> list[SteadyState]:
+    """The state at a level that lies between two points of an arc; none if there is none, or it is not found."""
+    if (before.value - level) * (after.value - level) > 0 or before.value == after.value:
+        return []
+    balance, condensed = path.at(level)
+    change = after.motion - before.motion
+    length = float(np.linalg.norm(change))
+    start = before.motion + (level - before.value) / (after.value - before.value) * change
+    found = newton_from(balance, condensed, start, sliders)
+    if found is None or np.linalg.norm(found.motion - start) > NEAR * length:
+        # Beside a fold the way is bent: along it, at a distance that grows from one point to the other.
+        found = newton_from(balance, condensed, _along(path, level, before, after, sliders), sliders)
+    if found is None or np.linalg.norm(found.motion - start) > length:
+        return []
+    return [found]
+
+
+def _along(path: LevelPath, level: float, before: ContinuationState, after: ContinuationState, sliders: Start) -> Real:
+    """Motion where the arc between two points passes a level."""
+    x, value = np.array(before.motion), before.value
+    metric = Metric(float(np.linalg.norm(x)) or 1.0, abs(after.value - value))
+    way = Direction(after.motion - x, after.value - value)
+    length = metric.length(way)
+    t = Direction(way.motion / length, way.value / length)
+    motion = x
+
+    def beyond(share: float) -> float:
+        nonlocal motion
+        ahead = Direction(share * way.motion, share * way.value)
+        result = correct_in_plane(path, x, value, t, share * length, metric, sliders, ahead)
+        if result is None:
+            raise NoSteadyState("", Failure.NEWTON)
+        motion = result.motion
+        return result.value - level
+
+    # Where the way cannot be followed, or has left the level, the nearest motion serves.
+    with suppress(NoSteadyState, ValueError):
+        brentq(beyond, 0.0, 1.0, xtol=LOCATED)
+    return motion
+
+
+def _vertex(first: ContinuationState, middle: ContinuationState, last: ContinuationState) -> float:
+    """Level at which an arc turns, by the parabola over its length through three points."""
+    before, after = -_distance(first, middle), _distance(middle, last)
+    if not before or not after:
+        return middle.value
+    down, up = (first.value - middle.value) / before, (last.value - middle.value) / after
+    curvature = (up - down) / (after - before)
+    slope = down - curvature * before
+    return middle.value - slope**2 / (4 * curvature) if curvature else middle.value
