@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import re
 import signal
 import subprocess
@@ -245,6 +246,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.skipif(not os.environ.get("STICKSLIP_SLOW"), reason="takes a minute: set STICKSLIP_SLOW=1 to run it")
 def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(at_home: Path) -> None:
     wedge(at_home, WEDGE.format(samples=2, population=2) + 'objective = "all"\ncontact = "ground 2"\n')
     (at_home / "driver.py").write_text(DRIVER)
