@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
@@ -21,11 +20,10 @@ from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.limits.search import LimitSettings
-from pipeline.checkpoint import StoredTasks
-from pipeline.parallel import process_pool
 from study.case.structure import Structure
 from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits, find_reaches
 from study.compare.family_pictures import family_figures
+from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
 from study.run_context import RunContext
 
@@ -143,7 +141,7 @@ def compare_families(
         search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
-    limits = _searched(search, stem, run, executor)
+    limits = run_search(find_family_limits, search, stem, run, executor)
     errors = estimate_repeat_errors(campaign, families)
     verdicts = judge_families(chosen, limits, errors, budget, search)
     drawn = family_figures(verdicts, {item.name: item for item in campaign.sensors}, title, campaign.drive.unit)
@@ -255,20 +253,3 @@ def judge_families(
         noise = errors.noise[channel]
         result.append(judge_family(family, band, noise, shift=shift, n_reading=n_reading))
     return tuple(result)
-
-
-def _searched(search: FamilySearch, stem: str, run: RunContext, executor: Executor | None) -> FamilyLimits:
-    """From the store, or searched for, each task stored beside the results until all are there."""
-    assert run.output is not None
-    known = run.store.look_up(find_family_limits, search)
-    if known is not None:
-        return known.value
-    tasks = StoredTasks(run.output / f".{stem}_limits.part", find_family_limits.key(search), run.warn)
-    before = tasks.n_left
-    if before:
-        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
-    pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.several_limits"])
-    with run.progress.step("limits") as report, pool as processes:
-        result = run.store.run(find_family_limits, search, tasks=tasks, executor=processes, report=report)
-    tasks.remove()
-    return result

@@ -3,28 +3,22 @@
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 from hbsolve.matlab import make_matlab_file
-from pipeline.checkpoint import StoredTasks
 from pipeline.output import replace_file
-from pipeline.parallel import process_pool
-from pipeline.store import Stage
 from study.case.setup import read_case
 from study.kind.registry import OpenCase, open_case
-from study.limits.curve import FoundLimits, found_limits
+from study.limits.curve import found_limits
 from study.limits.grid import find_narrow_resonance
 from study.limits.model import LimitSearch, list_limit_points, make_limit_search
 from study.limits.pictures import draw_limits
 from study.limits.result import LimitCurves, convert_limits, format_limits_csv
+from study.limits.stored_search import run_search
 from study.limits.table import FORCES, LimitsTable
 from study.run_context import RunContext
 from study.solve.model import SolveModel, make_vibrating_model, require_sweep
-
-Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,7 +64,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     case, table = opened.case, opened.case.limits
     search = make_limit_search(case, table, case.sweep, model)
     warn_of_narrow_resonance(search, table, run)
-    rows = find_limits(search, path.stem, run, executor)
+    rows = run_search(found_limits, search, path.stem, run, executor)
     output = None
     if table.objective not in FORCES:
         output = next(item for item in model.outputs if table.sensor in {None, item.name})
@@ -113,60 +107,6 @@ def warn_of_narrow_resonance(search: LimitSearch, table: LimitsTable, run: RunCo
     narrow = find_narrow_resonance(search)
     if narrow is not None:
         run.warn(narrow.sentence(listed=table.frequencies is not None))
-
-
-def find_limits(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
-    """From the store, or searched for, each task stored beside the results until all are there.
-
-    Parameters
-    ----------
-    search
-        Request of the case.
-    stem
-        Stem of the folder of finished tasks.
-    run
-        Output folder, store and progress of the run.
-    executor
-        Runs the tasks; a process for each core by default.
-
-    Raises
-    ------
-    ComputationFailed
-        No rest under the static load, or a process that was killed.
-    """
-    return run_search(found_limits, search, stem, run, executor)
-
-
-def run_search(
-    searched: Stage[..., Found], search: object, stem: str, run: RunContext, executor: Executor | None
-) -> Found:
-    """Result of a stage of tasks, as `find_limits`.
-
-    Parameters
-    ----------
-    searched
-        Stage that takes the search, and its tasks, executor and progress.
-    search, stem, run, executor
-        See `find_limits`.
-
-    Raises
-    ------
-    ComputationFailed
-        See `find_limits`.
-    """
-    assert run.output is not None
-    known = run.store.look_up(searched, search)
-    if known is not None:
-        return known.value
-    tasks = StoredTasks(run.output / f".{stem}_limits.part", searched.key(search), run.warn)
-    before = tasks.n_left
-    if before:
-        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
-    pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.several_limits"])
-    with run.progress.step("limits") as report, pool as processes:
-        result = run.store.run(searched, search, tasks=tasks, executor=processes, report=report)
-    tasks.remove()
-    return result
 
 
 def write_netcdf_file(file: Path, save: Callable[[Path], None]) -> None:

@@ -13,7 +13,7 @@ from study.kind.registry import OpenCase
 from study.limits.curve import found_limits
 from study.limits.model import make_limit_search
 from study.limits.result import LimitCurves, convert_limits
-from study.limits.run import find_limits
+from study.limits.stored_search import run_search
 from study.limits.table import FORCES
 from study.run_context import RunContext
 from study.solve.model import make_vibrating_model
@@ -73,7 +73,7 @@ def compute_limits(
             elif run.output is None:
                 found = run.store.run(found_limits, search, executor=executor)
             else:
-                found = find_limits(search, f"{stem}_point{number + 1}", own, executor)
+                found = run_search(found_limits, search, f"{stem}_point{number + 1}", own, executor)
             output = None
             if case.limits.objective not in FORCES:
                 output = next(item for item in model.outputs if case.limits.sensor in {None, item.name})

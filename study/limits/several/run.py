@@ -10,11 +10,12 @@ from pipeline.output import replace_file
 from study.kind.registry import open_case
 from study.limits.curve import FoundLimits
 from study.limits.result import LimitCurves, convert_limits
-from study.limits.run import read_limited_case, run_search, warn_of_narrow_resonance, write_netcdf_file
+from study.limits.run import read_limited_case, warn_of_narrow_resonance, write_netcdf_file
 from study.limits.several.pictures import draw_several_limits
 from study.limits.several.quantity import Quantity
 from study.limits.several.result import format_several_csv
 from study.limits.several.search import found_several_limits, make_several_search
+from study.limits.stored_search import run_search
 from study.limits.table import EVERYTHING
 from study.run_context import RunContext
 

@@ -1,0 +1,50 @@
+"""A search for limits whose finished tasks are stored beside the results, so that a search that was stopped goes on."""
+
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from typing import TypeVar
+
+from pipeline.checkpoint import StoredTasks
+from pipeline.parallel import process_pool
+from pipeline.store import Stage
+from study.run_context import RunContext
+
+Found = TypeVar("Found")
+
+
+def run_search(
+    searched: Stage[..., Found], search: object, stem: str, run: RunContext, executor: Executor | None
+) -> Found:
+    """From the store, or searched for, each task stored beside the results until all are there.
+
+    Parameters
+    ----------
+    searched
+        Stage that takes the search, and its tasks, executor and progress.
+    search
+        What is searched for.
+    stem
+        Stem of the folder of finished tasks.
+    run
+        Output folder, store and progress of the run.
+    executor
+        Runs the tasks; a process for each core by default.
+
+    Raises
+    ------
+    ComputationFailed
+        No rest under the static load, or a process that was killed.
+    """
+    assert run.output is not None
+    known = run.store.look_up(searched, search)
+    if known is not None:
+        return known.value
+    tasks = StoredTasks(run.output / f".{stem}_limits.part", searched.key(search), run.warn)
+    before = tasks.n_left
+    if before:
+        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
+    pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.several_limits"])
+    with run.progress.step("limits") as report, pool as processes:
+        result = run.store.run(searched, search, tasks=tasks, executor=processes, report=report)
+    tasks.remove()
+    return result
