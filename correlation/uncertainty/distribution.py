@@ -9,7 +9,7 @@ With the standard normal quantile z(u):
 
 from dataclasses import dataclass
 from math import exp, log, sqrt
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +20,8 @@ Values = Float[NDArray[np.float64], " n"]
 
 class Distribution(Protocol):
     """A distribution of one number."""
+
+    name: ClassVar[str]
 
     @property
     def mean(self) -> float:
@@ -37,6 +39,8 @@ class Distribution(Protocol):
 class Normal:
     """A normal distribution by its mean and standard deviation."""
 
+    name: ClassVar[str] = "normal"
+
     mean: float
     deviation: float
 
@@ -48,6 +52,8 @@ class Normal:
 @dataclass(frozen=True, kw_only=True)
 class Lognormal:
     """A lognormal distribution by the mean and standard deviation of its values, both positive."""
+
+    name: ClassVar[str] = "lognormal"
 
     mean: float
     deviation: float
@@ -62,6 +68,8 @@ class Lognormal:
 @dataclass(frozen=True, kw_only=True)
 class Uniform:
     """A uniform distribution by its bounds."""
+
+    name: ClassVar[str] = "uniform"
 
     lower: float
     upper: float

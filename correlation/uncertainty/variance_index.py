@@ -13,13 +13,16 @@ References
 Saltelli et al., Comput. Phys. Commun. 181 (2010), Table 2 (b) and (f).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
+Value = TypeVar("Value")
 
 #: Bootstrap samples of the draws, and the probability that an interval holds.
 RESAMPLES, CONFIDENCE = 500, 0.95
@@ -85,6 +88,11 @@ def saltelli_design(n: int, d: int, seed: int) -> SaltelliDesign:
     for i in range(d):
         ab[i, :, i] = b[:, i]
     return SaltelliDesign(a=a, b=b, ab=ab)
+
+
+def independent_draws(values: Sequence[Value], d: int) -> Sequence[Value]:
+    """Of values at the points of a `SaltelliDesign` of d parameters, those of A and B: 2 n independent draws."""
+    return values[: 2 * (len(values) // (d + 2))]
 
 
 def variance_indices(values: Float[Real, " m"], d: int, seed: int = 0) -> VarianceIndices:

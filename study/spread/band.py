@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.uncertainty.variance_index import independent_draws
 from study.spread.quantity import QUANTILES
 from study.spread.sensitivity import CurveSensitivity
 from study.sweep.result import SampledCase
@@ -58,8 +59,7 @@ def curve_bands(
     """
     if sampled.curves is None:
         return ()
-    drawn = sampled.curves.curves[1:]
-    drawn = drawn[: 2 * (len(drawn) // (len(deviation) + 2))]
+    drawn = independent_draws(sampled.curves.curves[1:], len(deviation))
     bands = []
     for number, found in enumerate(sensitivities):
         nominal = sampled.curves.curves[0][number]
@@ -107,7 +107,6 @@ def upper_envelope(
 
 def limit_quantiles(sampled: SampledCase, d: int) -> Float[Real, "3 2 level f"]:
     """Quantiles of both limits over the draws, the lower limit first, shape (3, 2, l, f) [unit of the limits]."""
-    drawn = sampled.limits[1:]
-    values = np.array([item.value for item in drawn[: 2 * (len(drawn) // (d + 2))]])
+    values = np.array([item.value for item in independent_draws(sampled.limits[1:], d)])
     known = np.isfinite(values).any(axis=0)
     return np.where(known, np.nanquantile(np.where(known, values, 0.0), QUANTILES, axis=0), np.nan)

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.uncertainty.variance_index import VarianceIndices, variance_indices
-from study.limits.result import SIDES
+from correlation.uncertainty.variance_index import VarianceIndices, independent_draws, variance_indices
+from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.spread.sensitivity import CurveSensitivity
 from study.sweep.result import SampledCase
@@ -107,8 +107,7 @@ def _spread(
     curve: str, name: str, unit: str, values: Real, slope: Float[Real, " d"], deviation: Float[Real, " d"]
 ) -> QuantitySpread:
     d, drawn = len(deviation), values[1:]
-    # A and B alone are independent draws.
-    own = drawn[: 2 * (len(drawn) // (d + 2))]
+    own = np.array(independent_draws(drawn.tolist(), d))
     own = own[np.isfinite(own)]
     parts = (slope * deviation) ** 2
     return QuantitySpread(

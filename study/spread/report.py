@@ -3,7 +3,6 @@
 from math import isfinite
 from typing import Any
 
-from correlation.uncertainty.distribution import Distribution, Lognormal, Normal
 from study.spread.quantity import QUANTILES, QuantitySpread
 from study.spread.spread import Spread
 
@@ -17,7 +16,7 @@ def spread_document(spread: Spread) -> dict[str, Any]:
                 "name": item.name,
                 "unit": item.unit or "1",
                 "is_factor": item.is_factor,
-                "distribution": _name(distribution),
+                "distribution": distribution.name,
                 "mean": distribution.mean,
                 "standard_deviation": distribution.deviation,
             }
@@ -58,7 +57,7 @@ def spread_text(spread: Spread) -> str:
     for item, distribution in zip(uncertain.parameters, uncertain.distributions, strict=True):
         what = "factor on the case's values" if item.is_factor else "value in the case"
         numbers = f"mean {distribution.mean:.6g}, standard deviation {distribution.deviation:.4g} {item.unit}".rstrip()
-        lines.append(f"  {item.name}, {what}: {_name(distribution)}, {numbers}")
+        lines.append(f"  {item.name}, {what}: {distribution.name}, {numbers}")
     name_width = max(len(f"{item.name} [{item.unit}]") for item in spread.quantities)
     width = max(len("curve"), *(len(item.curve) for item in spread.quantities))
     lines += [
@@ -82,9 +81,3 @@ def _shares(spread: Spread, row: QuantitySpread) -> str:
         return ", ".join(f"{name} {share:.2f}" for name, share in zip(names, row.linear_share, strict=True))
     pairs = zip(names, row.indices.first, row.indices.total, strict=True)
     return ", ".join(f"{name} {first:.2f}/{total:.2f}" for name, first, total in pairs)
-
-
-def _name(distribution: Distribution) -> str:
-    if isinstance(distribution, Normal):
-        return "normal"
-    return "lognormal" if isinstance(distribution, Lognormal) else "uniform"
