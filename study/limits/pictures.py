@@ -5,8 +5,9 @@ import numpy as np
 from figure.contact_states import ContactStates, StatePanel
 from figure.limit_band import Band, LimitBands
 from figure.limit_levels import LimitsByLevel
+from hbsolve.limits.result import SIDES
 from reduction.array_type import Whole
-from study.limits.result import SIDES, LimitCurves
+from study.limits.result import LimitCurves
 from study.solve.result import DRAWN_STATES
 
 #: Columns of a figure that can still be read.

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from study.limits.result import SIDES, LimitCurves
+from hbsolve.limits.result import SIDES
+from study.limits.result import LimitCurves
 from study.limits.run import Limited
 
 

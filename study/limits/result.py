@@ -11,13 +11,13 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.model import DERIVATIVE, Sensor
-from hbsolve.limits.result import ResponseLimits
+from hbsolve.continuation.branch import STATES
+from hbsolve.limits.result import SIDES, ResponseLimits
 from study.limits.curve import FoundLimits
 from study.limits.table import LimitsTable
-from study.solve.result import STATES, SURFACE_UNIT
+from study.solve.result import SURFACE_UNIT
 
 Real = NDArray[np.float64]
-SIDES = ("lower", "upper")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

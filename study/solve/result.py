@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from correlation.model import DERIVATIVE, Sensor
 from geometry.plain_number import plain
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.branch import STATES, ResponseBranch
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.stability.branch_stability import BranchStability
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 SURFACE_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 #: Of a contact, in the columns of files, and as they are drawn.
-STATES, DRAWN_STATES = ("stick", "slip", "separated"), ("stuck", "slipping", "separated")
+DRAWN_STATES = ("stuck", "slipping", "separated")
 #: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
 SAMPLE_PER_HARMONIC = 32
 #: Larger than the vibration of any structure, the longest bridges included [m].

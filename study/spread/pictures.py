@@ -5,7 +5,7 @@ import numpy as np
 from figure.response_spread import ResponseSpread, SpreadBand
 from figure.style import LIMITS, evenly
 from figure.variance_shares import SharePanel, VarianceShares
-from study.limits.result import SIDES
+from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.spread.band import NINETY_PERCENT, limit_quantiles
 from study.spread.spread import Spread

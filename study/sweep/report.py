@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from study.limits.result import SIDES
+from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.sweep.run import Swept
 

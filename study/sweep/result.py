@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from study.limits.result import SIDES, LimitCurves
+from hbsolve.limits.result import SIDES
+from study.limits.result import LimitCurves
 from study.solve.result import SI_UNIT, SURFACE_UNIT
 from study.sweep.parameter import CaseParameter
 from study.sweep.samples import SampledCurves

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from hbsolve.limits.result import SIDES
 from study.limits.report import describe_levels, find_largest, format_number
-from study.limits.result import SIDES
 from study.limits.several.run import SeveralLimited
 from study.limits.table import EVERYTHING
 

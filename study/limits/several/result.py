@@ -4,7 +4,8 @@ import csv
 import io
 from collections.abc import Sequence
 
-from study.limits.result import SIDES, LimitCurves, list_columns, list_rows
+from hbsolve.limits.result import SIDES
+from study.limits.result import LimitCurves, list_columns, list_rows
 
 
 def format_several_csv(curves: Sequence[LimitCurves]) -> str:
