@@ -1,7 +1,8 @@
 """Limits of a case as a stage: a task is stored when it is done, and the whole when all are."""
 
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
 from concurrent.futures import BrokenExecutor, Executor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,6 +81,17 @@ class FoundLimits:
     amplitude: Float[NDArray[np.float64], "2 l f"] | None
 
 
+@contextmanager
+def explained_failures() -> Iterator[None]:
+    """Turn what may end a search into a `ComputationFailed` that says what to do."""
+    try:
+        yield
+    except NoSteadyState as error:
+        raise ComputationFailed(f"limits: {error}") from error
+    except BrokenExecutor as error:
+        raise ComputationFailed(KILLED) from error
+
+
 @stage("response limits", ignore=("tasks", "executor", "report"))
 def found_limits(
     search: LimitSearch,
@@ -109,7 +121,7 @@ def found_limits(
     if report is not None:
         options["progress"] = SearchProgress(report)
     problem = search.problem()
-    try:
+    with explained_failures():
         if not isinstance(search.objective, LossFactor):
             limits = response_limits(problem, search.angular_frequency, search.levels, **options)
             return FoundLimits(limits=limits, amplitude=None)
@@ -120,7 +132,3 @@ def found_limits(
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
         return FoundLimits(limits=paper.loss_factor, amplitude=paper.amplitude)
-    except NoSteadyState as error:
-        raise ComputationFailed(f"limits: {error}") from error
-    except BrokenExecutor as error:
-        raise ComputationFailed(KILLED) from error

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Unit of each quantity on the surface, and how many of it make the SI unit.
 SURFACE_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-#: Of a contact, in the columns of files, and as they are drawn.
+#: States of a contact as they are drawn.
 DRAWN_STATES = ("stuck", "slipping", "separated")
 #: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
 SAMPLE_PER_HARMONIC = 32

@@ -1,18 +1,17 @@
 """Limits of all quantities of a case as a stage: one population and one set of histories serve them all."""
 
 from collections.abc import Callable, MutableMapping
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
 from casefile.table import CaseModel, located
-from geometry.errors import ComputationFailed
-from hbsolve.errors import BalanceError, NoSteadyState
+from hbsolve.errors import BalanceError
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.several_limits import several_limits
 from pipeline.store import stage
-from study.limits.curve import KILLED
+from study.limits.curve import explained_failures
 from study.limits.model import LimitSearch, Sweep, make_limit_search, make_objective
 from study.limits.several.progress import SeveralSearchProgress
 from study.limits.several.quantity import Quantity, list_quantities
@@ -100,13 +99,9 @@ def found_several_limits(
         No rest under the static load, or a process that was killed.
     """
     first = search.first
-    try:
+    with explained_failures():
         return several_limits(
             first.problem(), dict(zip(search.names, search.objectives, strict=True)), first.angular_frequency,
             first.levels, settings=first.settings, store=tasks, executor=executor,
             progress=None if report is None else SeveralSearchProgress(report),
         )  # fmt: skip
-    except NoSteadyState as error:
-        raise ComputationFailed(f"limits: {error}") from error
-    except BrokenExecutor as error:
-        raise ComputationFailed(KILLED) from error
