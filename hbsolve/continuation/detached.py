@@ -27,9 +27,11 @@ from hbsolve.continuation.arclength import Direction, Metric, tangent
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.continuation_parameter import FrequencyPath, equation
 from hbsolve.continuation.level_arc import LevelArc, follow_level
+from hbsolve.continuation.peak import interpolated_peak
 from hbsolve.continuation.response import branch_of
 from hbsolve.continuation.step import Continuation, ContinuationState, Mark
 from hbsolve.continuation.stop_reason import StopReason
+from hbsolve.errors import NoPeakError
 from hbsolve.solution import newton_from
 from hbsolve.state import SteadyState, slider_start
 from reduction.array_type import Real
@@ -253,17 +255,12 @@ def _peaks(curve: ResponseBranch) -> list[float]:
 
 
 def _vertex(omega: Real, size: Real) -> float:
-    """Where the parabola through three points is highest; the middle one where they do not ascend."""
-    first, middle, last = omega.tolist()
-    if not min(first, last) < middle < max(first, last):
-        return float(middle)
-    # Near resonance it is the square of the inverse that is a parabola.
-    inverse = size**-2.0
-    before, after = (inverse[:2] - inverse[1:])[0] / (first - middle), (inverse[2] - inverse[1]) / (last - middle)
-    curvature = (after - before) / (last - first)
-    slope = before - curvature * (first - middle)
-    vertex = middle - slope / (2 * curvature) if curvature > 0 else middle
-    return float(np.clip(vertex, min(first, last), max(first, last)))
+    """Where three points have their peak; the middle one where it does not lie between the others."""
+    order = np.argsort(omega)
+    try:
+        return interpolated_peak(omega[order], size[order]).angular_frequency
+    except NoPeakError:
+        return float(omega[1])
 
 
 def _lowest(missed: dict[float, float]) -> float:
