@@ -14,7 +14,8 @@ from correlation.model import DERIVATIVE, Sensor
 from hbsolve.continuation.branch import STATES
 from hbsolve.limits.result import SIDES, ResponseLimits
 from study.limits.curve import FoundLimits
-from study.limits.table import LimitsTable
+from study.limits.table import FORCES, LimitsTable
+from study.solve.model import SolveModel
 from study.solve.result import SURFACE_UNIT
 
 Real = NDArray[np.float64]
@@ -83,6 +84,14 @@ def name_quantity(table: LimitsTable, output: Sensor | None, motion: str = "") -
         kind = "mean" if table.objective == "static force" else "amplitude"
         return f"{table.direction or 'tangential'} force of {table.contact}, {kind}"
     return f"{motion} {output.quantity} of {output.name}".lstrip()
+
+
+def convert_own_limits(table: LimitsTable, model: SolveModel, harmonic: int, result: FoundLimits) -> LimitCurves:
+    """Limits of the one objective of a case; see `convert_limits`."""
+    output = None
+    if table.objective not in FORCES:
+        output = next(item for item in model.outputs if table.sensor in {None, item.name})
+    return convert_limits(table, output, harmonic, result, "" if output is None else model.motion_of(output))
 
 
 def convert_limits(

@@ -14,9 +14,9 @@ from study.limits.curve import found_limits
 from study.limits.grid import find_narrow_resonance
 from study.limits.model import LimitSearch, list_limit_points, make_limit_search
 from study.limits.pictures import draw_limits
-from study.limits.result import LimitCurves, convert_limits, format_limits_csv
+from study.limits.result import LimitCurves, convert_own_limits, format_limits_csv
 from study.limits.stored_search import run_search
-from study.limits.table import FORCES, LimitsTable
+from study.limits.table import LimitsTable
 from study.run_context import RunContext
 from study.solve.model import SolveModel, make_vibrating_model, require_sweep
 
@@ -65,11 +65,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     search = make_limit_search(case, table, case.sweep, model)
     warn_of_narrow_resonance(search, table, run)
     rows = run_search(found_limits, search, path.stem, run, executor)
-    output = None
-    if table.objective not in FORCES:
-        output = next(item for item in model.outputs if table.sensor in {None, item.name})
-    motion = "" if output is None else model.motion_of(output)
-    curves = convert_limits(table, output, search.harmonic, rows, motion)
+    curves = convert_own_limits(table, model, search.harmonic, rows)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
     write_netcdf_file(files[0], curves.limits.save)
     replace_file(files[1], make_matlab_file(curves.limits.to_xarray()))

@@ -12,9 +12,8 @@ from study.case.setup import read_case
 from study.kind.registry import OpenCase
 from study.limits.curve import found_limits
 from study.limits.model import make_limit_search
-from study.limits.result import LimitCurves, convert_limits
+from study.limits.result import LimitCurves, convert_own_limits
 from study.limits.stored_search import run_search
-from study.limits.table import FORCES
 from study.run_context import RunContext
 from study.solve.model import make_vibrating_model
 from study.sweep.parameter import vary
@@ -74,10 +73,7 @@ def compute_limits(
                 found = run.store.run(found_limits, search, executor=executor)
             else:
                 found = run_search(found_limits, search, f"{stem}_point{number + 1}", own, executor)
-            output = None
-            if case.limits.objective not in FORCES:
-                output = next(item for item in model.outputs if case.limits.sensor in {None, item.name})
-            result.append(convert_limits(case.limits, output, search.harmonic, found))
+            result.append(convert_own_limits(case.limits, model, search.harmonic, found))
     return tuple(result)
 
 
