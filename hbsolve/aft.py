@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.joint_arrays import joint_force
+from hbsolve.joint_arrays import FUNCTION, call_force, call_function_force
 from hbsolve.joint_law.registry import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
 from reduction.array_type import Real, Whole
 
@@ -83,10 +83,14 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
             force[d0:d1], jacobian[d0:d1], active[d0:d1], law_parameter, law_start, by_frequency[d0:d1],
             slider[s0:s1], status[2 * j : 2 * j + 2],
         )  # fmt: skip
-        joint_force(
-            table.kind[j], table.address[j], u[d0:d1], velocity[d0:d1], omega, table.reference[d0:d1],
-            table.value[p0:p1], start.value[s0:s1], start.by_multiplier[s0:s1], sampling, want, out,
+        given = (
+            u[d0:d1], velocity[d0:d1], omega, table.reference[d0:d1], table.value[p0:p1], start.value[s0:s1],
+            start.by_multiplier[s0:s1], sampling, want, out,
         )  # fmt: skip
+        if table.kind[j] == FUNCTION:
+            call_function_force(table.force[j], (table.address[j], *given))
+        else:
+            call_force(table.force[j], given)
         if derive:
             for p in range(p1 - p0):
                 by_parameter[p0 + p] = _project(law_parameter[p], sampling)

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
-from hbsolve.joint_arrays import JointTable, joint_table
+from hbsolve.joint_arrays import JointTable, force_addresses, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Real, Whole
@@ -98,8 +98,9 @@ class HarmonicBalance:
             _warn_of_negative_damping(self.system.structural_damping, "structural damping", "N/m")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Users' compiled functions have other addresses in another process."""
-        state["table"] = state["table"]._replace(address=addresses(state["system"].joints))
+        """Compiled functions have other addresses in another process."""
+        joints = state["system"].joints
+        state["table"] = state["table"]._replace(force=force_addresses(joints), address=addresses(joints))
         self.__dict__.update(state)
 
     def _check(self) -> None:

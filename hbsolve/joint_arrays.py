@@ -1,13 +1,20 @@
-"""Joints as arrays, and the compiled switches between the forces of all laws, over a period and at an instant."""
+"""Joints as arrays, and how compiled code reaches their laws.
+
+Laws over a period are large: they are called by their address (`hbsolve.function_address`). Laws at an instant are
+small: compiled switches hold all of them.
+"""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fe.compiled import compiled_switch
+from hbsolve.function_address import caller, function_address
 from hbsolve.joint_law import function_law as function
-from hbsolve.joint_law.registry import ARGUMENTS, FORCES
+from hbsolve.joint_law.registry import FORCES, LawOutput
+from hbsolve.sampling import sampling
 from reduction.array_type import Real, Whole
 from reduction.joint_law.joint_arrays import addresses, parameter_rows, starts
 from reduction.joint_law.registry import Joint
@@ -20,6 +27,8 @@ class JointTable(NamedTuple):
     """Joints as arrays, one row each; d directions, s sliders and p parameters in all."""
 
     kind: Whole
+    force: Whole
+    """Address in this process of the law's compiled force."""
     address: Whole
     """Of a user's compiled function, 0 for others."""
     direction: Whole
@@ -41,6 +50,7 @@ def joint_table(joints: Sequence[Joint]) -> JointTable:
     values = [joint.parameter_values for joint in joints]
     return JointTable(
         kind=np.array([_kind(joint) for joint in joints], dtype=np.int64),
+        force=force_addresses(joints),
         address=addresses(joints),
         direction=starts([len(joint.directions) for joint in joints]),
         slider=starts([joint.n_slider for joint in joints]),
@@ -55,6 +65,32 @@ def _kind(joint: Joint) -> int:
     if joint.function is not None:
         return FUNCTION
     return FORCES.names().index(FORCES[joint.force_law].name)
+
+
+def force_addresses(joints: Sequence[Joint]) -> Whole:
+    """Addresses in this process of the compiled forces of joints, shape (n_joint,); laws are compiled on first use."""
+    return np.array([_force_address(_kind(joint)) for joint in joints], dtype=np.int64)
+
+
+@cache
+def _force_address(kind: int) -> int:
+    if kind == FUNCTION:
+        return function_address(function.force, (0, *_ARGUMENTS))
+    return function_address(list(FORCES)[kind].force, _ARGUMENTS)
+
+
+def _example_arguments() -> tuple[Any, ...]:
+    """Arguments of `CompiledLaw.force`, for their types."""
+    row, plane, solid, flags = np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zeros(1, dtype=np.int64)
+    out = LawOutput(plane, solid, flags, solid, solid, plane, plane, np.zeros((2, 1), dtype=np.int64))
+    return plane, plane, 1.0, row, row, row, flags, sampling(1, 2), 0, out
+
+
+_ARGUMENTS = _example_arguments()
+#: ``call_force(address, arguments)`` fills the output of a law, see `CompiledLaw.force`.
+call_force = caller(_ARGUMENTS)
+#: The same of a user's function, whose own address is the first of the arguments.
+call_function_force = caller((0, *_ARGUMENTS))
 
 
 class InstantTable(NamedTuple):
@@ -72,10 +108,6 @@ def instant_table(joints: Sequence[Joint]) -> InstantTable:
     kinds = [FUNCTION if joint.function is not None else names.index(joint.force_law) for joint in joints]
     return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), parameter_rows(joints))
 
-
-joint_force = compiled_switch(
-    __name__, ARGUMENTS, [item.force for item in FORCES], (function.force, f"address, {ARGUMENTS}")
-)
 
 _WITHOUT_MEMORY = [item for item in FORCES if item.instant is not None]
 #: ``instant_force(kind, address, u, velocity, parameters, slope)`` [N]: see `CompiledLaw.instant`.
