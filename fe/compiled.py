@@ -28,7 +28,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 #: A file that holds one of these takes part in compiled code.
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.simd_code")
 #: How long the compiled code of a package takes, on one core of 2024, where that is long.
-DURATION = {"fe": "about 15 seconds", "hbsolve": "about 2 minutes", "transient": "about 20 seconds"}
+DURATION = {"fe": "about 15 seconds", "hbsolve": "about a minute", "transient": "about 20 seconds"}
 #: Where processes of this run find the folder that is removed at its end.
 PASSING = "STICKSLIP_PASSING_FOLDER"
 #: What the user can do about a folder.

@@ -1,4 +1,4 @@
-"""Compiles every joint law once, so that the first answer need not wait for it."""
+"""Compiles the solver and the most common laws once, so that the first answer need not wait for them."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 def warm() -> None:
     """Solve the smallest system of friction and a cubic spring; the machine code is stored on disk.
 
-    The switch between laws is one compiled function, so that any system compiles all of them.
+    Other laws are compiled in seconds when they are first used.
     """
     rub = FrictionContact(
         name="rub",
