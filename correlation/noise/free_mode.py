@@ -20,21 +20,29 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from jaxtyping import Float
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.model import Model
-from correlation.prediction import Prediction
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 #: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers
 #: like a spring, and an error e of its frequency changes the reading by less than 2 e / 8 of its small share [-].
 REACHED = 3.0
-#: Pairs of modes whose mixing is taken: each costs a solution of every state, and the first few mix most.
-MOST_PAIRS = 16
+#: The same for modes that mix with those: the share that a mode has in another's shape falls with its frequency alone.
+MIXED = 30.0
+#: Errors of shapes that are taken, those that change readings most: each costs a solution of every state.
+MOST_MIXINGS = 16
+#: Smallest of them, and smallest reading by which changes are divided, as shares of the largest [-].
+LEAST, FAINT = 1e-3, 1e-2
 #: Relative distance of two squared frequencies below which modes mix no more [-].
 CLOSE = 0.1
+
+
+Rows = Float[NDArray[np.float64], "q r"]
+Motions = Complex[NDArray[np.complex128], "s r"]
+Numbers = Int[NDArray[np.int64], " pair"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,11 +53,14 @@ class FreeModes:
     ----------
     frequency
         omega, shape (n,) [rad/s].
+    shapes
+        phi of unit modal mass as rows, shape (n, r) [1/sqrt(kg)].
     weighted
-        M phi of unit modal mass as rows, shape (n, r) [sqrt(kg)].
+        M phi, shape (n, r) [sqrt(kg)].
     """
 
     frequency: Float[NDArray[np.float64], " n"]
+    shapes: Float[NDArray[np.float64], "n r"]
     weighted: Float[NDArray[np.float64], "n r"]
 
     @classmethod
@@ -63,7 +74,8 @@ class FreeModes:
         size, shapes = scipy.linalg.eigh(mass, shifted, subset_by_value=(0.5 / most, np.inf))
         size, shapes = size[::-1], shapes[:, ::-1]
         squared = 1 / size - most
-        return cls(frequency=np.sqrt(np.maximum(squared, 0.0)), weighted=(mass @ shapes).T / np.sqrt(size)[:, None])
+        shapes = shapes / np.sqrt(size)
+        return cls(frequency=np.sqrt(np.maximum(squared, 0.0)), shapes=shapes.T, weighted=(mass @ shapes).T)
 
     def frequency_errors(self) -> list[Tangent]:
         """A relative error of each natural frequency.
@@ -76,45 +88,54 @@ class FreeModes:
             for omega, row in zip(self.frequency, self.weighted, strict=True)
         ]
 
-    def shape_errors(self, prediction: Prediction) -> list[Tangent]:
-        """Errors that mix the modes that carry the response with others, those that mix most."""
-        return [
-            _tangent(
-                np.sqrt(2)
-                * self.frequency[i]
-                * self.frequency[j]
-                * (np.outer(self.weighted[i], self.weighted[j]) + np.outer(self.weighted[j], self.weighted[i]))
-            )
-            for i, j in self._find_pairs(prediction)
-        ]
+    def shape_errors(self, n_carrying: int, motions: Motions, rows: Rows) -> list[Tangent]:
+        """Errors that mix modes which carry the response with all others: those that change readings most.
 
-    def _find_pairs(self, prediction: Prediction) -> list[tuple[int, int]]:
-        """Numbers of the modes that mix most: of their shares of the states, and of each other's motion at them.
+        An error E_ij gives mode i the share sqrt(2) e_ij omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's shape.
+        This maps all e on relative changes of the readings. The combinations of e that change these most are the left
+        singular vectors of this map; like e itself, they are independent and of unit variance.
 
-        An error E_ij gives mode i the share omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's motion.
+        Parameters
+        ----------
+        n_carrying
+            Number of the modes that carry the response, the lowest ones [-].
+        motions
+            Of the states, shape (s, r) [m].
+        rows
+            Of the readings and of the force, shape (q, r) [-].
         """
-        n = len(self.frequency)
-        if n < 2:
+        i, j = np.triu_indices(len(self.frequency), 1)
+        i, j = i[i < n_carrying], j[i < n_carrying]
+        read = _root_mean_square(motions @ rows.T)
+        if not len(i) or not read.any():
             return []
-        share, (i, j) = self._compute_shares(prediction), np.triu_indices(n, 1)
-        squared, product = self.frequency**2, self.frequency[i] * self.frequency[j]
+        product, squared = self.frequency[i] * self.frequency[j], self.frequency**2
         # Two modes of one frequency are any mix of each other already.
         apart = np.maximum(np.abs(squared[i] - squared[j]), CLOSE * product)
-        mixed = (share[i] + share[j]) * (product / np.where(apart > 0, apart, np.inf)) ** 2
-        order = np.argsort(-mixed, kind="stable")[:MOST_PAIRS]
-        return [(int(i[pair]), int(j[pair])) for pair in order if mixed[pair] > 0]
+        mixed = (np.sqrt(2) * product / np.where(apart > 0, apart, np.inf))[:, None]
+        at_rows = (self.shapes @ rows.T) / np.maximum(read, FAINT * read.max())
+        carried = _root_mean_square(motions @ self.weighted.T)[:, None]
+        changes = np.hstack([mixed * at_rows[j] * carried[i], mixed * at_rows[i] * carried[j]])
+        combined, size, _ = np.linalg.svd(changes, full_matrices=False)
+        return [
+            self._mix(i, j, np.sqrt(2) * product * combined[:, k])
+            for k in range(min(MOST_MIXINGS, len(size)))
+            if size[k] > LEAST * size[0]
+        ]
 
-    def _compute_shares(self, prediction: Prediction) -> Float[NDArray[np.float64], " n"]:
-        """Share of each mode in the strain energy of the states, each state counting alike, shape (n,)."""
-        motions = [state.coefficients[1] for state in prediction.states.values()]
-        if not motions:
-            return np.zeros(len(self.frequency))
-        energy = np.abs(self.frequency * (np.array(motions) @ self.weighted.T)) ** 2
-        sums = energy.sum(axis=1, keepdims=True)
-        return np.asarray((energy / np.where(sums > 0, sums, 1.0)).mean(axis=0))
+    def _mix(self, i: Numbers, j: Numbers, entries: Float[NDArray[np.float64], " pair"]) -> Tangent:
+        """Change of the stiffness matrix by entries E_ij = E_ji."""
+        own = np.zeros((len(self.frequency), len(self.frequency)))
+        own[i, j] = own[j, i] = entries
+        return _tangent(self.weighted.T @ own @ self.weighted)
 
 
-NO_MODES = FreeModes(frequency=np.zeros(0), weighted=np.zeros((0, 0)))
+NO_MODES = FreeModes(frequency=np.zeros(0), shapes=np.zeros((0, 0)), weighted=np.zeros((0, 0)))
+
+
+def _root_mean_square(values: NDArray[np.complex128]) -> Float[NDArray[np.float64], " n"]:
+    """Of each column."""
+    return np.asarray(np.sqrt(np.mean(np.abs(values) ** 2, axis=0)))
 
 
 def _tangent(stiffness: Float[NDArray[np.float64], "r r"]) -> Tangent:

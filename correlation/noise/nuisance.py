@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
-from correlation.model import Model
-from correlation.noise.free_mode import NO_MODES, REACHED, FreeModes
+from correlation.model import LineSensor, Model, Sensor
+from correlation.noise.free_mode import MIXED, NO_MODES, REACHED, FreeModes, Rows
 from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
@@ -158,15 +158,28 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     highest
         Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
     """
-    modes = FreeModes.below(model, REACHED * highest) if budget.frequency else NO_MODES
-    apart = [mode for number, mode in enumerate(modes.frequency_errors()) if number not in budget.fitted]
+    modes = FreeModes.below(model, MIXED * highest) if budget.frequency else NO_MODES
+    reached = int(np.count_nonzero(modes.frequency < 2 * np.pi * REACHED * highest))
+    apart = [mode for number, mode in enumerate(modes.frequency_errors()[:reached]) if number not in budget.fitted]
     common = [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
-    structure, contacts = [*common, *apart, *modes.shape_errors(prediction)], make_contact_errors(model, budget)
+    motions = np.array([state.coefficients[1] for state in prediction.states.values()])
+    shapes = modes.shape_errors(reached, motions, _rows_of_readings(model)) if reached and len(motions) else []
+    structure, contacts = [*common, *apart, *shapes], make_contact_errors(model, budget)
     return ErrorTangents(
         [*structure, *contacts.tangents],
         np.concatenate([np.full(len(structure), budget.frequency), contacts.size]),
         len(structure) + contacts.whole,
     )
+
+
+def _rows_of_readings(model: Model) -> Rows:
+    """Rows of motions that are read, of contacts whose forces are, and of the force."""
+    lines = [each.line for each in model.sensors if isinstance(each, LineSensor)]
+    names = dict.fromkeys(name for line in lines for name in model.lines[line])
+    contacts = [row for name in names for row in model.contact(name).directions]
+    forces = [part for force in model.system.dynamic for part in (force.real, force.imag) if part.any()]
+    motions = [each.row for each in model.sensors if isinstance(each, Sensor)]
+    return np.array([*motions, *contacts, *forces]).reshape(-1, model.system.n_dof)
 
 
 def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:

@@ -10,6 +10,7 @@ import scipy.linalg
 
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model, Sensor
+from correlation.noise.free_mode import LEAST, MOST_MIXINGS, FreeModes
 from correlation.noise.kink import REACH, Shift, compute_remainder, make_curvature_modes
 from correlation.noise.nuisance import (
     HISTORY,
@@ -25,8 +26,9 @@ from reduction.jointed_system import FrictionContact, along
 #: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.
 NEAR = 1e-4
 STEP = 1e-5
-#: Errors of the modes: of either configuration, of each of the four natural frequencies, and of the six pairs that mix.
-N_MODE = 2 + 4 + 6
+#: Errors of the modes: of either configuration, of each natural frequency, and of shapes: of six pairs, two places tell
+#: two combinations for the modes that carry the response and two for those that they mix with.
+N_MODE = 2 + 4 + 4
 
 
 class Bench:
@@ -141,24 +143,44 @@ def test_each_natural_frequency_is_off_by_itself(bench: Bench) -> None:
     same(modes[:, 3], bench.change(*ends), bench)
 
 
-def test_mode_shapes_mix_in_pairs(bench: Bench) -> None:
-    """A stiffness of sqrt 2 e omega_i omega_j between two modes of unit mass."""
-    modes = make_nuisance_modes(bench.nominal, Budget(frequency=1.0), ()).budget[:, 6:12]
+def test_mode_shapes_mix_as_a_random_matrix_says(bench: Bench) -> None:
+    """Stiffnesses of sqrt 2 e omega_i omega_j between two modes of unit mass, e independent and of unit variance."""
+    modes = make_nuisance_modes(bench.nominal, Budget(frequency=1.0), ()).budget[:, 6:N_MODE]
     system = bench.model.system
     squared, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
     weighted, omega = system.mass @ shapes, np.sqrt(squared)
-    changes = {}
+    changes = []
     for i, j in zip(*np.triu_indices(4, 1), strict=True):
         mixed = np.outer(weighted[:, i], weighted[:, j])
         error = np.sqrt(2) * omega[i] * omega[j] * (mixed + mixed.T)
         ends = [bench.model.with_system(stiffness=system.stiffness + side * STEP * error) for side in (1, -1)]
-        changes[i, j] = bench.change(*ends)
-    for mode in modes.T:
-        nearest = max(changes, key=lambda pair: abs(mode @ changes[pair]) / np.linalg.norm(changes[pair]))
-        change = changes.pop(nearest)
-        # The sign of a mode shape is nobody's choice.
-        same(mode * np.sign(mode @ change), change, bench)
-    assert not changes
+        changes.append(bench.change(*ends))
+    exact = np.array(changes).T @ np.array(changes)
+    np.testing.assert_allclose(modes @ modes.T, exact, rtol=0, atol=NEAR * np.abs(exact).max())
+
+
+def test_few_errors_of_shapes_say_what_many_modes_do() -> None:
+    """A chain of 40 masses that moves in its first mode: few combinations of 114 pairs give what three sensors see."""
+    n, places = 40, [12, 25, 39]
+    stiffness = (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)) * n**2
+    stiffness[-1, -1] = n**2
+    squared, shapes = np.linalg.eigh(stiffness)
+    modes = FreeModes(frequency=np.sqrt(squared), shapes=shapes.T, weighted=shapes.T)
+    rows, motions = np.eye(n)[places], shapes[:, :1].T.astype(complex)
+    found = modes.shape_errors(3, motions, rows)
+    assert len(found) < MOST_MIXINGS  # none that matters is left out
+
+    def shift(error: np.ndarray) -> np.ndarray:
+        """Of the first mode's shape at the places, by perturbation theory."""
+        share = (shapes.T @ error @ shapes)[0, 1:] / (squared[0] - squared[1:])
+        return np.asarray(shapes[places][:, 1:] @ share)
+
+    errors = [each.free.matrices.stiffness for each in found]
+    covariance = sum(np.outer(shift(error), shift(error)) for error in errors if error is not None)
+    product = np.sqrt(2) * np.sqrt(squared[0] * squared[1:]) / (squared[0] - squared[1:])
+    exact = (shapes[places][:, 1:] * product) @ (shapes[places][:, 1:] * product).T
+    # Combinations below LEAST of the largest are left out; the covariance has their squares.
+    np.testing.assert_allclose(covariance, exact, rtol=0, atol=3 * LEAST**2 * np.abs(exact).max())
 
 
 def test_errors_that_are_fitted_are_no_modes(bench: Bench) -> None:
