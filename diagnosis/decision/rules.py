@@ -1,15 +1,15 @@
 r"""Rules that lead from refits to a verdict.
 
-An effect passes if chi^2 of the training data falls by more than the detection threshold, and the held-out data have no
-objection: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
+An effect passes if chi^2 of the training data falls by more than the detection threshold, and the held-out data have
+no objection: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
 density of all data, each by its own covariance. Effects so close to the best that the data cannot distinguish them are
-named with it. Then other laws are fitted in place of that of the best one: a force that has one is another force. And
-the remaining residual is examined. If another effect explains a good part of it, and both together leave no unknown
-force, both are missing; at one place both together are one force whose law is not known. If an unknown force explains a
-good part of the gain of the best one, that one only stands in for it, and none of the known effects is the cause. The
-same holds if a linear effect leaves an unknown force that is no known effect: a force that varies with the amplitude
-has a linear part, and what takes up this part may gain a great deal. An effect that varies with the amplitude as well
-is the known one that is nearest.
+named with it. It is named without doubt only if the held-out data confirm it. Then other laws are fitted in place of
+that of the best one: a force that has one is another force. And the remaining residual is examined. If another effect
+explains a good part of it, and both together leave no unknown force, both are missing; at one place both together are
+one force whose law is not known. If an unknown force explains a good part of the gain of the best one, that one only
+stands in for it, and none of the known effects is the cause. The same holds if a linear effect leaves an unknown force
+that is no known effect: a force that varies with the amplitude has a linear part, and what takes up this part may gain
+a great deal. An effect that varies with the amplitude as well is the known one that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,7 +51,7 @@ KNOWN = 0.5
 LARGE = 0.1
 #: |cos| of the changes by two effects from which on they are alike.
 ALIKE = 0.99
-#: Fall of -2 ln p by which held-out data refute an effect: odds of one in twenty.
+#: Change of -2 ln p by which held-out data refute an effect, or confirm it: odds of one in twenty.
 REFUTED = 2 * np.log(20)
 #: Rise of -2 ln p of held-out data that do not see an effect: its strength is fitted to others, which costs up to what
 #: one parameter gains by chance.
@@ -255,7 +255,7 @@ def decide(
     if finding is Finding.NOTHING and gate.generalises_by_another_law([each.refit for each in finalists]):
         finding = Finding.UNKNOWN
     laws = gate.find_rival_laws(effects[0]) if effects else []
-    if finding is Finding.MISSING and laws:
+    if finding is Finding.MISSING and (laws or effects[0].held_gain < REFUTED):
         finding = Finding.AMBIGUOUS
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)

@@ -29,7 +29,7 @@ class Finding(Enum):
     MISSING = "missing"
     """One effect is missing."""
     AMBIGUOUS = "ambiguous"
-    """One of several is missing; these data cannot tell which."""
+    """One of several is missing, or one that the held-out data do not confirm; these data cannot tell which."""
     NOTHING = "nothing"
     """Nothing is missing beyond noise and numerical error."""
     UNKNOWN = "unknown"
@@ -132,9 +132,16 @@ class Verdict(Tabular):
         if self.finding is Finding.AMBIGUOUS:
             alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
             if len(named) == 1:
-                return f"{named[0]} is missing, or another force at its place; {fall}.{self.other_laws}{more}"
+                return f"{named[0]} is missing, or {self.rival}; {fall}.{self.other_laws}{more}"
             return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{self.other_laws}{more}"
         return f"{named[0]} is missing; {fall}.{more}"
+
+    @property
+    def rival(self) -> str:
+        """What may be instead of an effect that is named alone and not without doubt."""
+        if self.laws:
+            return "another force at its place"
+        return "the model errs in a way that looks like it, which the held-out data do not tell"
 
     @property
     def other_laws(self) -> str:

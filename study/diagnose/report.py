@@ -76,7 +76,7 @@ def headline(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     fall = held_out_falls(errors(result.diagnosis.before), errors(verdict.effects[0]))
     if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
-        return f"{listed} is missing, or another force at its place: {fall}.{verdict.other_laws}"
+        return f"{listed} is missing, or {verdict.rival}: {fall}.{verdict.other_laws}"
     if verdict.finding is Finding.AMBIGUOUS:
         return f"{listed} is missing, and these tests cannot tell which: {fall}.{verdict.other_laws}"
     return f"{listed} is missing: {fall}."

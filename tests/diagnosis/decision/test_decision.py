@@ -13,6 +13,7 @@ from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.rules import (
     CREDIBLE,
     KNOWN,
+    REFUTED,
     STAND_IN,
     Leftover,
     decide,
@@ -100,22 +101,23 @@ def test_one_effect_that_explains_is_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fall", "held_fall", "claimed"),
+    ("fall", "held_fall", "finding"),
     [
-        (LIMITS.gain + 1, 100, True),
-        (LIMITS.gain - 1, 100, False),  # no more than chance, however well the held-out data follow
-        (LIMITS.gain, 100, False),
-        (100, 1, True),
-        (100, -0.9, True),  # held-out data that do not see it
-        (100, -1.1, False),  # fits what the held-out data do not have
-        (100, -50, False),
-        (-5, 100, False),
+        (LIMITS.gain + 1, 100, Finding.MISSING),
+        (LIMITS.gain - 1, 100, Finding.NOTHING),  # no more than chance, however well the held-out data follow
+        (LIMITS.gain, 100, Finding.NOTHING),
+        (100, REFUTED + 1e-6, Finding.MISSING),
+        (100, REFUTED - 1e-6, Finding.AMBIGUOUS),  # held-out data that do not confirm it
+        (100, -0.9, Finding.AMBIGUOUS),  # ... or do not see it
+        (100, -1.1, Finding.NOTHING),  # fits what the held-out data do not have
+        (100, -50, Finding.NOTHING),
+        (-5, 100, Finding.NOTHING),
     ],
 )
-def test_a_claim_needs_the_limit_and_the_held_out_data(fall: float, held_fall: float, claimed: bool) -> None:
+def test_a_claim_needs_the_limit_and_the_held_out_data(fall: float, held_fall: float, finding: Finding) -> None:
     one = refit("mass", fall, held_fall)
-    assert passes(one, LIMITS) is claimed
-    assert decided(one).finding is (Finding.MISSING if claimed else Finding.NOTHING)
+    assert passes(one, LIMITS) is (finding is not Finding.NOTHING)
+    assert decided(one).finding is finding
 
 
 def test_a_model_that_is_far_off_is_not_diagnosed() -> None:

@@ -65,6 +65,12 @@ def test_several_cannot_be_told_apart() -> None:
     )
 
 
+def test_what_the_held_out_data_do_not_confirm_is_told_with_doubt() -> None:
+    said = verdict(Finding.AMBIGUOUS, TIP)
+    assert said.startswith("mass at tip z (0.0123 kg +- 0.00098) is missing, or the model errs")
+    assert "held-out data do not tell" in said
+
+
 def test_another_law_of_the_force_is_told() -> None:
     law = FittedLaw(refit=TIP, gain=-1.0, held_gain=0.0, words="a force of the kind clearance", is_distinct=True)
     one, both = (replace(made(Finding.AMBIGUOUS, *effects), laws=[law]) for effects in ((TIP,), (TIP, LINE)))
