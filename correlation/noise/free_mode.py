@@ -16,6 +16,7 @@ Engineering Mechanics 15 (2000), 277-294: random matrices in modal coordinates; 
 2: the Gaussian orthogonal ensemble.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,14 +33,19 @@ from hbsolve.model_rates import MatrixParameter, ModelParameter
 REACHED = 3.0
 #: The same for modes that mix with those: the share that a mode has in another's shape falls with its frequency alone.
 MIXED = 30.0
+#: Squared frequency below which a mode moves the structure as a whole, as a share of the highest one [-].
+RIGID = 1e-9
 #: Errors of shapes that are taken, those that change readings most: each costs a solution of every state.
 MOST_MIXINGS = 16
-#: Smallest of them, and smallest reading by which changes are divided, as shares of the largest [-].
+#: Smallest of them, as a share of the largest, and smallest reading by which changes are divided, as a share of the
+#: largest of its kind in a state [-].
 LEAST, FAINT = 1e-3, 1e-2
+#: Most states at which they are compared: more, between these, tell no more.
+MOST_STATES = 24
 #: Relative distance of two squared frequencies below which modes mix no more [-].
 CLOSE = 0.1
 
-
+#: Rows over the degrees of freedom; motions of states; numbers of modes, one for each pair.
 Rows = Float[NDArray[np.float64], "q r"]
 Motions = Complex[NDArray[np.complex128], "s r"]
 Numbers = Int[NDArray[np.int64], " pair"]
@@ -57,70 +63,76 @@ class FreeModes:
         phi of unit modal mass as rows, shape (n, r) [1/sqrt(kg)].
     weighted
         M phi, shape (n, r) [sqrt(kg)].
+    n_reached
+        Number of modes below `REACHED` times the highest frequency of the readings [-].
     """
 
     frequency: Float[NDArray[np.float64], " n"]
     shapes: Float[NDArray[np.float64], "n r"]
     weighted: Float[NDArray[np.float64], "n r"]
+    n_reached: int
 
     @classmethod
     def below(cls, model: Model, highest: float) -> "FreeModes":
-        """Modes below a frequency, positive [Hz]."""
-        mass, most = model.system.mass, (2 * np.pi * highest) ** 2
+        """Modes below `MIXED` times the highest frequency of the readings, positive [Hz]."""
+        mass, most = model.system.mass, (2 * np.pi * MIXED * highest) ** 2
         # M phi = mu (K + s M) phi with mu = 1 / (omega^2 + s): neither M nor K needs to be regular. A degree of
         # freedom that has neither without its contacts gets round-off.
         shifted = model.system.stiffness + most * mass
         shifted = shifted + np.eye(len(mass)) * (np.finfo(np.float64).eps * np.abs(shifted).max())
         size, shapes = scipy.linalg.eigh(mass, shifted, subset_by_value=(0.5 / most, np.inf))
         size, shapes = size[::-1], shapes[:, ::-1]
-        squared = 1 / size - most
-        shapes = shapes / np.sqrt(size)
-        return cls(frequency=np.sqrt(np.maximum(squared, 0.0)), shapes=shapes.T, weighted=(mass @ shapes).T)
+        squared, shapes = 1 / size - most, shapes / np.sqrt(size)
+        frequency = np.sqrt(np.where(squared > RIGID * most, squared, 0.0))
+        reached = int(np.count_nonzero(frequency < 2 * np.pi * REACHED * highest))
+        return cls(frequency=frequency, shapes=shapes.T, weighted=(mass @ shapes).T, n_reached=reached)
 
     def frequency_errors(self) -> list[Tangent]:
-        """A relative error of each natural frequency.
+        """A relative error of each natural frequency that is reached.
 
         An error common to all modes, such as that of Young's modulus, moves no mode against another; a mesh that is too
         coarse does.
         """
         return [
             _tangent(2 * omega**2 * np.outer(row, row))
-            for omega, row in zip(self.frequency, self.weighted, strict=True)
+            for omega, row in zip(self.frequency[: self.n_reached], self.weighted, strict=False)
         ]
 
-    def shape_errors(self, n_carrying: int, motions: Motions, rows: Rows) -> list[Tangent]:
-        """Errors that mix modes which carry the response with all others: those that change readings most.
+    def shape_errors(self, motions: Motions, kinds: Sequence[Rows]) -> list[Tangent]:
+        """Errors that mix the modes that are reached with all others: those that change readings most.
 
         An error E_ij gives mode i the share sqrt(2) e_ij omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's shape.
-        This maps all e on relative changes of the readings. The combinations of e that change these most are the left
-        singular vectors of this map; like e itself, they are independent and of unit variance.
+        This maps all e on relative changes of the readings in each state. The combinations of e that change these most
+        are the left singular vectors of this map; like e itself, they are independent and of unit variance.
 
         Parameters
         ----------
-        n_carrying
-            Number of the modes that carry the response, the lowest ones [-].
         motions
             Of the states, shape (s, r) [m].
-        rows
-            Of the readings and of the force, shape (q, r) [-].
+        kinds
+            Rows of the readings and of the force, by kind, shape (q, r) [-].
         """
         i, j = np.triu_indices(len(self.frequency), 1)
-        i, j = i[i < n_carrying], j[i < n_carrying]
-        read = _root_mean_square(motions @ rows.T)
-        if not len(i) or not read.any():
+        i, j = i[i < self.n_reached], j[i < self.n_reached]
+        if not len(i) or not len(motions):
             return []
+        motions = motions[np.unique(np.linspace(0, len(motions) - 1, MOST_STATES).round().astype(int))]
         product, squared = self.frequency[i] * self.frequency[j], self.frequency**2
         # Two modes of one frequency are any mix of each other already.
-        apart = np.maximum(np.abs(squared[i] - squared[j]), CLOSE * product)
-        mixed = (np.sqrt(2) * product / np.where(apart > 0, apart, np.inf))[:, None]
-        at_rows = (self.shapes @ rows.T) / np.maximum(read, FAINT * read.max())
-        carried = _root_mean_square(motions @ self.weighted.T)[:, None]
-        changes = np.hstack([mixed * at_rows[j] * carried[i], mixed * at_rows[i] * carried[j]])
-        combined, size, _ = np.linalg.svd(changes, full_matrices=False)
+        apart = squared[i] - squared[j]
+        apart = np.where(np.abs(apart) > CLOSE * product, apart, -CLOSE * product)
+        mixed = np.sqrt(2) * product / np.where(product > 0, apart, np.inf)
+        carried, blocks = motions @ self.weighted.T, []
+        for rows in kinds:
+            read = np.abs(motions @ rows.T)
+            read = np.maximum(read, FAINT * read.max(axis=1, keepdims=True, initial=0.0))[:, :, None]
+            shapes = rows @ self.shapes.T
+            changes = carried[:, None, i] * shapes[None, :, j] - carried[:, None, j] * shapes[None, :, i]
+            blocks.append((mixed * changes / np.where(read > 0, read, np.inf)).reshape(-1, len(i)))
+        relative = np.vstack(blocks)
         return [
-            self._mix(i, j, np.sqrt(2) * product * combined[:, k])
-            for k in range(min(MOST_MIXINGS, len(size)))
-            if size[k] > LEAST * size[0]
+            self._mix(i, j, np.sqrt(2) * product * combination)
+            for combination in _principal_combinations(np.vstack([relative.real, relative.imag]))
         ]
 
     def _mix(self, i: Numbers, j: Numbers, entries: Float[NDArray[np.float64], " pair"]) -> Tangent:
@@ -130,12 +142,16 @@ class FreeModes:
         return _tangent(self.weighted.T @ own @ self.weighted)
 
 
-NO_MODES = FreeModes(frequency=np.zeros(0), shapes=np.zeros((0, 0)), weighted=np.zeros((0, 0)))
-
-
-def _root_mean_square(values: NDArray[np.complex128]) -> Float[NDArray[np.float64], " n"]:
-    """Of each column."""
-    return np.asarray(np.sqrt(np.mean(np.abs(values) ** 2, axis=0)))
+def _principal_combinations(changes: Float[NDArray[np.float64], "m pair"]) -> Float[NDArray[np.float64], "k pair"]:
+    """Right singular vectors of the largest singular values, by the smaller of both Gram matrices."""
+    wide = changes.shape[1] > len(changes)
+    gram = changes @ changes.T if wide else changes.T @ changes
+    first = max(len(gram) - MOST_MIXINGS, 0)
+    size, vectors = scipy.linalg.eigh(gram, subset_by_index=(first, len(gram) - 1))
+    kept = size > LEAST**2 * size[-1]
+    if not wide:
+        return np.asarray(vectors.T[kept][::-1])
+    return np.asarray((vectors.T[kept] @ changes / np.sqrt(size[kept])[:, None])[::-1])
 
 
 def _tangent(stiffness: Float[NDArray[np.float64], "r r"]) -> Tangent:

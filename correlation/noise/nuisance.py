@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model, Sensor
-from correlation.noise.free_mode import MIXED, NO_MODES, REACHED, FreeModes, Rows
+from correlation.noise.free_mode import FreeModes, Rows
 from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance, default_samples
@@ -158,13 +158,14 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     highest
         Highest frequency of the readings, harmonics included [Hz]; modes far above it hardly matter.
     """
-    modes = FreeModes.below(model, MIXED * highest) if budget.frequency else NO_MODES
-    reached = int(np.count_nonzero(modes.frequency < 2 * np.pi * REACHED * highest))
-    apart = [mode for number, mode in enumerate(modes.frequency_errors()[:reached]) if number not in budget.fitted]
-    common = [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
-    motions = np.array([state.coefficients[1] for state in prediction.states.values()])
-    shapes = modes.shape_errors(reached, motions, _rows_of_readings(model)) if reached and len(motions) else []
-    structure, contacts = [*common, *apart, *shapes], make_contact_errors(model, budget)
+    structure: list[Tangent] = []
+    if budget.frequency:
+        modes = FreeModes.below(model, highest)
+        motions = np.array([state.coefficients[1] for state in prediction.states.values()])
+        structure += [] if budget.fitted else make_frequency_shifts(model, by_exciter=False)
+        structure += [mode for number, mode in enumerate(modes.frequency_errors()) if number not in budget.fitted]
+        structure += modes.shape_errors(motions, _rows_of_readings(model))
+    contacts = make_contact_errors(model, budget)
     return ErrorTangents(
         [*structure, *contacts.tangents],
         np.concatenate([np.full(len(structure), budget.frequency), contacts.size]),
@@ -172,14 +173,22 @@ def make_error_tangents(model: Model, prediction: Prediction, budget: Budget, hi
     )
 
 
-def _rows_of_readings(model: Model) -> Rows:
-    """Rows of motions that are read, of contacts whose forces are, and of the force."""
-    lines = [each.line for each in model.sensors if isinstance(each, LineSensor)]
-    names = dict.fromkeys(name for line in lines for name in model.lines[line])
-    contacts = [row for name in names for row in model.contact(name).directions]
-    forces = [part for force in model.system.dynamic for part in (force.real, force.imag) if part.any()]
+def _rows_of_readings(model: Model) -> list[Rows]:
+    """Rows of the motions that are read, of the forces of stuck lines that are, and of the force."""
     motions = [each.row for each in model.sensors if isinstance(each, Sensor)]
-    return np.array([*motions, *contacts, *forces]).reshape(-1, model.system.n_dof)
+    lines = [_stuck_force(model, each) for each in model.sensors if isinstance(each, LineSensor)]
+    forces = [part for force in model.system.dynamic for part in (force.real, force.imag) if part.any()]
+    return [np.array(rows).reshape(-1, model.system.n_dof) for rows in (motions, lines, forces)]
+
+
+def _stuck_force(model: Model, sensor: LineSensor) -> Float[NDArray[np.float64], " r"]:
+    """Row of the force that a line's sensor reads while its contacts stick and are closed [N/m]."""
+    contacts = [model.contact(name) for name in model.lines[sensor.line]]
+    if sensor.component == "tangential":
+        rows = [contact.tangential_stiffness * contact.directions[0] for contact in contacts]
+    else:
+        rows = [contact.normal_stiffness * contact.directions[-1] for contact in contacts]
+    return np.asarray(np.sum(rows, axis=0))
 
 
 def make_contact_errors(model: Model, budget: Budget) -> ErrorTangents:
