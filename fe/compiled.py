@@ -28,7 +28,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 #: A file that holds one of these takes part in compiled code.
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.simd_code")
 #: How long the compiled code of a package takes, on one core of 2024, where that is long.
-DURATION = {"fe": "about 15 seconds", "hbsolve": "about a minute", "transient": "about 20 seconds"}
+DURATION = {"fe": "about 15 seconds", "hbsolve": "up to a minute", "transient": "about 20 seconds"}
 #: Where processes of this run find the folder that is removed at its end.
 PASSING = "STICKSLIP_PASSING_FOLDER"
 #: What the user can do about a folder.
@@ -148,7 +148,7 @@ def _say_that_it_compiles(package: str) -> None:
         return
     kept = f"every run does so, because no folder for it can be written: {REMEDY}" if folder.passes else (
         f"stored in {folder.path}")  # fmt: skip
-    _say_once(package, f"compiling the package {package} once, {DURATION[package]}; {kept}")
+    _say_once(package, f"compiling what is not stored of the package {package}, {DURATION[package]}; {kept}")
 
 
 @cache

@@ -100,8 +100,8 @@ class HarmonicBalance:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Compiled functions have other addresses in another process."""
         joints = state["system"].joints
-        state["table"] = state["table"]._replace(force=force_addresses(joints), address=addresses(joints))
-        self.__dict__.update(state)
+        table = state["table"]._replace(force=force_addresses(joints), address=addresses(joints))
+        self.__dict__.update({**state, "table": table})
 
     def _check(self) -> None:
         highest, largest = self._loads
@@ -197,8 +197,9 @@ class HarmonicBalance:
         return self._shared(system=system, table=table, structure=self.structure.with_static(static))
 
     def _shared(self, **changes: Any) -> "HarmonicBalance":
-        # Copied, not built again: the modal decomposition is the work.
-        other = copy(self)
+        # Copied, not built again: the modal decomposition is the work. `copy` would look up all compiled laws again.
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
         for cached in ("sampling", "joint_of_direction", "_loads"):
             other.__dict__.pop(cached, None)
         for name, value in changes.items():

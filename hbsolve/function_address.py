@@ -23,11 +23,18 @@ def function_address(function: Callable[..., Any], arguments: Sequence[Any]) -> 
         Decorated by `fe.compiled.compiled`.
     arguments
         Examples of its arguments: their types count, not their values.
+
+    Raises
+    ------
+    TypeError
+        The function returns something.
     """
     machine: Any = function
     kinds = tuple(typeof(argument) for argument in arguments)
     machine.compile(kinds)
     result = machine.overloads[kinds]
+    if result.signature.return_type != types.none:
+        raise TypeError(f"{function.__name__} returns {result.signature.return_type}: it must return nothing")
     return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 

@@ -112,7 +112,8 @@ def ramp(
 
 def forces_at(balance: HarmonicBalance, omega: float, x: Real, sliders: Start, want: int = JACOBIAN) -> JointForces:
     """Joint forces at a motion of the directions."""
-    forces: JointForces = joint_forces(np.array(x, order="C"), omega, balance.table, sliders, balance.sampling, want)
+    x, omega = np.array(x, order="C"), float(omega)
+    forces: JointForces = joint_forces(x, omega, balance.table, sliders, balance.sampling, want)
     return forces
 
 

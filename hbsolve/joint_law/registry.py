@@ -73,9 +73,6 @@ class LawOutput(NamedTuple):
     """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""
 
 
-ARGUMENTS = "u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out"
-
-
 @dataclass(frozen=True, kw_only=True)
 class CompiledLaw:
     """A law of the balance."""

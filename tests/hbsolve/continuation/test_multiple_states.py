@@ -87,6 +87,7 @@ def slider(force: float) -> HarmonicBalance:
 def test_a_stuck_slider_has_one_state_for_each_history() -> None:
     """Its spring, of length w, pulls the mean to kt w / (k + kt); the vibration is that of the stuck oscillator."""
     balance = slider(force=0.05)
+    assert len(friction_history_states(balance, 1, n_history=2)) == 2  # a whole number of rad/s is one as well
     states = friction_history_states(balance, OMEGA, n_history=8)
     assert len(states) == 8
     stuck = 0.05 / abs(1 + KT - OMEGA**2 + 1j * OMEGA * DAMPING)
