@@ -52,7 +52,7 @@ LARGE = 0.1
 #: |cos| of the changes by two effects from which on they are alike.
 ALIKE = 0.99
 #: Change of -2 ln p by which held-out data refute an effect, or confirm it: odds of one in twenty.
-REFUTED = 2 * np.log(20)
+DECISIVE = 2 * np.log(20)
 #: Rise of -2 ln p of held-out data that do not see an effect: its strength is fitted to others, which costs up to what
 #: one parameter gains by chance.
 SILENT = 1.0
@@ -208,7 +208,7 @@ def passes(refit: Refit, thresholds: Thresholds) -> bool:
 
 def is_rival(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether an effect is significant in the training data, and the held-out data do not refute it."""
-    return is_significant(refit, thresholds) and refit.held_gain > -REFUTED and not refit.worsens
+    return is_significant(refit, thresholds) and refit.held_gain > -DECISIVE and not refit.worsens
 
 
 def errs_on_held_out(refit: Refit) -> bool:
@@ -255,7 +255,7 @@ def decide(
     if finding is Finding.NOTHING and gate.generalises_by_another_law([each.refit for each in finalists]):
         finding = Finding.UNKNOWN
     laws = gate.find_rival_laws(effects[0]) if effects else []
-    if finding is Finding.MISSING and (laws or effects[0].held_gain < REFUTED):
+    if finding is Finding.MISSING and (laws or not gate.is_confirmed(effects[0])):
         finding = Finding.AMBIGUOUS
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
@@ -380,9 +380,14 @@ class _ChanceGate:
         chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
         return find_better(self._fit_other_laws(refit), chance)
 
+    def is_confirmed(self, refit: Refit) -> bool:
+        """Whether the held-out data speak for an effect, or for it and the one that is missing as well."""
+        more = 0.0 if self.further is None else self.further.held_gain
+        return bool(refit.held_gain + more >= DECISIVE)
+
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
-        return find_rivals(self._fit_other_laws(refit), REFUTED)
+        return find_rivals(self._fit_other_laws(refit), DECISIVE)
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""

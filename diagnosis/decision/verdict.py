@@ -132,13 +132,13 @@ class Verdict(Tabular):
         if self.finding is Finding.AMBIGUOUS:
             alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
             if len(named) == 1:
-                return f"{named[0]} is missing, or {self.rival}; {fall}.{self.other_laws}{more}"
+                return f"{named[0]} is missing, or {self.alternative}; {fall}.{self.other_laws}{more}"
             return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{self.other_laws}{more}"
         return f"{named[0]} is missing; {fall}.{more}"
 
     @property
-    def rival(self) -> str:
-        """What may be instead of an effect that is named alone and not without doubt."""
+    def alternative(self) -> str:
+        """What there may be instead of an effect that is named alone and not without doubt."""
         if self.laws:
             return "another force at its place"
         return "the model errs in a way that looks like it, which the held-out data do not tell"

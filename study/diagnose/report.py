@@ -45,6 +45,8 @@ ADVICE = {
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
 LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
+#: The next step where the held-out data do not confirm the only effect that is named.
+UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
 
 
 def in_words(result: Round) -> str:
@@ -76,7 +78,7 @@ def headline(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     fall = held_out_falls(errors(result.diagnosis.before), errors(verdict.effects[0]))
     if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
-        return f"{listed} is missing, or {verdict.rival}: {fall}.{verdict.other_laws}"
+        return f"{listed} is missing, or {verdict.alternative}: {fall}.{verdict.other_laws}"
     if verdict.finding is Finding.AMBIGUOUS:
         return f"{listed} is missing, and these tests cannot tell which: {fall}.{verdict.other_laws}"
     return f"{listed} is missing: {fall}."
@@ -107,6 +109,8 @@ def advice(result: Round) -> str:
     if verdict.place is not None:
         return PLACE
     effect = best.effect.name if best is not None and best.effect is not None else ""
+    if verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1 and not verdict.laws:
+        return UNCONFIRMED.format(effect=effect)
     return ADVICE[verdict.finding].format(effect=effect)
 
 
@@ -141,7 +145,13 @@ def document(result: Round) -> dict[str, Any]:
         "thresholds": vars(diagnosis.thresholds),
         "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},
         "named": [
-            {"effect": effect.name, **_estimate(strength, deviation), "unit": effect.parameters[0].unit}
+            {
+                "effect": effect.name,
+                **_estimate(strength, deviation),
+                "unit": effect.parameters[0].unit,
+                "gain": item.gain,
+                "held_out_gain": item.held_gain,
+            }
             for item in diagnosis.verdict.effects
             for effect, strength, deviation in strengths(result.setup, item)[-1:]
         ],

@@ -12,8 +12,8 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.rules import (
     CREDIBLE,
+    DECISIVE,
     KNOWN,
-    REFUTED,
     STAND_IN,
     Leftover,
     decide,
@@ -106,8 +106,8 @@ def test_one_effect_that_explains_is_missing() -> None:
         (LIMITS.gain + 1, 100, Finding.MISSING),
         (LIMITS.gain - 1, 100, Finding.NOTHING),  # no more than chance, however well the held-out data follow
         (LIMITS.gain, 100, Finding.NOTHING),
-        (100, REFUTED + 1e-6, Finding.MISSING),
-        (100, REFUTED - 1e-6, Finding.AMBIGUOUS),  # held-out data that do not confirm it
+        (100, DECISIVE + 1e-6, Finding.MISSING),
+        (100, DECISIVE - 1e-6, Finding.AMBIGUOUS),  # held-out data that do not confirm it
         (100, -0.9, Finding.AMBIGUOUS),  # ... or do not see it
         (100, -1.1, Finding.NOTHING),  # fits what the held-out data do not have
         (100, -50, Finding.NOTHING),
