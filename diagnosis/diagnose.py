@@ -263,7 +263,7 @@ def _widen(
     # By name: stored fits may be in another order, which depends on the thresholds.
     wide = {fit.name: fit for fit in widened}
     before, effects = wide[nothing.name], tuple(wide[each.name] for each in verdict.effects)
-    return before, [wide[each.name] for each in finalists], replace(verdict, before=before, effects=effects)
+    return before, [wide[each.name] for each in finalists], verdict.with_fits(before, effects)
 
 
 def _begin(

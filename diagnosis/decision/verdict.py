@@ -1,7 +1,7 @@
 """Verdict of a diagnosis, in words with numbers: one missing effect, several possible ones, none, or an unknown one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -90,6 +90,12 @@ class Verdict(Tabular):
     probabilities: Sequence[float] = ()
     reason: str = ""
 
+    def with_fits(self, before: Refit, effects: Sequence[Refit]) -> "Verdict":
+        """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
+        doubtful = self.finding is Finding.MISSING and effects[0].may_vanish
+        finding = Finding.AMBIGUOUS if doubtful else self.finding
+        return replace(self, finding=finding, before=before, effects=tuple(effects))
+
     def to_pandas(self) -> "pandas.DataFrame":
         """One row per fit, the model as it is first; errors relative to what was measured."""
         import pandas
@@ -141,7 +147,7 @@ class Verdict(Tabular):
         """What there may be instead of an effect that is named alone and not without doubt."""
         if self.laws:
             return "another force at its place"
-        return "the model errs in a way that looks like it, which the held-out data do not tell"
+        return "the model errs in a way that looks like it, which these data cannot tell"
 
     @property
     def other_laws(self) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.candidate.effect import Effect
+from diagnosis.candidate.effect import INTERVAL, Effect
 from diagnosis.fit.calibration import Data, Fit
 from diagnosis.fit.fit_parameter import Unknowns
 
@@ -119,6 +119,13 @@ class Refit:
     def deviation(self) -> float:
         """Standard deviation of the strength [its unit]."""
         return float(self.fit.deviation[self._first]) if self.effect is not None else 0.0
+
+    @property
+    def may_vanish(self) -> bool:
+        """Whether the interval of the strength holds the value that changes nothing."""
+        if self.effect is None:
+            return True
+        return abs(self.strength - self.effect.parameters[0].vanishes) <= INTERVAL * self.deviation
 
     @property
     def _first(self) -> int:

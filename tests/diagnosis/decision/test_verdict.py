@@ -68,7 +68,14 @@ def test_several_cannot_be_told_apart() -> None:
 def test_what_the_held_out_data_do_not_confirm_is_told_with_doubt() -> None:
     said = verdict(Finding.AMBIGUOUS, TIP)
     assert said.startswith("mass at tip z (0.0123 kg +- 0.00098) is missing, or the model errs")
-    assert "held-out data do not tell" in said
+    assert "cannot tell" in said
+
+
+@pytest.mark.parametrize(("deviation", "finding"), [(0.1, Finding.MISSING), (0.103, Finding.AMBIGUOUS)])
+def test_an_effect_whose_wider_interval_holds_none_is_told_with_doubt(deviation: float, finding: Finding) -> None:
+    """A ratio of 1.2 is 0.2 from none: 1.96 standard deviations of 0.102."""
+    wide = refit(effect("gap of left", RATIO), 1.2, deviation, 0.0022)
+    assert made(Finding.MISSING, LINE).with_fits(BEFORE, [wide]).finding is finding
 
 
 def test_another_law_of_the_force_is_told() -> None:
