@@ -103,7 +103,7 @@ class FreeModes:
 
         An error E_ij gives mode i the share sqrt(2) e_ij omega_i omega_j / (omega_i^2 - omega_j^2) of mode j's shape.
         This maps all e on relative changes of the readings in each state. The combinations of e that change these most
-        are the left singular vectors of this map; like e itself, they are independent and of unit variance.
+        are the right singular vectors of this map; like e itself, they are independent and of unit variance.
 
         Parameters
         ----------

@@ -29,7 +29,7 @@ class Finding(Enum):
     MISSING = "missing"
     """One effect is missing."""
     AMBIGUOUS = "ambiguous"
-    """One of several is missing, or one that the held-out data do not confirm; these data cannot tell which."""
+    """One of several is missing, or one that held-out data or its interval do not confirm; these data cannot tell."""
     NOTHING = "nothing"
     """Nothing is missing beyond noise and numerical error."""
     UNKNOWN = "unknown"

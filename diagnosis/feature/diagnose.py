@@ -11,7 +11,6 @@ from correlation.data_type.registry import DATA_TYPES, Datum
 from correlation.model import Model
 from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
-from diagnosis.candidate.effect import INTERVAL
 from diagnosis.candidate.scale import measure_scale
 from diagnosis.decision.rules import find
 from diagnosis.decision.verdict import Finding, Verdict
@@ -143,9 +142,7 @@ class FeatureGate(HeldOutGate):
 
     def passes(self, refit: Refit) -> bool:
         """Whether the excess of the error falls significantly, by a strength that is known."""
-        assert refit.effect is not None
-        strength = abs(refit.strength - refit.effect.parameters[0].vanishes)
-        return super().passes(refit) and strength > INTERVAL * refit.deviation
+        return super().passes(refit) and not refit.may_vanish
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""

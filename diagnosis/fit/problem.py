@@ -122,10 +122,10 @@ class Refit:
 
     @property
     def may_vanish(self) -> bool:
-        """Whether the interval of the strength holds the value that changes nothing."""
+        """Whether the interval of the strength holds the value that changes nothing, or there is no interval."""
         if self.effect is None:
             return True
-        return abs(self.strength - self.effect.parameters[0].vanishes) <= INTERVAL * self.deviation
+        return not abs(self.strength - self.effect.parameters[0].vanishes) > INTERVAL * self.deviation
 
     @property
     def _first(self) -> int:

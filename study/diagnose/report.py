@@ -45,7 +45,7 @@ ADVICE = {
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
 LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
-#: The next step where the held-out data do not confirm the only effect that is named.
+#: The next step where held-out data or its interval do not confirm the only effect that is named.
 UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
 
 
