@@ -374,7 +374,7 @@ class Configuration:
         if frequency not in self.by_load:
             along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
             self.by_load[frequency] = np.moveaxis(self.balance.structure.displacements(condensed, along), 0, 2)
-        _, contact = self.linear.seen(frequency, motion)
+        [(_, contact)] = self.linear.seen([frequency], motion)
         moved = found.loads.swapaxes(0, 1) @ self.by_load[frequency]
         moved -= found.reaction.swapaxes(0, 1) @ contact.swapaxes(1, 2)
         numbers, read = self.numbers(names), self.read(state, names, harmonics)

@@ -4,6 +4,7 @@ Preloads, friction coefficients and sliders leave the receptances alone, so that
 structure; only the motion under the static load is their own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -82,19 +83,26 @@ class LinearStructure:
         if self.base is not None:
             return self.base.at(frequency)._replace(static=self._static)
         if frequency not in self._condensed:
-            omega = 2 * np.pi * frequency * (1 + self.shift)
-            if self.balance.is_dense:
-                self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(omega)
-            else:
-                self._condensed[frequency] = self.balance.at(omega)
+            self._condense([frequency])
         return self._condensed[frequency]
+
+    def _condense(self, frequencies: Sequence[float]) -> None:
+        """Condense at the frequencies that have not been seen."""
+        new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in self._condensed]
+        omega = [2 * np.pi * frequency * (1 + self.shift) for frequency in new]
+        if not self.balance.is_dense:
+            self._condensed.update(zip(new, self.balance.at_each(omega), strict=True))
+            return
+        for frequency, each in zip(new, omega, strict=True):
+            self._condensed[frequency], self._recovery[frequency] = self.balance.at_with_recovery(each)
 
     def stacked(self, frequencies: tuple[float, ...]) -> Stack:
         """The structure at several frequencies."""
         if self.base is not None:
             return self.base.stacked(frequencies)._replace(static=self._static)
         if frequencies not in self._stack:
-            rows = [self.at(frequency) for frequency in frequencies]
+            self._condense(frequencies)
+            rows = [self._condensed[frequency] for frequency in frequencies]
             self._stack[frequencies] = Stack(
                 np.array([row.angular_frequency for row in rows]),
                 np.array([row.receptance for row in rows]),
@@ -128,20 +136,22 @@ class LinearStructure:
             return Reading(static, empty, empty[..., None], np.zeros(0))
         if key not in source._read:
             omega = np.array([source.at(frequency).angular_frequency for frequency in frequencies])
-            dynamic, contact = zip(*(source.seen(frequency, rows) for frequency in frequencies), strict=True)
+            dynamic, contact = zip(*source.seen(frequencies, rows), strict=True)
             source._read[key] = Reading(static, np.array(dynamic), np.array(contact), omega)
         return source._read[key]._replace(static=static)
 
-    def seen(self, frequency: float, rows: Float[NDArray[np.float64], "s r"]) -> tuple[Array, Array]:
-        """What they read at one frequency under 1 N, shape (H + 1, s), and unit joint forces, shape (H + 1, s, d)."""
+    def seen(self, frequencies: Sequence[float], rows: Float[NDArray[np.float64], "s r"]) -> list[tuple[Array, Array]]:
+        """What they read at each frequency under 1 N, shape (H + 1, s), and unit joint forces, shape (H + 1, s, d)."""
         source = self.base or self
         known = source._seen.setdefault(rows.tobytes(), {})
-        if frequency not in known:
-            condensed = source.at(frequency)
-            own = source._recovery.get(frequency)
-            seen = source.balance.structure.seen(condensed, rows) if own is None else own.seen(rows)
-            known[frequency] = seen
-        return known[frequency]
+        new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in known]
+        recovered = {
+            frequency: own.seen(rows) for frequency in new if (own := source._recovery.get(frequency)) is not None
+        }
+        rest = [frequency for frequency in new if frequency not in recovered]
+        condensed = [source.at(frequency) for frequency in rest]
+        known |= recovered | dict(zip(rest, source.balance.structure.seen(condensed, rows), strict=True))
+        return [known[frequency] for frequency in frequencies]
 
     @property
     def _static(self) -> Complex[Array, "harmonic d"]:

@@ -1,6 +1,7 @@
 """The harmonic balance of a jointed system: what is computed once, and the residual at any motion."""
 
 import warnings
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -255,6 +256,10 @@ class HarmonicBalance:
             A frequency that is not positive, or too high to compute with.
         """
         return self.structure.at(_checked_frequency(angular_frequency))
+
+    def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
+        """The linear structure at several frequencies, in less time than by `at`."""
+        return self.structure.at_each([_checked_frequency(each) for each in angular_frequencies])
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, Recovery]:
         """As `at`, with what gives full responses, of a structure that takes dense solves."""

@@ -18,10 +18,11 @@ References
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 12.
 """
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -30,6 +31,11 @@ from hbsolve.dynamic_stiffness import DynamicStiffness, beside
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
 from reduction.array_type import Array, Real, Vector
+
+T = TypeVar("T")
+
+#: Memory of the modal responses that are computed at once [byte]; they stay in the cache of a processor.
+TOGETHER = 2**21
 
 
 class Condensed(NamedTuple):
@@ -158,12 +164,23 @@ class CondensedStructure:
 
     def at(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s]."""
-        omega, free = harmonics(angular_frequency, len(self.dynamic)), self._free
-        A, x = (free or self.stuck).condensed(omega[1:], self.directions, self.dynamic[1:])
+        return self.at_each([angular_frequency])[0]
+
+    def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
+        """Condense at several Omega [rad/s], many at once: at one alone the calls take longer than the arithmetic."""
+        size = 16 * (len(self.directions) + 1) * len(self.dynamic) * self.directions.shape[1]
+        return [item for chunk in _chunks(angular_frequencies, size) for item in self._condense(chunk)]
+
+    def _condense(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
+        """Condense at all of them in one."""
+        free, count = self._free, len(angular_frequencies)
+        omega, force = self._all_harmonics(angular_frequencies)
+        A, x = (free or self.stuck).condensed(omega, self.directions, force)
         if free is not None:
             moved = _with_stiffness(A, np.concatenate([A, x[..., None]], axis=2), self.reference)
             A, x = np.ascontiguousarray(moved[..., :-1]), moved[..., -1]
-        return self._joined(angular_frequency, A, x)
+        parts = zip(angular_frequencies, np.split(A, count), np.split(x, count), strict=True)
+        return [self._joined(*part) for part in parts]
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, "Recovery"]:
         """`at` and `recovery` of a structure that takes dense solves, by one of them."""
@@ -208,25 +225,40 @@ class CondensedStructure:
         return Recovery(self.static_motion, dynamic, contact)
 
     def seen(
-        self, condensed: Condensed, rows: Float[Real, "s r"]
-    ) -> tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]:
-        """What some rows of the displacement see at one Omega, as `recovery` gives it for all degrees of freedom.
+        self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
+    ) -> list[tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]]:
+        """What some rows of the displacement see at several Omega, as `recovery` gives it for all degrees of freedom.
 
         Returns
         -------
-        Under the harmonic force at level 1 [m], and under a unit force along each joint direction [m/N].
+        Of each Omega, under the harmonic force at level 1 [m], and under a unit force along each joint direction [m/N].
         """
         if self.is_dense:
-            return self.recovery(condensed).seen(rows)
-        omega, free = harmonics(condensed.angular_frequency, len(self.dynamic)), self._free
-        contact, dynamic = (free or self.stuck).seen(omega[1:], rows, self.directions, self.dynamic[1:])
+            return [self.recovery(item).seen(rows) for item in condensed]
+        size = 16 * len(rows) * len(self.dynamic) * self.directions.shape[1]
+        return [item for chunk in _chunks(condensed, size) for item in self._see(chunk, rows)]
+
+    def _see(
+        self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
+    ) -> list[tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]]:
+        """`seen` at all of them in one."""
+        omega, force = self._all_harmonics([item.angular_frequency for item in condensed])
+        free = self._free
+        contact, dynamic = (free or self.stuck).seen(omega, rows, self.directions, force)
         if free is not None:
             # alpha_stuck f = alpha_free (f - B^T D B alpha_stuck f)
             pulled = contact * self.reference
-            contact = contact - pulled @ condensed.receptance[1:]
-            dynamic = dynamic - (pulled @ condensed.dynamic[1:, :, None])[..., 0]
-        mean = (rows @ self._rest[0])[None]
-        return np.concatenate([np.zeros((1, len(rows))), dynamic]), np.concatenate([mean, contact])
+            contact = contact - pulled @ np.concatenate([item.receptance[1:] for item in condensed])
+            moved = np.concatenate([item.dynamic[1:] for item in condensed])
+            dynamic = dynamic - (pulled @ moved[..., None])[..., 0]
+        mean, none = (rows @ self._rest[0])[None], np.zeros((1, len(rows)))
+        parts = zip(np.split(dynamic, len(condensed)), np.split(contact, len(condensed)), strict=True)
+        return [(np.concatenate([none, one]), np.concatenate([mean, other])) for one, other in parts]
+
+    def _all_harmonics(self, angular_frequencies: Sequence[float]) -> tuple[Vector, Array]:
+        """Harmonics 1 to H of all Omega, shape (F H,) [rad/s], and the force in them, shape (F H, r) [N]."""
+        omega = np.outer(angular_frequencies, np.arange(1, len(self.dynamic))).ravel()
+        return omega, np.tile(self.dynamic[1:], (len(angular_frequencies), 1))
 
     def displacement(self, condensed: Condensed, force: Coefficients) -> Coefficients:
         """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
@@ -254,6 +286,12 @@ class CondensedStructure:
         q = free.restrained(omega[1:], forces[:, 1:], B, reaction)
         mean = self.stuck.static_response(forces[:, 0])
         return np.asarray(np.concatenate([mean[:, None], q], axis=1))
+
+
+def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:
+    """The items in groups that take `TOGETHER` bytes at most, if each of them takes `size`."""
+    count = max(1, TOGETHER // max(size, 1))
+    return [items[first : first + count] for first in range(0, len(items), count)]
 
 
 def _with_stiffness(A: Array, moved: Array, D: Vector) -> Array:

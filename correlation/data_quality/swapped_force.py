@@ -137,13 +137,14 @@ def _words(found: tuple[int, float, float]) -> str:
 
 def _scatter(measurement: Measurement, table: FeatureTable) -> Float[NDArray[np.float64], " k"]:
     """Largest distance of a repeat or sweep from their mean, for each row of the means, shape (k,)."""
-    points, value = _point_columns(measurement), measurement.value
-    first, group = group_rows(list(points.T))
-    mean = (np.bincount(group, value.real) + 1j * np.bincount(group, value.imag)) / np.bincount(group)
-    largest = np.zeros(len(first))
-    np.maximum.at(largest, group, np.abs(value - mean[group]))
-    of_point = dict(zip(map(tuple, points[first].tolist()), largest.tolist(), strict=True))
-    return np.array([of_point[tuple(key)] for key in _point_columns(table).tolist()])
+    columns = np.concatenate([_point_columns(measurement), _point_columns(table)])
+    first, group = group_rows(list(columns.T))
+    value, (own, asked) = measurement.value, np.split(group, [len(measurement.value)])
+    size, count = len(first), np.bincount(own)
+    mean = np.bincount(own, value.real, size) + 1j * np.bincount(own, value.imag, size)
+    largest = np.zeros(size)
+    np.maximum.at(largest, own, np.abs(value - mean[own] / count[own]))
+    return np.asarray(largest[asked])
 
 
 def _point_columns(table: Measurement | FeatureTable) -> Float[NDArray[np.float64], "k 5"]:

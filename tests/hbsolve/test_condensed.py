@@ -5,7 +5,7 @@ import pytest
 
 from hbsolve.condensed import CondensedStructure
 
-N, HARMONICS, OMEGA = 9, 4, 1.3
+N, HARMONICS, SEVERAL = 9, 4, (1.3, 0.7, 2.1)
 
 
 def structure(damping: str) -> CondensedStructure:
@@ -31,14 +31,18 @@ def structure(damping: str) -> CondensedStructure:
 
 
 @pytest.mark.parametrize("damping", ["stuck", "free", "none"])
-def test_sensors_see_the_response_of_their_rows(damping: str) -> None:
+def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Two groups of Omega: one of them takes 16 bytes for each of 4 responses, harmonic and degree of freedom.
+    monkeypatch.setattr("hbsolve.condensed.TOGETHER", 2 * 16 * 4 * HARMONICS * N)
     own = structure(damping)
     assert own.is_dense == (damping == "none")
-    condensed, rows = own.at(OMEGA), np.random.default_rng(6).standard_normal((2, N))
+    several, rows = own.at_each(SEVERAL), np.random.default_rng(6).standard_normal((2, N))
     stuck = own.stiffness + own.directions.T @ (own.reference[:, None] * own.directions)
-    dynamic, contact = own.seen(condensed, rows)
-    for k in range(HARMONICS):
-        alpha = np.linalg.inv(stuck - (k * OMEGA) ** 2 * own.mass + 1j * k * OMEGA * own.damping)
-        # Round-off: the condition of these matrices is below 1e3.
-        np.testing.assert_allclose(contact[k], rows @ alpha @ own.directions.T, atol=1e-11)
-        np.testing.assert_allclose(dynamic[k], rows @ alpha @ own.dynamic[k], atol=1e-11)
+    for omega, condensed, (dynamic, contact) in zip(SEVERAL, several, own.seen(several, rows), strict=True):
+        assert condensed.angular_frequency == omega
+        for k in range(HARMONICS):
+            alpha = np.linalg.inv(stuck - (k * omega) ** 2 * own.mass + 1j * k * omega * own.damping)
+            # Round-off: the condition of these matrices is below 1e3.
+            np.testing.assert_allclose(condensed.receptance[k], own.directions @ alpha @ own.directions.T, atol=1e-11)
+            np.testing.assert_allclose(contact[k], rows @ alpha @ own.directions.T, atol=1e-11)
+            np.testing.assert_allclose(dynamic[k], rows @ alpha @ own.dynamic[k], atol=1e-11)

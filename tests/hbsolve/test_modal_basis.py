@@ -88,7 +88,7 @@ def test_a_structure_with_contacts_is_condensed_as_by_dense_solves() -> None:
         np.testing.assert_allclose(getattr(found, name), value, rtol=0, atol=1e-8 * np.abs(value).max())
         np.testing.assert_allclose(getattr(condensed, name), value, rtol=0, atol=1e-12 * np.abs(value).max())
     for ours, one_solve, value in zip(
-        both[0].seen(found, rows), recovery.seen(rows), both[1].seen(exact, rows), strict=True
+        both[0].seen([found], rows)[0], recovery.seen(rows), both[1].seen([exact], rows)[0], strict=True
     ):
         np.testing.assert_allclose(ours, value, rtol=0, atol=1e-8 * np.abs(value).max())
         np.testing.assert_allclose(one_solve, value, rtol=0, atol=1e-12 * np.abs(value).max())
