@@ -22,6 +22,7 @@ from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
+from diagnosis.localisation import Place
 from diagnosis.threshold.detection_threshold import Thresholds
 from study.case.setup import Setup, read_case
 from study.diagnose.thresholds import shipped_thresholds
@@ -145,9 +146,8 @@ def _planted(truth: PlantedTruth, base: Model) -> Planted:
 def _record(
     case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, seconds: tuple[float, float]
 ) -> Record:
-    verdict, before, place = found.verdict, found.before, found.verdict.place
-    if place is None and found.places:
-        place = found.places[0]
+    verdict, before = found.verdict, found.before
+    place = next((each for each in (verdict.place, *found.places) if isinstance(each, Place)), None)
     floor, noise_floor = floors(found.arrangement)
     return Record(
         row=case.row,

@@ -32,11 +32,11 @@ from diagnosis.fit.refit import (
     refit,
     shortlist,
 )
-from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
+from diagnosis.unknown_force import UnknownForce, find_unknown_forces
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import compute_dense_modes
 
@@ -99,7 +99,7 @@ class Diagnosis(Generic[P]):
     before: Refit
     refits: tuple[Refit, ...]
     verdict: Verdict
-    places: tuple[Place, ...] = ()
+    places: tuple[UnknownForce, ...] = ()
     thresholds: Thresholds = NO_THRESHOLDS
 
 
@@ -234,7 +234,7 @@ def diagnose(
     finalists = weigh_each(campaign, arrangement, searched, before, refits, find_catalogue, run_step)
     nothing = Finalist(refit=before, arrangement=arrangement)
     report("unknown forces", shares.places)
-    places = run_step("places", lambda: localise(arrangement))
+    places = run_step("places", lambda: find_unknown_forces(arrangement))
     report("what is left", shares.left)
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)

@@ -8,10 +8,10 @@ from diagnosis.decision.closeness import AbsentPeak, FarResonance
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
-from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
+from diagnosis.unknown_force import UnknownForce
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,7 +25,7 @@ class Criteria:
 
 
 def judge(
-    before: Finalist, finalists: Sequence[Finalist], places: Sequence[Place], by: Criteria, run_step: RunStep
+    before: Finalist, finalists: Sequence[Finalist], places: Sequence[UnknownForce], by: Criteria, run_step: RunStep
 ) -> tuple[list[Finalist], Verdict]:
     """Rank finalists, those that pass the thresholds first, and decide.
 

@@ -34,10 +34,10 @@ from diagnosis.fit.calibration import Fit
 from diagnosis.fit.finalist import Finalist, is_worse
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.fit.refit import quick_fit
-from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
+from diagnosis.unknown_force import UnknownForce, find_unknown_forces, misfit
 from geometry.plain_number import plain
 
 #: Probability that one of the effects that are named is the true one, if one of those that pass is.
@@ -80,7 +80,7 @@ class Leftover:
 
     gain: float
     name: str
-    places: tuple[Place, ...]
+    places: tuple[UnknownForce, ...]
     known: float
     further: Refit | None = None
 
@@ -129,7 +129,7 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
     return Leftover(
         gain=float(gains[best]) if best >= 0 else 0.0,
         name=effects[best].name if best >= 0 else "",
-        places=tuple(localise(arrangement)),
+        places=tuple(find_unknown_forces(arrangement)),
         known=float(by_covariance.max(initial=0.0)),
         further=further,
     )
@@ -137,7 +137,7 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
 
 def find_force_beside(arrangement: Arrangement, refit: Refit) -> float:
     """Excess gain of an unknown force beside an effect that is added to those of an arrangement."""
-    return max((misfit(place) for place in localise(with_effect(arrangement, refit))), default=0.0)
+    return max((misfit(place) for place in find_unknown_forces(with_effect(arrangement, refit))), default=0.0)
 
 
 class Gate(Protocol):
@@ -221,7 +221,7 @@ def decide(
     scores: Sequence[Score],
     before: Refit,
     finalists: Sequence[Finalist],
-    places: Sequence[Place],
+    places: Sequence[UnknownForce],
     thresholds: Thresholds,
     run_step: RunStep,
     left: ErrorSize = NO_ERROR,
@@ -322,7 +322,7 @@ class _ChanceGate:
 
     arrangements: Mapping[str, Arrangement]
     catalogue: Catalogue
-    places: Sequence[Place]
+    places: Sequence[UnknownForce]
     thresholds: Thresholds
     run_step: RunStep
     before: Refit
@@ -429,11 +429,6 @@ class _ChanceGate:
             return False
         left = compute_spread(self.before, self.places[0].gain)
         return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
-
-
-def misfit(place: Place) -> float:
-    """Gain of an unknown force beyond the number of its parameters."""
-    return place.gain - place.n_number
 
 
 def is_linear(effect: Effect, model: Model) -> bool:

@@ -11,8 +11,8 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.fit.problem import Refit
-from diagnosis.localisation import Place
 from diagnosis.screening import Score
+from diagnosis.unknown_force import UnknownForce
 from fe.notebook import Tabular
 from geometry.plain_number import plain
 
@@ -81,7 +81,7 @@ class Verdict(Tabular):
     detectable: Mapping[str, float]
     units: Mapping[str, str]
     threshold: float | None = None
-    place: Place | None = None
+    place: UnknownForce | None = None
     nearest: Refit | None = None
     model_error: ErrorSize = NO_ERROR
     further: Refit | None = None

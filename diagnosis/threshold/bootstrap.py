@@ -24,15 +24,15 @@ from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import SILENT, compute_spread, misfit
+from diagnosis.decision.rules import SILENT, compute_spread
 from diagnosis.diagnose import USUAL, Choice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
 from diagnosis.fit.finalist import weigh_each
-from diagnosis.localisation import localise
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
+from diagnosis.unknown_force import find_unknown_forces, misfit
 
 #: Number of simulated campaigns per layout.
 TRIALS = 40
@@ -85,7 +85,7 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
         for each in finalists
         if each.refit.held_gain > -SILENT and not each.refit.worsens
     ]
-    misfits = [misfit(place) / compute_spread(before, place.gain) for place in localise(drawn)]
+    misfits = [misfit(place) / compute_spread(before, place.gain) for place in find_unknown_forces(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 
 

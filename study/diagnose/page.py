@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.verdict import Finding
 from diagnosis.localisation import Place
+from diagnosis.resonator import Resonator
 from figure.candidates import CandidateBar, Candidates
 from figure.misfit_map import COLOURS, STEPS
 from figure.registry import pictures
@@ -119,7 +120,8 @@ def page(result: Round, history: History) -> str:
         n_shown=SHOWN,
         held_before=f"{100 * result.diagnosis.before.held_error:.3g}",
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
-        places=result.diagnosis.places,
+        places=[each for each in result.diagnosis.places if isinstance(each, Place)],
+        resonators=[_resonator(each) for each in result.diagnosis.places if isinstance(each, Resonator)],
         accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
         now=factors(result.setup, result.diagnosis.before),
@@ -167,6 +169,17 @@ def _place(place: Place) -> dict[str, Any]:
             f"{level:g} N: {digits(abs(kappa), 3)} ± {digits(INTERVAL * deviation, 2)} N/m"
             for level, kappa, deviation in levels
         ],
+    }
+
+
+def _resonator(resonator: Resonator) -> dict[str, str]:
+    return {
+        "name": resonator.name,
+        "configuration": resonator.configuration,
+        "gain": digits(resonator.gain, 4),
+        "frequency": f"{resonator.frequency:.4g} Hz",
+        "damping": f"{100 * resonator.damping:.2g} %",
+        "mass": f"{digits(resonator.mass, 3)} ± {digits(INTERVAL * resonator.deviation, 2)} kg",
     }
 
 

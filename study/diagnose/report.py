@@ -10,6 +10,8 @@ from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.unknown_gain import describe_gain
+from diagnosis.localisation import Place
+from diagnosis.resonator import Resonator
 from geometry.plain_number import plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
@@ -188,6 +190,20 @@ def document(result: Round) -> dict[str, Any]:
                 "stiffness_deviation": place.deviation,
             }
             for place in diagnosis.places
+            if isinstance(place, Place)
+        ],
+        "resonators": [
+            {
+                "place": resonator.name,
+                "configuration": resonator.configuration,
+                "gain": resonator.gain,
+                "frequency_hz": resonator.frequency,
+                "damping_ratio": resonator.damping,
+                "mass_kg": resonator.mass,
+                "mass_deviation": resonator.deviation,
+            }
+            for resonator in diagnosis.places
+            if isinstance(resonator, Resonator)
         ],
         "untestable": [{"effect": item.name, "reason": item.reason} for item in diagnosis.catalogue.untestable],
     }

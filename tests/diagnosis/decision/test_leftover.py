@@ -8,12 +8,13 @@ import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision import rules
-from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, misfit, with_effect
+from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, with_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, quick_fit, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
+from diagnosis.unknown_force import misfit
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"
@@ -160,7 +161,7 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
     monkeypatch.setattr(rules, "compute_suited_gains", lambda *_: np.array([promised]))
     monkeypatch.setattr(rules, "screen", lambda _, effects: [each.number for each in effects])
     monkeypatch.setattr(rules, "quick_fit", fit)
-    monkeypatch.setattr(rules, "localise", lambda _: [])
+    monkeypatch.setattr(rules, "find_unknown_forces", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(
         fit=SimpleNamespace(chi2=chi2), cost=chi2, cost_with_error_left=lambda fit: fit.chi2,

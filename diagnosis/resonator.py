@@ -1,0 +1,157 @@
+r"""Search for something small that swings by itself at a place: a cable, a loose part, an absorber.
+
+A mass m on a spring of natural frequency omega_r and damping ratio zeta_r, which hangs at a place, loads it with an
+apparent mass that turns over at its resonance (Den Hartog, Mechanical Vibrations, section 3.2),
+
+.. math:: \mu(\omega) = m\, \frac{\omega_r^2 + 2 i \zeta_r \omega_r \omega}
+          {\omega_r^2 - \omega^2 + 2 i \zeta_r \omega_r \omega} .
+
+No effect whose strength is one number for all frequencies does that. To first order in m the readings change by
+Re mu times the change by a mass there, and -omega Im mu times that by a dashpot. The whitened residual is fitted with m
+at each place for a grid of omega_r and zeta_r, the calibration parameters projected out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.configuration import Tangent
+from diagnosis.error_share import Weights, list_weights
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.calibration import Matrix
+from hbsolve.model_rates import MatrixParameter, ModelParameter
+
+NOTHING = ModelParameter()
+#: Damping ratios that are tried [-].
+DAMPING = (0.005, 0.02, 0.08)
+#: Natural frequencies that are tried reach so far beyond the tested ones [-].
+BEYOND = 0.1
+#: Difference of gains up to which places cannot be told apart: odds of one in twenty.
+CLOSE = 2 * np.log(20)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonator:
+    """A resonator at a place that explains the residual.
+
+    Parameters
+    ----------
+    name
+        Name of the place in the model.
+    configuration
+        Configuration in which it is missing: "jointed" or "free".
+    gain
+        Fall of chi^2 [-].
+    mass, deviation
+        Mass and its standard deviation at this tuning, to first order [kg; kg m^2 where the place is an angle].
+    frequency
+        Natural frequency [Hz].
+    damping
+        Damping ratio [-].
+    n_number
+        Number of fitted parameters: mass, natural frequency and damping ratio [-].
+    alike
+        Other places with the mass that it would have there, which the data cannot tell from this one: one mode alone
+        does not say where on it something hangs.
+    """
+
+    name: str
+    configuration: str
+    gain: float
+    mass: float
+    deviation: float
+    frequency: float
+    damping: float
+    n_number: int = 3
+    alike: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """Natural frequency, and size by place, in words."""
+        where = " or ".join(f"{mass:.2g} kg at {name}" for name, mass in ((self.name, self.mass), *self.alike))
+        return (
+            f"something small that swings by itself at {self.frequency:.4g} Hz, such as a cable or a loose part, of "
+            f"{where}, in the {self.configuration} structure"
+        )
+
+
+def find_resonators(arrangement: Arrangement) -> list[Resonator]:
+    """The best resonator at each place in each configuration, best first; none that gains nothing."""
+    train, fit = arrangement.train, arrangement.fit
+    points, weights = train.features.points, list_weights(arrangement)
+    places, found = list(fit.model.places.items()), list[Resonator]()
+    tangents = [each for _, row in places for each in _tangents(row)]
+    slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents).reshape(len(points), len(places), 2, 2)
+    for configuration, there in (("jointed", ~points.free), ("free", points.free)):
+        tunings = list_tunings(points.frequency[there]) if there.any() else []
+        for number, (name, _) in enumerate(places if tunings else ()):
+            own = np.where(there[:, None], slopes[:, number, int(configuration == "free")], 0.0)
+            changes = _changes(arrangement, own, tunings)
+            fits = [_fit(each, changes) for each in weights]
+            gain, mass, deviation, tuning = max(fits)
+            if gain > 0:
+                frequency, damping = tunings[tuning]
+                found.append(
+                    Resonator(
+                        name=name, configuration=configuration, gain=gain, mass=mass, deviation=deviation,
+                        frequency=frequency, damping=damping,
+                    )
+                )  # fmt: skip
+    return [replace(each, alike=_list_alike(each, found)) for each in sorted(found, key=lambda each: -each.gain)]
+
+
+def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[tuple[str, float], ...]:
+    """Other places of the same configuration that gain as much, but for odds of one in twenty, and their masses."""
+    near = sorted((each for each in found if abs(each.gain - resonator.gain) < CLOSE), key=lambda each: -each.gain)
+    others = [each for each in near if each.configuration == resonator.configuration and each.name != resonator.name]
+    return tuple((each.name, each.mass) for each in others)
+
+
+def list_tunings(frequency: Float[NDArray[np.float64], " k"]) -> list[tuple[float, float]]:
+    """Natural frequencies [Hz] and damping ratios [-] that are tried for tests at some frequencies [Hz]."""
+    low, high = np.log(frequency.min() * (1 - BEYOND)), np.log(frequency.max() * (1 + BEYOND))
+    return [
+        (float(np.exp(each)), damping)
+        for damping in DAMPING
+        for each in np.linspace(low, high, 2 + int((high - low) / damping))
+    ]
+
+
+def _tangents(row: Float[NDArray[np.float64], " r"]) -> list[Tangent]:
+    """A mass and a dashpot at a row, each in the jointed and in the free structure."""
+    outer = np.outer(row, row)
+    kinds = [MatrixParameter(mass=outer), MatrixParameter(damping=outer)]
+    rates = [ModelParameter(matrices=each) for each in kinds]
+    return [
+        *(Tangent(jointed=rate, free=NOTHING, gain={}) for rate in rates),
+        *(Tangent(jointed=NOTHING, free=rate, gain={}) for rate in rates),
+    ]
+
+
+def _changes(
+    arrangement: Arrangement, slopes: Complex[NDArray[np.complex128], "k 2"], tunings: Sequence[tuple[float, float]]
+) -> Matrix:
+    """Change of the features by 1 kg of each tuning, shape (m, t)."""
+    train, fit = arrangement.train, arrangement.fit
+    at = train.features.points.frequency[:, None]
+    natural, damping = np.array(tunings).T
+    loss = 2j * damping * natural * at
+    apparent = (natural**2 + loss) / (natural**2 - at**2 + loss)
+    values = slopes[:, :1] * apparent.real - 2 * np.pi * at * slopes[:, 1:] * apparent.imag
+    features = train.features.slopes(fit.prediction.value, np.where(np.isfinite(values), values, 0.0))
+    return np.where(np.isfinite(features), features, 0.0)
+
+
+def _fit(weights: Weights, changes: Matrix) -> tuple[float, float, float, int]:
+    """Gain of the best tuning by one covariance, its mass and the standard deviation of that, and its number."""
+    across = weights.across(changes)
+    size = np.linalg.norm(across, axis=0)
+    size[size == 0] = np.inf
+    along = weights.residual @ across / size
+    best = int(np.argmax(along))
+    # A mass is positive.
+    gain = max(float(along[best]), 0.0) ** 2 - weights.surplus
+    return gain, float(along[best] / size[best]), float(1 / size[best]), best

@@ -1,0 +1,19 @@
+"""What is missing at a place, where no known effect explains it: a force that grows with the motion, or a resonator."""
+
+from typing import TypeAlias
+
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.localisation import Place, localise
+from diagnosis.resonator import Resonator, find_resonators
+
+UnknownForce: TypeAlias = Place | Resonator
+
+
+def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:
+    """Unknown forces that would explain the residual, ranked by the gain beyond the number of their parameters."""
+    return sorted([*localise(arrangement), *find_resonators(arrangement)], key=misfit, reverse=True)
+
+
+def misfit(force: UnknownForce) -> float:
+    """Gain of an unknown force beyond the number of its parameters."""
+    return force.gain - force.n_number
