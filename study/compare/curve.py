@@ -11,6 +11,7 @@ from correlation.feature.observation import find_sweep_directions
 from correlation.metric.misfit import CLEAR, Misfit
 from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
+from correlation.row_group import group_rows
 from correlation.row_table import join_tables
 from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.result import Compared
@@ -226,9 +227,8 @@ def refine_points(points: Points) -> Points:
 
 def _curves(points: Points) -> Iterator[tuple[tuple[Key, float, int], Rows]]:
     """Rows of each curve by ascending frequency: of one sensor, harmonic, level and direction of sweep."""
-    curves: dict[tuple[Key, float, int], list[int]] = {}
-    for row in np.argsort(points.frequency, kind="stable"):
-        key = str(points.sensor[row]), int(points.harmonic[row])
-        curves.setdefault((key, float(points.level[row]), int(points.sweep[row])), []).append(int(row))
-    for curve in sorted(curves, key=lambda item: item[1:]):
-        yield curve, np.array(curves[curve])
+    number = group_rows([points.level, points.sweep, points.sensor, points.harmonic]).number
+    order = np.lexsort([points.frequency, number])
+    for rows in np.split(order, np.flatnonzero(np.diff(number[order])) + 1) if len(order) else []:
+        key = str(points.sensor[rows[0]]), int(points.harmonic[rows[0]])
+        yield (key, float(points.level[rows[0]]), int(points.sweep[rows[0]])), rows
