@@ -160,14 +160,16 @@ def evenly(count: int, most: int) -> list[int]:
 
 def png(figure: Figure) -> bytes:
     """The figure as a file."""
+    from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    # `savefig` would draw the figure once more to lay it out.
     figure.set_dpi(DPI)
-    canvas = FigureCanvasAgg(figure)
-    if (engine := figure.get_layout_engine()) is not None:
-        engine.execute(figure)
-        figure.set_layout_engine("none")
-    stream = BytesIO()
-    canvas.print_png(stream, pil_kwargs={"compress_level": COMPRESSION})
+    canvas, stream = FigureCanvasAgg(figure), BytesIO()
+    # Letters as they were designed: moved onto pixels they look no better at this size, and take a third longer.
+    with rc_context({"text.hinting": "none"}):
+        # `savefig` would draw the figure once more to lay it out.
+        if (engine := figure.get_layout_engine()) is not None:
+            engine.execute(figure)
+            figure.set_layout_engine("none")
+        canvas.print_png(stream, pil_kwargs={"compress_level": COMPRESSION})
     return stream.getvalue()
