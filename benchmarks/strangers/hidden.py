@@ -169,7 +169,7 @@ def _with_absorber(model: Model, row: Any, mass: float, natural: float) -> Model
     mass_matrix = grown(system.mass)
     mass_matrix[-1, -1] = mass
     changed = replace(
-        system, mass=mass_matrix, joints=joints, static_load=longer(system.static),
+        system, mass=mass_matrix, joints=joints, static_load=longer(system.static), basis=None,
         stiffness=grown(system.stiffness) + spring * np.outer(between, between),
         damping=grown(system.damping) + 2 * ABSORBER * mass * natural * np.outer(between, between),
         harmonic_force=longer(system.dynamic),

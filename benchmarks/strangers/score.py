@@ -7,9 +7,9 @@ same            an effect is *the same* as a hidden one if it is that one, or if
                 model (`Score.direction`): no campaign of this layout can tell them apart. So mass at two near places,
                 or preload and friction coefficient under a constant normal load, are one group.
 first           one: the verdict names (missing or ambiguous) an effect that is the same, before all others
-seen            one: the hidden effect changes the readings by more than ten standard deviations of noise, jitter,
+seen            all hidden effects change the readings by more than ten standard deviations of noise, jitter,
                 histories and numerical error beside the calibration parameters, at the calibrated model of the
-                diagnosis; the z of a plan is that of linear theory at the drawn model, which finite changes exceed
+                diagnosis (of the first round); the z of a plan is that of linear theory at the drawn model
 among           one: it names such an effect, wherever
 kind            one: the first that it names is of the hidden kind
 itself          one: the first that it names is the hidden one, kind and place
@@ -73,7 +73,8 @@ def is_first(record: Record) -> bool:
 
 def is_seen(record: Record) -> bool:
     """See `seen`."""
-    return any(size > SEEN for size in record["rounds"][0].get("seen", {}).values())
+    seen = record["rounds"][0].get("seen", {})
+    return bool(seen) and all(size > SEEN for size in seen.values())
 
 
 def is_among(record: Record) -> bool:
@@ -141,9 +142,11 @@ def table(records: Sequence[Record]) -> str:
         _line("95 % interval holds the strength", itself, is_covered),
         _line("nothing: false alarm", by["nothing"], lambda each: not finding(each, "nothing")),
         _line("confident wrong name, all classes", made, is_wrong),
-        _line("stranger: told unknown", by["stranger"], lambda each: finding(each, "unknown")),
+        _line("stranger: told unknown", by["stranger"], _is_unknown),
+        _line(f"the same, seen above {SEEN:.0f}", [each for each in by["stranger"] if is_seen(each)], _is_unknown),
         _line("stranger: told unknown, and its place", by["stranger"], _is_placed),
-        _line("two: both found", by["two"], lambda each: n_found(each) == 2),
+        _line("two: both found", by["two"], _are_found),
+        _line(f"the same, seen above {SEEN:.0f}", [each for each in by["two"] if is_seen(each)], _are_found),
         _line("two: at least one found", by["two"], lambda each: n_found(each) >= 1),
         _line(
             "hidden, but told nothing", by["one"] + by["two"] + by["stranger"], lambda each: finding(each, "nothing")
@@ -177,6 +180,14 @@ def summary(record: Record) -> str:
 
 def _has_finding(record: Record, finding: str) -> bool:
     return bool(record["rounds"][0]["finding"] == finding)
+
+
+def _is_unknown(record: Record) -> bool:
+    return _has_finding(record, "unknown")
+
+
+def _are_found(record: Record) -> bool:
+    return n_found(record) == len(record["effects"])
 
 
 def _is_placed(record: Record) -> bool:

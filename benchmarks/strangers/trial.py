@@ -16,11 +16,13 @@ import numpy as np
 
 from benchmarks.processor_time import TimeUp, limited
 from benchmarks.strangers.campaign import make
+from benchmarks.strangers.hidden import Hidden
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.effect import INTERVAL
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
+from diagnosis.screening import make_calibration_basis, project_out
 from study.diagnose.add import add
 from study.diagnose.run import diagnose_file
 
@@ -54,7 +56,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
             try:
                 with limited(LIMIT):
                     found = diagnose_file(stranger.case, read_campaign(stranger.folder), stranger.folder, trials=trials)
-                    done = round_of(found.last.diagnosis, record["effects"])
+                    done = round_of(found.last.diagnosis, stranger.hidden)
             except TimeUp as end:
                 done = {"finding": "failed", "failure": str(end)}
             except Exception as error:
@@ -70,9 +72,9 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
         return record
 
 
-def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
     """What one diagnosis says, how clearly it sees the hidden effects, and which ones it could not tell from them."""
-    verdict, before, hidden = diagnosis.verdict, diagnosis.before, [each["name"] for each in effects]
+    verdict, before, hidden = diagnosis.verdict, diagnosis.before, [each.name for each in effects]
     detectable = {score.effect.name: score.detectable for score in diagnosis.scores}
     directions = {score.effect.name: score.direction for score in diagnosis.scores}
     return {
@@ -83,9 +85,10 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Mapping[str, A
         "ranking": [_fitted(each) for each in diagnosis.refits if each.effect is not None],
         "scores": {score.effect.name: float(score.gain) for score in diagnosis.scores[:MOST]},
         "seen": {
-            each["name"]: abs(each["strength"] - each["vanishes"]) / detectable[each["name"]]
+            each.name: abs(each.strength - each.vanishes) / detectable[each.name]
+            if each.name in detectable
+            else _measure_change(diagnosis.arrangement, each)
             for each in effects
-            if each["name"] in detectable
         },
         "alike": {
             name: [
@@ -102,6 +105,16 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Mapping[str, A
         "held_chi2": before.held_chi2,
         "held_error": before.held_error,
     }
+
+
+def _measure_change(arrangement: Arrangement, effect: Hidden) -> float:
+    """Whitened change by an effect that the catalogue lacks, calibration parameters projected out [-]."""
+    train, fit, whole = arrangement.train, arrangement.fit, arrangement.fit.residual
+    prediction = train.predict(effect.bound(fit.model)(fit.model))
+    there = train.has_prediction(prediction) & train.has_prediction(fit.prediction)
+    change = np.where(there, train.residual(prediction) - whole[: len(there)], 0.0)
+    padded = np.pad(change, (0, len(whole) - len(change)))
+    return float(np.linalg.norm(project_out(make_calibration_basis(arrangement), padded)))
 
 
 def _fitted(refit: Refit) -> dict[str, Any]:
