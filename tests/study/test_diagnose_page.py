@@ -15,9 +15,11 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from diagnosis.resonator import Resonator
 from pipeline.store import Store
 from study.diagnose.add import add
 from study.diagnose.page import contents
+from study.diagnose.report import document
 from study.diagnose.run import Diagnosed, diagnose_file
 from study.diagnose.stages import waterfall
 from study.run_context import silent_run
@@ -85,6 +87,19 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> No
     ):
         assert section in words
     assert "friction coefficient" in words  # which these tests say nothing about
+
+
+def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: Diagnosed) -> None:
+    forces = diagnosed.last.diagnosis.places
+    resonators = [each for each in forces if isinstance(each, Resonator)]
+    assert 0 < len(resonators) < len(forces)
+    page = References()
+    page.feed(contents(diagnosed.last, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode())
+    written = document(diagnosed.last)
+    assert len(written["places"]) == len(forces) - len(resonators)
+    for row, each in zip(written["resonators"], resonators, strict=True):
+        assert (row["place"], row["frequency_hz"], row["mass_kg"]) == (each.name, each.frequency, each.mass)
+        assert f"{each.frequency:.4g} Hz" in page.words
 
 
 def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed) -> None:
