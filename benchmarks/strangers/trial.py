@@ -2,7 +2,7 @@
 
 Thresholds are those of linear theory (`--trials 0`): a layout that nobody has seen would otherwise be diagnosed 40
 times for its thresholds alone. A structure that hides two effects is diagnosed again after each effect that was named
-and added (`stickslip add`), at most `ROUNDS` times.
+and added (`stickslip add`; of several that the data cannot tell apart, the first), at most `ROUNDS` times.
 """
 
 import tempfile
@@ -62,7 +62,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
             except Exception as error:
                 done = {"finding": "failed", "failure": _told(error)}
             record["rounds"].append({**done, "seconds": time.process_time() - begin})
-            if len(names) < 2 or done["finding"] != "missing":
+            if len(names) < 2 or not done.get("named"):
                 break
             try:
                 add(stranger.case, done["named"][0]["name"])
