@@ -21,7 +21,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -61,6 +61,11 @@ class Entry(Generic[M]):
     def place(self) -> str:
         """File and line, as messages call them."""
         return f"{self.file}, line {self.line}"
+
+    @cached_property
+    def path(self) -> Path:
+        """The file with its whole path, which takes a look at each of its folders."""
+        return Path(self.file).resolve()
 
 
 class Registry(Generic[M]):
@@ -211,12 +216,16 @@ class Registry(Generic[M]):
 
     def outside_files(self) -> list[Path]:
         """Files of registered members that are not the product's own, sorted: stored results depend on them too."""
-        files = {Path(entry.file).resolve() for entry in self._entries.values() if not self._is_own(entry)}
+        files = {entry.path for entry in self._entries.values() if not self._is_own(entry)}
         return sorted(file for file in files if file.is_file())
 
     def _is_own(self, entry: Entry[M]) -> bool:
-        own = importlib.import_module(self.package).__path__
-        return any(Path(entry.file).resolve().is_relative_to(Path(folder).resolve()) for folder in own)
+        return any(entry.path.is_relative_to(folder) for folder in self._folders)
+
+    @cached_property
+    def _folders(self) -> tuple[Path, ...]:
+        """Folders of the product's own members."""
+        return tuple(Path(folder).resolve() for folder in importlib.import_module(self.package).__path__)
 
     def _import_namesake(self, name: object) -> None:
         """Import the file of the product that is called as a member: others need not be imported for it."""

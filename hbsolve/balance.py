@@ -18,9 +18,9 @@ from hbsolve.joint_arrays import JointTable, force_addresses, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
 from reduction.array_type import Real, Whole
+from reduction.available_memory import available_memory
 from reduction.joint_law.joint_arrays import addresses
 from reduction.jointed_system import JointedSystem
-from reduction.memory_estimate import available_memory
 
 #: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
 SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128

@@ -10,7 +10,6 @@ blades, cubes and plates of bricks and tetrahedra between 14,000 and 113,000). `
 the estimate with measured peaks.
 """
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +22,7 @@ from fe.sparse.factor import LONG, NODE, Symmetric
 from fe.sparse.solver import Backend, default_backend
 from fe.sparse.upper_blocks import UpperBlocks
 from reduction.array_type import Whole
+from reduction.available_memory import available_memory
 from reduction.errors import RomError
 
 
@@ -59,9 +59,6 @@ CSR_SYSTEM = 16.0
 #: Of tetrahedra of ten nodes: degrees of freedom in the cube of their size (60 to 80 where fTetWild makes smaller cells
 #: than asked for), levels along an edge, entries in a row.
 DOFS_PER_CUBE, LEVELS_PER_CELL, TET10_ROW = 40.0, 2.0, 78.0
-
-#: Where Linux says what a control group may take and has taken, in its second and in its first version.
-CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 
 
 def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
@@ -152,27 +149,6 @@ def refuse_beyond_memory(needed: float, what: str) -> None:
             f"{what} takes about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free: take larger "
             "elements, keep fewer modes or boundary degrees of freedom, or take a larger machine"
         )
-
-
-def available_memory(system: Path = Path("/")) -> float:
-    """Bytes that this process can take without swapping: of the machine, and of the control group it runs in.
-
-    Parameters
-    ----------
-    system
-        Root of the files in which Linux says so; where they are not, there is no limit.
-    """
-    result = [float("inf")]
-    meminfo = system / "proc/meminfo"
-    if meminfo.is_file():
-        values = dict(line.split(":") for line in meminfo.read_text(encoding="ascii").splitlines() if ":" in line)
-        result.append(1024.0 * int(values["MemAvailable"].split()[0]))
-    for limit, usage in CGROUP:
-        files = [system / "sys/fs/cgroup" / name for name in (limit, usage)]
-        if all(file.is_file() for file in files):
-            most, taken = (file.read_text(encoding="ascii").strip() for file in files)
-            result.append(float("inf") if most == "max" else float(most) - float(taken))
-    return min(result)
 
 
 def _system(n_entry: float, is_compact: bool) -> float:

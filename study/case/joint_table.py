@@ -1,5 +1,6 @@
 """The tables of a case that describe joints: contact lines, and one model per law, made of the law's own facts."""
 
+from collections.abc import Sequence
 from math import isfinite
 from typing import Annotated, Any, Literal, Self
 
@@ -18,7 +19,7 @@ from casefile.quantity import (
 )
 from casefile.table import CaseModel
 from reduction.joint_law.pressed_joint import MOST_FRICTION
-from reduction.joint_law.registry import LAWS, Joint, LawParameter
+from reduction.joint_law.registry import Joint, LawParameter
 from study.case.place import Places, PlaceTable, listed
 
 Positive = Annotated[Stiffness, Field(gt=0)]
@@ -46,9 +47,9 @@ Lengths = Annotated[tuple[Length, ...], BeforeValidator(listed), Field(min_lengt
 DIRECTION = "direction"
 
 
-def joint_table() -> Any:
-    """The type of an entry of ``[[joint]]``: the tables of all laws that are registered, distinguished by ``kind``."""
-    tables = [make_law_table(law) for law in LAWS]
+def joint_table(laws: Sequence[type[Joint]]) -> Any:
+    """The type of an entry of ``[[joint]]``: the tables of laws, distinguished by ``kind``."""
+    tables = [make_law_table(law) for law in laws]
     union: Any = tables[0]
     for table in tables[1:]:
         union |= table

@@ -141,7 +141,7 @@ class Case(CaseModel, Generic[S]):
     structure: S
     place: tuple[NamedPlaceTable, ...] = ()
     line: tuple[LineTable, ...] = ()
-    joint: tuple[Any, ...] = ()  # of the laws that are registered, see `make_case_model`
+    joint: tuple[Any, ...] = ()  # of the laws that are registered, see `make_joint_case_model`
     load: tuple[LoadTable, ...] = ()
     static_load: tuple[StaticLoadTable, ...] = ()
     dead_weight: tuple[DeadWeightTable, ...] = ()

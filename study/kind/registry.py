@@ -6,6 +6,7 @@ A kind is one member of a registry, in a folder of its own below `study.kind`. I
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -15,6 +16,7 @@ from casefile.errors import CaseError, Problem
 from casefile.table import CaseModel, at_key, load_case, read_case_head
 from casefile.validation import did_you_mean
 from geometry.registry import Registry, load_plugin
+from reduction.joint_law.registry import LAWS, Joint
 from study.case.joint_table import joint_table
 from study.case.structure import Structure
 from study.case.tables import Case, PluginsTable, StructureTable
@@ -141,14 +143,17 @@ def open_case(path: Path | str) -> OpenCase:
     """
     path = Path(path)
     _load_plugins(path)
-    structure = read_case_head(path).get("structure")
+    head = read_case_head(path)
+    structure = head.get("structure")
     name = structure.get("kind") if isinstance(structure, Mapping) else None
     if not isinstance(name, str) or name not in CASE_KINDS:
         load_case(path, _AnyCase)  # says what is wrong with the file
         raise AssertionError(f"{path}: the kind {name!r} was accepted")
     kind = CASE_KINDS[name]
     try:
-        return OpenCase(path=path, case=load_case(path, make_case_model(kind)), kind=kind)
+        # A model for each joint law takes longer than all else that is done with a file.
+        model = make_joint_case_model(kind.table, tuple(LAWS)) if "joint" in head else make_case_model(kind.table)
+        return OpenCase(path=path, case=load_case(path, model), kind=kind)
     except CaseError:
         _refuse_kind(path, kind, set(cast(Mapping[str, Any], structure)))
         raise
@@ -168,11 +173,16 @@ def _refuse_kind(path: Path, kind: CaseKind, keys: set[str]) -> None:
         raise CaseError([source.problem(("structure", "kind"), text)])
 
 
-def make_case_model(kind: CaseKind) -> type[Case[Any]]:
-    """The model of a whole case of a kind, with the joint laws that are registered now."""
-    base: Any = Case[kind.table]  # type: ignore[name-defined]
-    joints: Any = (tuple[joint_table(), ...], ())  # type: ignore[misc]
-    model: Any = create_model("Case", __base__=base, joint=joints)
+def make_case_model(table: type[StructureTable]) -> type[Case[Any]]:
+    """The model of a whole case whose ``[structure]`` has a model; its joints are left as they are."""
+    return cast(type[Case[Any]], Case[table])  # type: ignore[valid-type]
+
+
+@cache
+def make_joint_case_model(table: type[StructureTable], laws: tuple[type[Joint], ...]) -> type[Case[Any]]:
+    """The same with the tables of joint laws."""
+    joints: Any = (tuple[joint_table(laws), ...], ())  # type: ignore[misc]
+    model: Any = create_model("Case", __base__=make_case_model(table), joint=joints)
     return cast(type[Case[Any]], model)
 
 

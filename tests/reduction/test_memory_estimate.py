@@ -4,7 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import scipy.sparse as sp
 
@@ -17,7 +16,6 @@ from reduction.errors import RomError
 from reduction.memory_estimate import (
     FACTOR,
     LIBRARIES,
-    available_memory,
     mesh_memory,
     reduction_memory,
     refuse_beyond_memory,
@@ -114,21 +112,6 @@ def test_before_there_is_a_mesh_the_estimate_is_about_that_of_the_mesh() -> None
     early = tetrahedra_memory(0.02 * 0.02 * 0.06, 0.06, 0.004, 60, 40)
     # Six tetrahedra of a cube have edges up to 1.7 times its own, and so three quarters of the degrees of freedom.
     assert 0.5 < mesh_memory(mesh, 60, 40) / early < 1.0
-
-
-def test_what_is_free_is_the_least_that_the_system_tells(tmp_path: Path) -> None:
-    assert available_memory(tmp_path) == np.inf
-    (tmp_path / "proc").mkdir()
-    (tmp_path / "proc/meminfo").write_text("MemTotal:       100 kB\nMemAvailable:    80 kB\n")
-    assert available_memory(tmp_path) == 80 * 1024
-    group = tmp_path / "sys/fs/cgroup"
-    group.mkdir(parents=True)
-    (group / "memory.max").write_text("max\n")
-    (group / "memory.current").write_text("5000\n")
-    assert available_memory(tmp_path) == 80 * 1024
-    (group / "memory.max").write_text("50000\n")
-    assert available_memory(tmp_path) == 45000
-    assert 1e6 < available_memory() < np.inf or not Path("/proc/meminfo").exists()
 
 
 def test_more_than_that_is_refused_with_both_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

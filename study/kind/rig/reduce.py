@@ -24,10 +24,10 @@ from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import stage
 from reduction.assembly import ReducedAssembly
+from reduction.available_memory import available_memory
 from reduction.file.rom_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
-from reduction.memory_estimate import available_memory
 from study.case.tables import Case
 from study.kind.registry import OpenCase
 from study.kind.rig.contact import dead_weights, make_line_pairs

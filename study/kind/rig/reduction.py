@@ -20,9 +20,10 @@ from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress, ShownStep
 from pipeline.store import Outcome, Store, stage
 from reduction.assembly import ReducedAssembly, lowest_modes, truncated
+from reduction.available_memory import available_memory
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
-from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
+from reduction.memory_estimate import mesh_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.kind.rig.model import BODIES, FIXED_SETS, MeshedRig, RigModel, find_mirror_image, in_tetrahedra

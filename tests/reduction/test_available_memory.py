@@ -1,0 +1,22 @@
+"""Free memory, against what the files of Linux say."""
+
+from pathlib import Path
+
+import numpy as np
+
+from reduction.available_memory import available_memory
+
+
+def test_what_is_free_is_the_least_that_the_system_tells(tmp_path: Path) -> None:
+    assert available_memory(tmp_path) == np.inf
+    (tmp_path / "proc").mkdir()
+    (tmp_path / "proc/meminfo").write_text("MemTotal:       100 kB\nMemAvailable:    80 kB\n")
+    assert available_memory(tmp_path) == 80 * 1024
+    group = tmp_path / "sys/fs/cgroup"
+    group.mkdir(parents=True)
+    (group / "memory.max").write_text("max\n")
+    (group / "memory.current").write_text("5000\n")
+    assert available_memory(tmp_path) == 80 * 1024
+    (group / "memory.max").write_text("50000\n")
+    assert available_memory(tmp_path) == 45000
+    assert 1e6 < available_memory() < np.inf or not Path("/proc/meminfo").exists()
