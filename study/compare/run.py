@@ -29,6 +29,7 @@ from diagnosis.fit.weighting import (
     take_prediction,
     weigh_together,
 )
+from fe.blas_threads import on_one_blas_thread
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
@@ -140,6 +141,7 @@ def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> C
     return compare(setup, campaign, calibrate=calibrate)
 
 
+@on_one_blas_thread
 def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
     """Compare without writing anything.
 
