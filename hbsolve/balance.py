@@ -255,7 +255,7 @@ class HarmonicBalance:
         BalanceError
             A frequency that is not positive, or too high to compute with.
         """
-        return self.structure.at(_checked_frequency(angular_frequency))
+        return self.structure.at(checked_frequency(angular_frequency))
 
     def at_each(self, angular_frequencies: Sequence[float]) -> list[Condensed]:
         """The linear structure at several frequencies, in less time than by `at`."""
@@ -263,11 +263,11 @@ class HarmonicBalance:
 
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, Recovery]:
         """As `at`, with what gives full responses, of a structure that takes dense solves."""
-        return self.structure.at_with_recovery(_checked_frequency(angular_frequency))
+        return self.structure.at_with_recovery(checked_frequency(angular_frequency))
 
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
         """As `at`, with derivatives in Omega."""
-        return self.structure.at_with_slopes(_checked_frequency(angular_frequency))
+        return self.structure.at_with_slopes(checked_frequency(angular_frequency))
 
     def linear(self, condensed: Condensed, level: float | None = None) -> Real:
         """Motion of the directions with all contacts stuck, x_lin, shape (d, nh) [m]."""
@@ -339,7 +339,8 @@ def _refuse_beyond_memory(n_direction: int, n_harmonic: int, n_sample: int) -> N
         )
 
 
-def _checked_frequency(angular_frequency: float) -> float:
+def checked_frequency(angular_frequency: float) -> float:
+    """An Omega that a balance can have [rad/s]; else a `BalanceError`."""
     omega = real_number(angular_frequency, "angular_frequency", BalanceError)
     if not (np.isfinite(omega) and omega > 0):
         raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")

@@ -155,6 +155,15 @@ class CondensedStructure:
         object.__setattr__(other, "static", static)
         return other
 
+    def with_rows(self, rows: Float[Real, "s r"]) -> "CondensedStructure":
+        """The same structure with further rows after its directions, on which no stiffness acts, shape (s, r)."""
+        other = copy(self)
+        for name in ("_rest", "_at_rest"):
+            other.__dict__.pop(name, None)
+        object.__setattr__(other, "directions", np.vstack([self.directions, rows]))
+        object.__setattr__(other, "reference", np.concatenate([self.reference, np.zeros(len(rows))]))
+        return other
+
     @property
     def static_motion(self) -> Coefficients:
         """Displacement of the stuck structure under the static load, in harmonic 0, shape (H + 1, r) [m]."""

@@ -44,9 +44,11 @@ if TYPE_CHECKING:
     from hbsolve.balance import HarmonicBalance as HarmonicBalance
     from hbsolve.continuation.branch import ResponseBranch as ResponseBranch
     from hbsolve.continuation.branch import load_branch as load_branch
+    from hbsolve.continuation.controlled_response import controlled_response as controlled_response
     from hbsolve.continuation.detached import detached_curves as detached_curves
     from hbsolve.continuation.response import frequency_response as frequency_response
     from hbsolve.continuation.response import level_response as level_response
+    from hbsolve.continuation.response_surface import response_surface as response_surface
     from hbsolve.limits.objective import OutputHarmonic as OutputHarmonic
     from hbsolve.limits.response_limits import limit_problem as limit_problem
     from hbsolve.limits.response_limits import response_limits as response_limits
@@ -152,6 +154,8 @@ _HOME = {
     "frequency_response": "hbsolve.continuation.response:frequency_response",
     "detached_curves": "hbsolve.continuation.detached:detached_curves",
     "level_response": "hbsolve.continuation.response:level_response",
+    "controlled_response": "hbsolve.continuation.controlled_response:controlled_response",
+    "response_surface": "hbsolve.continuation.response_surface:response_surface",
     "ResponseBranch": "hbsolve.continuation.branch:ResponseBranch",
     "load_branch": "hbsolve.continuation.branch:load_branch",
     "OutputHarmonic": "hbsolve.limits.objective:OutputHarmonic",

@@ -85,7 +85,22 @@ def run(
         first, state = begin(continuation, start, slider)
         points = [(state.value, first)]
     else:
-        points, state = list(resumed[0]), resumed[1]
+        points, state = resumed
+    points, state, reason = follow_to_end(continuation, (points, state), report, save)
+    path = continuation.path
+    # A joint's parameter is part of the balance; frequency and level are part of the state.
+    balances = [path.at(value)[0] if isinstance(path, JointPath) else path.balance for value, _ in points]
+    return branch_of(balances, [item for _, item in points], reason, continuation.stopped_at(state))
+
+
+def follow_to_end(
+    continuation: Continuation,
+    begun: PartialBranch,
+    report: Callable[[float, float], None] | None = None,
+    save: Callable[[PartialBranch], None] | None = None,
+) -> tuple[list[tuple[float, SteadyState]], ContinuationState, StopReason]:
+    """All points of a branch, those that it has begun with among them, and where and why it ends; see `run`."""
+    points, state = list(begun[0]), begun[1]
     way = abs(continuation.last - continuation.first)
     while state.stop_reason is None:
         point, state = continuation.advance(state)
@@ -95,10 +110,7 @@ def run(
                 save((points, state))
         if report is not None:
             report(abs(state.value - continuation.first), way)
-    path = continuation.path
-    # A joint's parameter is part of the balance; frequency and level are part of the state.
-    balances = [path.at(value)[0] if isinstance(path, JointPath) else path.balance for value, _ in points]
-    return branch_of(balances, [item for _, item in points], state.stop_reason, continuation.stopped_at(state))
+    return points, state, state.stop_reason
 
 
 def frequency_response(

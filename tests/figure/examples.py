@@ -13,6 +13,7 @@ from figure.contact_states import ContactStates, StatePanel
 from figure.family_over_limits import FamiliesOverLimits, FamilyPanel, FamilyRow, MeasuredCurve
 from figure.fdac_map import FdacMap
 from figure.force_limits import ForceLimits, LineForceLimits
+from figure.force_surface import ForceCurve, ForceSurface
 from figure.frequency_response import FrequencyResponse
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
 from figure.hysteresis_loops import HysteresisLoops, Loop
@@ -278,6 +279,22 @@ def variance_shares() -> VarianceShares:
     )
 
 
+def force_surface() -> ForceSurface:
+    amplitude = np.geomspace(1.0, 50.0, 9)
+    force = amplitude[:, None] / np.abs(receptance(100.0))
+    force[-1, :10] = np.nan
+    response = np.abs(receptance(100.0))
+    curves = [
+        ForceCurve(label=f"{level} N", pieces=[(FREQUENCY[inside], level * response[inside])])
+        for level in (0.5, 0.9)
+        for inside in [(level * response > 1) & (level * response < 50)]
+    ]
+    return ForceSurface(
+        frequency=FREQUENCY, amplitude=amplitude, force=force, amplitude_label="tip [um]", force_label="force [N]",
+        curves=curves, **TITLES,
+    )  # fmt: skip
+
+
 EXAMPLES: dict[type, Callable[[], object]] = {
     ResponseCurves: response_curves,
     ResponseSpread: response_spread,
@@ -307,6 +324,7 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     Backbones: backbones,
     DecayDrawing: decay_drawing,
     StabilisationDrawing: stabilisation_drawing,
+    ForceSurface: force_surface,
     FdacMap: lambda: FdacMap(
         assurance=np.cos(np.subtract.outer(FREQUENCY, 1.002 * FREQUENCY)) ** 2, measured=FREQUENCY, model=FREQUENCY,
         **TITLES,

@@ -1,0 +1,222 @@
+"""The force that holds the amplitude of a sensor over frequency, as a response-controlled test measures it.
+
+Under a given force a resonance with a joint has folds and several states; with the amplitude held there is one state as
+a rule, and the curve over frequency passes through without a turn. Its states are found in the phase in which the
+reading is real (`hbsolve.continuation.controlled_amplitude`). A shift of time gives each the phase of the force of the
+case; as joints are sampled at other instants then, Newton's method with the level as a further unknown corrects it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.aft import JointForces, Start
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.controlled_amplitude import ControlledAmplitude, Reading
+from hbsolve.continuation.response import branch_of, follow_to_end
+from hbsolve.continuation.step import Continuation, ContinuationState
+from hbsolve.errors import NoSteadyState
+from hbsolve.newton import RELATIVE, bordered_step
+from hbsolve.sampling import complex_from_real, real_from_complex
+from hbsolve.solution import TOLERANCE, forces_at, recover_state, residual, solve_at
+from hbsolve.state import SteadyState, slider_start
+from hbsolve.steady_state import from_many_starts
+from reduction.array_type import Real, Vector, Whole
+from reduction.base_excitation import BaseExcitation
+
+#: Corrections after the shift of time at most, the factor of a shortened one, and the shortest.
+CORRECTIONS, SHORTEN, SHORTEST = 30, 0.5, 1e-2
+
+
+@on_one_blas_thread
+def controlled_response(
+    balance: HarmonicBalance,
+    row: int | Vector,
+    amplitude: float,
+    first: float,
+    last: float,
+    *,
+    derivative: int = 0,
+    base: BaseExcitation | None = None,
+    step: float | None = None,
+    slider: Real | None = None,
+    report: Callable[[float, float], None] | None = None,
+) -> ResponseBranch:
+    """Response over frequency with the amplitude of a sensor held; the level of each point is that which holds it.
+
+    Each point is a steady state of `balance.at_level(level)`, from which `steady_state` can start.
+
+    Parameters
+    ----------
+    balance
+        The system and its harmonics. Its force acts in harmonic 1 alone; its level does not matter.
+    row
+        The sensor, a degree of freedom or a row over all of them, shape (r,) [-].
+    amplitude
+        Of the first harmonic of its reading [m, m/s or m/s^2].
+    first, last
+        Range of Omega, in either order [rad/s].
+    derivative
+        Whether it reads the displacement (0), the velocity (1) or the acceleration (2).
+    base
+        Motion of the base that excites the system, where the sensor reads the absolute motion; by default it reads that
+        relative to the base, or there is none. The level contains Omega^p of the quantity of the base.
+    step
+        Largest step [rad/s]; a fiftieth of the range by default.
+    slider
+        Initial slider positions, shape (s,) [m]; zero by default.
+    report
+        Called with the way done and the whole way.
+
+    Raises
+    ------
+    BalanceError
+        As `ControlledAmplitude`, and an empty range.
+    NoSteadyState
+        No steady state with that amplitude at the first frequency, or none under the force that a point needs.
+    """
+    path = ControlledAmplitude(balance=balance, row=row, amplitude=amplitude, derivative=derivative, base=base)
+    continuation = controlled_continuation(path, first, last, step)
+    sliders = slider_start(balance, slider)
+    begun = begin_controlled(continuation, sliders)
+    points, state, reason = follow_to_end(continuation, begun, report)
+    states = [state_under_force(path, value, point.motion, sliders, point.iterations) for value, point in points]
+    return branch_of([balance] * len(states), states, reason, continuation.stopped_at(state))
+
+
+def controlled_continuation(
+    path: ControlledAmplitude, first: float, last: float, step: float | None = None
+) -> Continuation:
+    """The branch of a path between two frequencies, at both of which the force moves the sensor (`BalanceError`)."""
+    continuation = Continuation(path=path, first=first, last=last, step=step)
+    for end in (continuation.first, continuation.last):
+        path.refuse_unmoved(end)
+    return continuation
+
+
+def begin_controlled(
+    continuation: Continuation, sliders: Start, start: Real | None = None
+) -> tuple[list[tuple[float, SteadyState]], ContinuationState]:
+    """The first point of a branch under control.
+
+    Newton's method begins at a motion of the directions, shape (d, nh), or where all contacts stick, then along a ramp
+    of the amplitude and from many starts; where all of these fail there is a `NoSteadyState`.
+    """
+    balance, condensed = continuation.path.at(continuation.first)
+    try:
+        point = solve_at(balance, condensed, start, sliders)
+    except NoSteadyState:
+        found = from_many_starts(balance, condensed, start, sliders)
+        if found is None:
+            shown = f"{continuation.path.displayed(continuation.first):.6g} {continuation.path.unit}"
+            raise NoSteadyState(f"no steady state with the amplitude of the control was found at {shown}") from None
+        point = recover_state(balance, condensed, found[0], sliders, *found[1:])
+    return [(continuation.first, point)], continuation.state_at(point.motion, sliders)
+
+
+def state_under_force(
+    path: ControlledAmplitude, value: float, motion: Real, sliders: Start, iterations: int
+) -> SteadyState:
+    """The steady state under the force of the case whose motion, in the phase of the reading, is given.
+
+    Parameters
+    ----------
+    path
+        What is held.
+    value
+        Omega [rad/s].
+    motion
+        Of the joint directions, shape (d, nh) [m].
+    sliders
+        Sliders at the first instant.
+    iterations
+        Those that led to the motion.
+
+    Raises
+    ------
+    NoSteadyState
+        The corrections after the shift of time do not converge.
+    """
+    reading, condensed = path.ordinary(value)
+    held = path.held(value)
+    level = reading.level(held, forces_at(path.balance, value, motion, sliders).coefficients)
+    q = complex_from_real(motion)
+    x = real_from_complex(q * np.exp(-1j * np.angle(level) * np.arange(len(q)))[:, None])
+    trial = _Trial(path, reading, condensed, sliders, x, abs(level))
+    count = 0
+    while trial.norm > TOLERANCE:
+        if count == CORRECTIONS:
+            raise NoSteadyState(
+                f"the steady state at {path.displayed(value):.6g} Hz, level {abs(level):g}, that holds the amplitude "
+                f"was found to {trial.norm:.1e} alone"
+            )
+        trial, count = trial.corrected(), count + 1
+    at_level = path.balance.at_level(trial.level)
+    return recover_state(at_level, condensed, trial.motion, sliders, trial.unbalance, iterations + count)
+
+
+class _Trial:
+    """A motion and a level of the force, and how far they are from balance and from the amplitude that is held."""
+
+    def __init__(
+        self,
+        path: ControlledAmplitude,
+        reading: Reading,
+        condensed: Condensed,
+        sliders: Start,
+        motion: Real,
+        level: float,
+    ) -> None:
+        self.path, self.reading, self.condensed, self.sliders = path, reading, condensed, sliders
+        self.motion, self.level = motion, level
+        self.balance = path.balance.at_level(level)
+        self.forces: JointForces = forces_at(self.balance, condensed.angular_frequency, motion, sliders)
+        self.residual = residual(self.balance, condensed, motion, self.forces)
+        g = complex_from_real(self.forces.coefficients)[1]
+        self.read = complex(level * reading.driven - reading.pushed @ g)
+        self.held = path.held(condensed.angular_frequency)
+        scale = float(np.linalg.norm(self.balance.linear(condensed))) or 1.0
+        self.unbalance = float(np.linalg.norm(self.residual)) / scale
+        self.norm = max(self.unbalance, abs(abs(self.read) / self.held - 1))
+
+    def corrected(self) -> "_Trial":
+        """After one step of Newton's method, shortened where it leads further away."""
+        dx, by_level = self._step()
+        share, best = 1.0, self._at(dx, by_level)
+        while best.norm >= self.norm and share > SHORTEST:
+            share *= SHORTEN
+            trial = self._at(share * dx, share * by_level)
+            best = trial if trial.norm < best.norm else best
+        return best
+
+    def _at(self, dx: Real, by_level: float) -> "_Trial":
+        moved = self.motion + dx, self.level + by_level
+        return _Trial(self.path, self.reading, self.condensed, self.sliders, *moved)
+
+    def _step(self) -> tuple[Real, float]:
+        """Step of the motion and of the level."""
+        first, count = self.balance.joint_of_direction
+        turned = np.conj(self.read) / abs(self.read)
+        # d|y| = Re(turned (D dlevel - C^T dg_1)), with g_1 = cosine - i sine.
+        felt = np.zeros_like(self.residual)
+        felt[:, 1], felt[:, 2] = (turned * self.reading.pushed).real, (turned * self.reading.pushed).imag
+        dx, by_level = bordered_step(
+            self.forces, self.condensed.receptance, first, count, self.residual,
+            -real_from_complex(self.condensed.dynamic), -_transposed_jacobian(self.forces, first, count, felt),
+            float((turned * self.reading.driven).real), abs(self.read) - self.held, RELATIVE,
+        )  # fmt: skip
+        return dx, float(by_level)
+
+
+def _transposed_jacobian(forces: JointForces, first: Whole, count: Whole, felt: Real) -> Real:
+    """J^T of the joint forces times a change of each, shape (d, nh) both."""
+    d, nh = felt.shape
+    result = np.zeros((d, nh))
+    for direction in range(d):
+        row = felt[direction] @ forces.jacobian[direction]
+        own = slice(first[direction], first[direction] + count[direction])
+        result[own] += row[: count[direction] * nh].reshape(-1, nh)
+    return result
