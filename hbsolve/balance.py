@@ -214,6 +214,11 @@ class HarmonicBalance:
         return self.structure.is_dense
 
     @property
+    def main_harmonic(self) -> int:
+        """The lowest harmonic beside the mean that the load acts at; 1 if there is none [-]."""
+        return next((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1)) if k), 1)
+
+    @property
     def n_direction(self) -> int:
         """Number of joint directions d [-]."""
         return len(self.table.reference)

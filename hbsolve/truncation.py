@@ -3,22 +3,31 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Complex, Float
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.linearised import active_rows, scattered, times_jacobian
 from hbsolve.newton import newton_step
 from hbsolve.solution import forces_at, residual
 from hbsolve.state import SteadyState, check_state
+from reduction.array_type import Array, Matrix, Real
+
+#: Amplitude of a row, over the amplitudes that it adds up, below which it is round-off and residual [-].
+STILL = 1e-6
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Truncation:
-    """Estimated relative errors of the fundamental of the joint directions."""
+    """Estimated errors of the main harmonic: the lowest one that the load acts at."""
 
     harmonics: float
-    """Change by harmonics H + 1 to 2 H + 1 on the same samples (more where those are too few for them) [-]."""
+    """Relative change of the joint directions by harmonics H + 1 to 2 H + 1 on the same samples (more where those are
+    too few for them) [-]."""
     samples: float
-    """Change by twice the samples [-]. The error itself is some 4/3 of it, since the laws are of second order in the
+    """... by twice the samples [-]. The error itself is some 4/3 of it, since the laws are of second order in the
     distance of the samples, and up to twice as large where a contact lands between two samples and sticks at once."""
+    change: Complex[Array, " r"]
+    """Change of all degrees of freedom by both, shape (r,) [m]."""
 
 
 def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
@@ -34,23 +43,74 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
     """
     check_state(balance, state)
     if not balance.n_direction or not np.linalg.norm(state.motion):  # nothing moves, as far as squares show
-        return Truncation(harmonics=0.0, samples=0.0)
+        return Truncation(harmonics=0.0, samples=0.0, change=np.zeros(balance.system.n_dof, dtype=np.complex128))
     at_level = balance.at_level(state.level)
     n_harmonic = 2 * balance.n_harmonic
     more = at_level.with_harmonics(n_harmonic, max(balance.n_sample, 4 * n_harmonic))
-    samples = _first_step(at_level.with_samples(2 * balance.n_sample), state)
-    return Truncation(harmonics=_first_step(more, state), samples=samples)
+    main = balance.main_harmonic
+    by_harmonics, by_samples = (
+        _first_step(finer, state)[main] for finer in (more, at_level.with_samples(2 * balance.n_sample))
+    )
+    directions, moved = balance.structure.directions, state.displacement
+    size = float(np.linalg.norm(moved[main])) or float(np.linalg.norm(moved))
+    return Truncation(
+        harmonics=float(np.linalg.norm(directions @ by_harmonics)) / size,
+        samples=float(np.linalg.norm(directions @ by_samples)) / size,
+        change=by_harmonics + by_samples,
+    )
 
 
-def _first_step(balance: HarmonicBalance, state: SteadyState) -> float:
-    """Relative change of the fundamental in the first Newton step from a state."""
+def relative_change(
+    balance: HarmonicBalance,
+    change: Complex[Array, "... r"],
+    coefficients: Complex[Array, "... r"],
+    rows: Matrix | None = None,
+    least: Float[Real, " n"] | float = 0.0,
+) -> Float[Real, "... n"]:
+    """Change of each row over its amplitude, shape (..., n) [-]; zero where nothing moves.
+
+    Parameters
+    ----------
+    balance
+        System whose joint directions are compared, all together (n = 1), where no rows are given.
+    change, coefficients
+        Of one harmonic of all degrees of freedom, shape (..., r) [m].
+    rows
+        Shape (n, r) [-].
+    least
+        Amplitude below which a change is relative to this, shape (n,) [m].
+    """
+    read = balance.structure.directions if rows is None else rows
+    floor = STILL * (np.abs(coefficients) @ np.abs(read.T))
+    if rows is None:
+        floor = np.linalg.norm(floor, axis=-1, keepdims=True)
+    amplitude = np.maximum(np.maximum(row_amplitude(balance, coefficients, rows), floor), least)
+    changed = row_amplitude(balance, change, rows)
+    return np.divide(changed, amplitude, out=np.zeros_like(changed), where=amplitude > 0)
+
+
+def row_amplitude(
+    balance: HarmonicBalance, coefficients: Complex[Array, "... r"], rows: Matrix | None = None
+) -> Float[Real, "... n"]:
+    """Amplitude of each row, or the norm of the joint directions (n = 1) where none are given, shape (..., n) [m]."""
+    if rows is None:
+        return np.asarray(np.linalg.norm(coefficients @ balance.structure.directions.T, axis=-1, keepdims=True))
+    return np.asarray(np.abs(coefficients @ rows.T))
+
+
+def _first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, "harmonic r"]:
+    """Change of the response in the first Newton step from a state with fewer harmonics or samples [m]."""
     x = np.zeros((balance.n_direction, 2 * balance.n_harmonic - 1))
     motion = state.motion
     x[:, : motion.shape[1]] = motion
-    condensed = balance.at(state.angular_frequency)
-    forces = forces_at(balance, state.angular_frequency, x, state.start)
+    omega = state.angular_frequency
+    condensed, recovery = balance.at_with_recovery(omega) if balance.is_dense else (balance.at(omega), None)
+    forces = forces_at(balance, omega, x, state.start)
     first, count = balance.joint_of_direction
     R = residual(balance, condensed, x, forces)
     step = newton_step(forces, condensed.receptance, first, count, R, 0.0)
-    size = float(np.linalg.norm(motion[:, 1:3])) or float(np.linalg.norm(motion))
-    return float(np.linalg.norm(step[:, 1:3])) / size
+    rows = active_rows(forces.active)
+    pushed = scattered(rows, times_jacobian(rows, forces.jacobian, first, count, step), *x.shape)
+    after = balance.response(condensed, forces.coefficients - pushed, recovery)
+    after[: len(state.coefficients)] -= state.coefficients
+    return after

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
+from numpy.typing import NDArray
 
+from hbsolve.balance import default_samples
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.matlab import Exported
 from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.sampling import real_from_complex
-from hbsolve.state import harmonic_at
+from hbsolve.state import SteadyState, harmonic_at
 from reduction.array_input import freeze_arrays, whole_number
 from reduction.array_type import Array, Real
 
@@ -26,10 +28,16 @@ if TYPE_CHECKING:
 Numbers = Float[Real, " point"]
 #: Of a contact, in the order of `contact_share`.
 STATES = ("stick", "slip", "separated")
+#: Fields with complex numbers.
+COMPLEX = ("coefficients", "estimated_change")
 
 
 def _none() -> Real:
     return np.zeros(0)
+
+
+def _no_change() -> NDArray[np.complex128]:
+    return np.zeros((0, 0), dtype=np.complex128)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,8 +67,14 @@ class ResponseBranch(Exported):
     joint_names
         Names of the joints, in order.
     truncation_error, sample_error
-        Estimated relative error of the fundamental for the harmonics left out and for the number of samples
-        (`hbsolve.truncation`), shape (p,) [-]; empty where it was not asked for.
+        Estimated relative error of the main harmonic of the joint directions for the harmonics left out and for the
+        number of samples (`hbsolve.truncation`), shape (p,) [-]; empty where it was not asked for.
+    estimated_change
+        Estimated change of the main harmonic of all degrees of freedom with more harmonics and samples, shape (p, r)
+        [m]; empty where it was not asked for.
+    highest_harmonic, n_sample
+        H, and samples per period, of each point, shape (p,) [-]; coefficients beyond H are zero. By default the
+        highest of the coefficients, and the solver's choice for it.
     """
 
     angular_frequency: Numbers
@@ -75,17 +89,23 @@ class ResponseBranch(Exported):
     joint_names: tuple[str, ...] = ()
     truncation_error: Numbers = field(default_factory=_none)
     sample_error: Numbers = field(default_factory=_none)
+    estimated_change: Complex[Array, "point degree_of_freedom"] = field(default_factory=_no_change)
+    highest_harmonic: Numbers = field(default_factory=_none)
+    n_sample: Numbers = field(default_factory=_none)
 
     def __post_init__(self) -> None:
-        count = len(self.angular_frequency)
-        for name, value in (("level", np.ones(count)), ("iterations", np.zeros(count))):
+        count, n_harmonic = len(self.angular_frequency), np.shape(self.coefficients)[1]
+        for name, value in (
+            ("level", 1), ("iterations", 0), ("highest_harmonic", n_harmonic - 1),
+            ("n_sample", default_samples(n_harmonic)),
+        ):  # fmt: skip
             if not np.size(getattr(self, name)):
-                object.__setattr__(self, name, value)
+                object.__setattr__(self, name, np.full(count, float(value)))
         for name, shape in (("slider", (count, 0)), ("contact_share", (count, 0, 3))):
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.zeros(shape))
-        freeze_arrays(self, "coefficients", dtype=np.complex128)
-        freeze_arrays(self, *(name for name in dimensions(self) if name != "coefficients"))
+        freeze_arrays(self, *COMPLEX, dtype=np.complex128)
+        freeze_arrays(self, *(name for name in dimensions(self) if name not in COMPLEX))
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
 
     @property
@@ -154,6 +174,37 @@ class ResponseBranch(Exported):
         motion[:retained] = self.coefficients[number, :retained] @ balance.structure.directions.T
         return real_from_complex(motion)
 
+    def balance_at(self, balance: "HarmonicBalance", index: int) -> "HarmonicBalance":
+        """The balance of a point: that of the branch, at the level and with the harmonics and samples of the point."""
+        of_point = int(self.highest_harmonic[index]) + 1, int(self.n_sample[index])
+        at_level = balance.at_level(float(self.level[index]))
+        if of_point == (balance.n_harmonic, balance.n_sample):
+            return at_level
+        return at_level.with_harmonics(*of_point)
+
+    def state(self, balance: "HarmonicBalance", index: int) -> SteadyState:
+        """One point as a steady state of `balance_at`, whose sliders are those of the steady period.
+
+        Parameters
+        ----------
+        balance
+            Balance with which the branch was found.
+        index
+            Of the point.
+        """
+        q = self.coefficients[index, : int(self.highest_harmonic[index]) + 1]
+        return SteadyState(
+            angular_frequency=float(self.angular_frequency[index]),
+            level=float(self.level[index]),
+            displacement=q @ balance.structure.directions.T,
+            coefficients=q,
+            slider=self.slider[index],
+            multiplier=False,
+            slider_at_start=self.slider[index],
+            residual_norm=float(self.residual_norm[index]),
+            iterations=int(self.iterations[index]),
+        )
+
     def to_xarray(self) -> "xarray.Dataset":
         """As a labelled data set, with units as attributes."""
         import xarray
@@ -203,7 +254,7 @@ class ResponseBranch(Exported):
         for number, joint in enumerate(self.joint_names):
             for state, name in enumerate(STATES):
                 columns[f"{joint} {name} [-]"] = self.contact_share[:, number, state]
-        for column in ("truncation_error", "sample_error", "residual_norm", "iterations"):
+        for column in ("highest_harmonic", "truncation_error", "sample_error", "residual_norm", "iterations"):
             if getattr(self, column).size:
                 columns[f"{column.replace('_', ' ')} [-]"] = getattr(self, column)
         return pandas.DataFrame(columns)
@@ -230,7 +281,9 @@ def load_branch(path: Path | str) -> ResponseBranch:
 
     def read(data: "xarray.Dataset") -> ResponseBranch:
         values = {name: data[name].values for name in dimensions(ResponseBranch) if name in data.variables}
-        values["coefficients"] = data["coefficients_real"].values + 1j * data["coefficients_imag"].values
+        for name in COMPLEX:
+            if f"{name}_real" in data.variables:
+                values[name] = data[f"{name}_real"].values + 1j * data[f"{name}_imag"].values
         return ResponseBranch(
             **values,
             stop_reason=StopReason.read(str(data.attrs["stop_reason"])),
@@ -241,4 +294,4 @@ def load_branch(path: Path | str) -> ResponseBranch:
     return read_netcdf(path, "response branch: give a file that `ResponseBranch.save`", read)
 
 
-_UNITS = {"angular_frequency": "rad/s", "frequency": "Hz", "coefficients": "m", "slider": "m"}
+_UNITS = {"angular_frequency": "rad/s", "frequency": "Hz", "coefficients": "m", "slider": "m", "estimated_change": "m"}

@@ -197,4 +197,6 @@ def branch_of(
         joint_names=tuple(joint.name for joint in balances[0].system.joints) if balances else (),
         truncation_error=np.array([item.harmonics for item in errors]),
         sample_error=np.array([item.samples for item in errors]),
+        estimated_change=np.array([item.change for item in errors]),
+        n_sample=np.array([item.n_sample for item in balances], dtype=np.float64),
     )

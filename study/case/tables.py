@@ -43,6 +43,7 @@ class HarmonicsTable(CaseModel):
 
     highest: Annotated[int, Field(strict=True, ge=0, le=MOST_HARMONICS)] = 7
     samples: Annotated[int, Field(strict=True, ge=1, le=MOST_SAMPLES)] | None = None
+    tolerance: Annotated[Ratio, Field(gt=0, le=1, examples=["0.5 %"])] | None = None
 
     @property
     def n_sample(self) -> int:

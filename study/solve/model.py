@@ -32,6 +32,8 @@ class SolveModel:
         Curves in the order of the case.
     harmonics, n_sample
         H, and samples per period [-].
+    tolerance
+        Relative error of the outputs above which points get more harmonics [-]; None for the same at all points.
     slider
         Slider positions at rest under dead weights, shape (s,) [m]; None where rest is that under the static load.
     lines
@@ -54,6 +56,7 @@ class SolveModel:
     curves: tuple[Curve, ...]
     harmonics: int
     n_sample: int
+    tolerance: float | None = None
     slider: Row | None = None
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     in_newtons: bool = False
@@ -130,6 +133,7 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
         slider=_histories(read, 1, 0)[0],
         harmonics=opened.case.harmonics.highest,
         n_sample=opened.case.harmonics.n_sample,
+        tolerance=opened.case.harmonics.tolerance,
         lines=model.lines,
         in_newtons=in_newtons,
         base=None if model.base_acceleration is None else np.asarray(model.base_acceleration, dtype=np.complex128),

@@ -11,9 +11,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.model import DERIVATIVE, Sensor
-from geometry.plain_number import plain
-from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import STATES, ResponseBranch
+from hbsolve.continuation.refined_branch import LEAST
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.stability.branch_stability import BranchStability
@@ -34,8 +33,6 @@ DRAWN_STATES = ("stuck", "slipping", "separated")
 SAMPLE_PER_HARMONIC = 32
 #: Larger than the vibration of any structure, the longest bridges included [m].
 MOST_DISPLACEMENT = 10.0
-#: An amplitude whose estimated error is larger than this is not to be used unawares.
-MOST_TRUNCATION = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,21 +86,6 @@ class SolvedCurve:
         samples = samples_from_coefficients(q.T, SAMPLE_PER_HARMONIC * q.shape[1])
         return np.asarray(np.ptp(samples, axis=0) / 2)
 
-    def state(self, balance: HarmonicBalance, point: int) -> SteadyState:
-        """One point as a steady state, whose sliders are those of the steady period."""
-        branch, slider = self.branch, self.branch.slider[point]
-        return SteadyState(
-            angular_frequency=float(branch.angular_frequency[point]),
-            level=float(branch.level[point]),
-            displacement=branch.coefficients[point] @ balance.structure.directions.T,
-            coefficients=branch.coefficients[point],
-            slider=slider,
-            multiplier=False,
-            slider_at_start=slider,
-            residual_norm=float(branch.residual_norm[point]),
-            iterations=int(branch.iterations[point]),
-        )
-
     @property
     def n_unstable(self) -> Float[NDArray[np.float64], " p"]:
         """Number of unstable multipliers of each point, shape (p,) [-]; not a number where it is not known."""
@@ -114,6 +96,21 @@ class SolvedCurve:
         """truncation_error or sample_error of each point, shape (p,) [-]; not a number where it is not known."""
         values = np.asarray(getattr(self.branch, name))
         return values if values.size else np.full(len(self.branch.frequency), np.nan)
+
+    def output_error(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
+        """Estimated relative error of an output's amplitude at each point, shape (p,) [-].
+
+        Relative to a thousandth of the largest amplitude where that is more than the one there; not a number where it
+        is not known.
+        """
+        change, harmonic = self.branch.estimated_change, find_main_harmonic(self.model.system)
+        if not change.size:
+            return np.full(len(self.branch.frequency), np.nan)
+        omega = harmonic * self.branch.angular_frequency
+        amplitude = np.abs(self.output(output)[:, harmonic]) / omega ** DERIVATIVE[output.quantity]
+        amplitude = np.maximum(amplitude, LEAST * amplitude.max())
+        changed = np.abs(change @ output.row)
+        return np.asarray(np.divide(changed, amplitude, out=np.zeros_like(changed), where=amplitude > 0))
 
     def peak(self, output: Sensor, harmonic: int) -> int:
         """Point of the largest amplitude of a harmonic of an output."""
@@ -149,14 +146,22 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
 
     branches = [item.branch for item in curves]
 
+    most = max(branch.coefficients.shape[1] for branch in branches)
+
     def joined(name: str) -> NDArray[Any]:
         return np.concatenate([np.asarray(getattr(branch, name)) for branch in branches])
+
+    def padded(values: NDArray[Any]) -> NDArray[Any]:
+        return np.pad(values, [(0, 0), (0, most - values.shape[1]), (0, 0)])
 
     def errors(name: str) -> NDArray[Any]:
         return np.concatenate([item.error(name) for item in curves])
 
-    outputs = np.concatenate([np.stack([item.output(output) for output in model.outputs], axis=2) for item in curves])
-    coefficients = joined("coefficients")
+    outputs = np.concatenate(
+        [padded(np.stack([item.output(output) for output in model.outputs], axis=2)) for item in curves]
+    )
+    output_error = [np.stack([item.output_error(output) for output in model.outputs], axis=1) for item in curves]
+    coefficients = np.concatenate([padded(branch.coefficients) for branch in branches])
     share = joined("contact_share").reshape(len(coefficients), len(model.system.joints), len(STATES))
     counts = [len(branch.angular_frequency) for branch in branches]
     return xr.Dataset(
@@ -175,6 +180,13 @@ def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], titl
                 {"units": "1", "long_name": "share of the period; a stop that is closed counts as stick"},
             ),
             "residual_norm": ("point", joined("residual_norm"), {"units": "1"}),
+            "output_error": (
+                ("point", "output"),
+                np.concatenate(output_error),
+                {"units": "1", "long_name": "estimated relative error of the amplitude"},
+            ),
+            "highest_harmonic": ("point", joined("highest_harmonic"), {"long_name": "H of the point"}),
+            "n_sample": ("point", joined("n_sample"), {"long_name": "samples per period"}),
             "truncation_error": ("point", errors("truncation_error"), {"units": "1"}),
             "sample_error": ("point", errors("sample_error"), {"units": "1"}),
             "iterations": ("point", joined("iterations")),
@@ -212,11 +224,11 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
     head = ["curve", "frequency [Hz]", "level"]
     for output in model.outputs:
         unit, name = SURFACE_UNIT[output.quantity][0], f"{output.name} {model.motion_of(output)}".rstrip()
-        head += [f"{name} amplitude [{unit}]", f"{name} phase [deg]", f"{name} half range [{unit}]"]
+        head += [f"{name} amplitude [{unit}]", f"{name} phase [deg]", f"{name} half range [{unit}]", f"{name} error"]
     head += [f"{joint.name} {state}" for joint in model.system.joints for state in list_state_names(joint).values()]
     with_stability = any(item.stability for item in curves)
     head += ["unstable multipliers"] if with_stability else []
-    write([*head, "truncation error", "sample error", "residual norm", "iterations"])
+    write([*head, "highest harmonic", "truncation error", "sample error", "residual norm", "iterations"])
     for item in curves:
         branch = item.branch
         columns = [branch.frequency, item.level]
@@ -224,10 +236,16 @@ def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str
             scale = SURFACE_UNIT[output.quantity][1]
             q = item.output(output)[:, harmonic]
             columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * item.half_range(output)]
+            columns += [item.output_error(output)]
         for number, joint in enumerate(model.system.joints):
             columns += [branch.contact_share[:, number, state] for state in list_state_names(joint)]
         columns += [item.n_unstable] if with_stability else []
-        columns += [item.error("truncation_error"), item.error("sample_error"), branch.residual_norm]
+        columns += [
+            branch.highest_harmonic,
+            item.error("truncation_error"),
+            item.error("sample_error"),
+            branch.residual_norm,
+        ]
         for point, values in enumerate(zip(*columns, strict=True)):
             cells = (f"{value:.10g}" for value in values)
             write([item.curve.label, *cells, int(branch.iterations[point])])
@@ -316,25 +334,3 @@ def motion_warning(curves: Sequence[SolvedCurve], outputs: Sequence[Sensor]) -> 
     if largest <= MOST_DISPLACEMENT:
         return ""
     return f"{where}: no structure vibrates by more than {MOST_DISPLACEMENT:g} m, so check levels, loads and units"
-
-
-def truncation_warning(peaks: Sequence[Peak], highest: int) -> str:
-    """One sentence on the highest point whose estimated truncation error is largest; empty if none is too large.
-
-    Parameters
-    ----------
-    peaks
-        One for each curve.
-    highest
-        H, as the case has it [-].
-    """
-    wrong = [peak for peak in peaks if peak.peak_truncation_error > MOST_TRUNCATION]
-    if not wrong:
-        return ""
-    worst = max(wrong, key=lambda peak: peak.peak_truncation_error)
-    others = f", on {len(wrong)} of {len(peaks)} curves" if len(wrong) > 1 else ""
-    return (
-        f'at the highest point of the curve "{worst.label}", {worst.peak_frequency_hz:.5g} Hz, the truncation error is '
-        f"about {plain(100 * worst.peak_truncation_error)} % (above {100 * MOST_TRUNCATION:g} %{others}): "
-        f"raise harmonics = {highest}"
-    )

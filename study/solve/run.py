@@ -22,7 +22,9 @@ from study.kind.registry import Extras, open_case
 from study.run_context import RunContext
 from study.solve.curve import response_curve
 from study.solve.detached import find_detached_curves, name_detached_curve
+from study.solve.error_warning import error_warning
 from study.solve.model import SolveModel, make_solve_model, require_sweep
+from study.solve.refinement import refine_curve
 from study.solve.result import (
     DRAWN_STATES,
     SURFACE_UNIT,
@@ -35,7 +37,6 @@ from study.solve.result import (
     motion_warning,
     output_of,
     peak_of,
-    truncation_warning,
 )
 from study.solve.stability import curve_stability
 
@@ -116,7 +117,7 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     drawn = _results(model, balance, curves, title)
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
     peaks = tuple(peak_of(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
-    if warning := truncation_warning(peaks, model.harmonics):
+    if warning := error_warning(curves, model):
         run.warn(warning)
     if warning := motion_warning(curves, model.outputs):
         run.warn(warning)
@@ -141,7 +142,21 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[
             SolvedCurve(curve=name_detached_curve(curve, other, count), branch=other, model=model)
             for count, other in enumerate(others, start=1)
         ]
-    return [_with_stability(item, place, run) for item in solved] if model.stability else solved
+    if model.stability:
+        solved = [_with_stability(item, place, run) for item in solved]
+    return solved if model.tolerance is None else [_refined(item, place, run) for item in solved]
+
+
+def _refined(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
+    model = item.model
+    assert model.tolerance is not None
+    rows = np.array([output.row for output in model.outputs])
+    with run.progress.step(f"harmonics of {place.partition(',')[0]}, {item.curve.label}") as report:
+        branch = run.store.run(
+            refine_curve, model.system, item.curve, item.branch, model.harmonics, model.n_sample, model.tolerance, rows,
+            report=report,
+        )  # fmt: skip
+    return replace(item, branch=branch)
 
 
 def _with_stability(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
@@ -237,8 +252,8 @@ def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedC
     result = []
     for item in curves:
         point = item.peak(model.outputs[0], harmonic)
-        state = item.state(balance, point)
-        motion = contact_motion(balance.at_level(state.level), state)[joint]
+        state = item.branch.state(balance, point)
+        motion = contact_motion(item.branch.balance_at(balance, point), state)[joint]
         law = model.system.joints[joint]
         result.append(
             Loop(

@@ -134,7 +134,7 @@ def summarise_curve(model: SolveModel, curve: Curve, branch: ResponseBranch) -> 
     solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)
     damping = []
     for output in model.outputs:
-        state = solved.state(balance, solved.peak(output, harmonic))
+        state = solved.branch.state(balance, solved.peak(output, harmonic))
         damping.append(energy_balance(balance.at_level(state.level), state).loss_factor / 2)
     return PointCurve(
         curve=curve,

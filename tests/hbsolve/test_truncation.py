@@ -117,4 +117,5 @@ def test_a_structure_without_joints_or_without_motion_has_no_error() -> None:
 def test_the_level_of_the_state_counts() -> None:
     balance = HarmonicBalance(system=oscillator(SLIDER), n_harmonic=4)
     state = steady_state(balance.at_level(2.0), 0.8)
-    assert truncation(balance, state) == truncation(balance.at_level(2.0), state)
+    at_level = truncation(balance.at_level(2.0), state)
+    np.testing.assert_array_equal(truncation(balance, state).change, at_level.change)

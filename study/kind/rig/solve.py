@@ -32,8 +32,12 @@ def report_rig_extras(read: ReadCase, solved: Solved, run: RunContext) -> Extras
     resting: RestingRig = read.structure.details
     model, curves, stem, title = solved.model, solved.curves, read.opened.path.stem, read.opened.title
     harmonic, balance = find_main_harmonic(model.system), solved.balance
-    states = [item.state(balance, item.peak(model.outputs[0], harmonic)) for item in curves]
-    peaks = [compute_rig_forces(resting, balance.at_level(state.level), state) for state in states]
+    highest = [item.peak(model.outputs[0], harmonic) for item in curves]
+    states = [item.branch.state(balance, point) for item, point in zip(curves, highest, strict=True)]
+    peaks = [
+        compute_rig_forces(resting, item.branch.balance_at(balance, point), state)
+        for item, point, state in zip(curves, highest, states, strict=True)
+    ]
     contacts = {item.name: item for item in resting.rest.contacts}
     friction = {line: contacts[names[0]].friction_coefficient for line, names in resting.joined.lines.items()}
     labels = [item.curve.label for item in curves]

@@ -1,0 +1,139 @@
+"""A branch with the harmonics and samples that each of its points needs."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact_motion import contact_share
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.errors import BalanceError
+from hbsolve.refinement import MARGIN, RefinedState, checked_rows, checked_tolerance, refine_harmonics
+from hbsolve.solution import forces_at, residual
+from hbsolve.state import SteadyState, slider_start
+from hbsolve.truncation import relative_change, row_amplitude
+from reduction.array_type import Matrix, Real
+
+#: Amplitude of a row, over the largest of its branch, below which its change is relative to this [-]: at an
+#: antiresonance a relative error says nothing.
+LEAST = 1e-3
+#: Residual of a point, over the linear motion, that shows another balance or other sliders: a thousand tolerances of
+#: the solver, and far less than either changes.
+FOREIGN = 1e-6
+
+
+def refine_branch(
+    balance: HarmonicBalance,
+    branch: ResponseBranch,
+    tolerance: float,
+    *,
+    rows: Matrix | None = None,
+    slider: Real | None = None,
+    most: int | None = None,
+    report: Callable[[float, float], None] | None = None,
+) -> ResponseBranch:
+    """The same branch with more harmonics where their estimated error, times `MARGIN`, exceeds a tolerance.
+
+    Each of these points is found again at its frequency and level by `refine_harmonics`. In the result,
+    `estimated_change` is the last change of these points and `MARGIN` times the estimate of others; `truncation_error`
+    is that of the joint directions, by harmonics and samples together, and `sample_error` of refined points is not a
+    number. `branch_errors` tells where the tolerance is not reached.
+
+    Parameters
+    ----------
+    balance
+        Balance with which the branch was found.
+    branch
+        Branch over frequency or level, with error estimates.
+    tolerance, rows, most
+        As for `hbsolve.refinement.refine_harmonics`.
+    slider
+        Slider positions with which the branch was found, shape (s,) [m]; zero by default.
+    report
+        Called with the number of points that are done and of all that are refined.
+
+    Raises
+    ------
+    BalanceError
+        A branch without estimates, or of another balance or other sliders, and what `refine_harmonics` refuses.
+    """
+    limit, rows = checked_tolerance(tolerance), checked_rows(balance, rows)
+    if not branch.estimated_change.size:
+        raise BalanceError("the branch has no estimated_change: give one of `frequency_response` or `level_response`")
+    widened = replace(
+        branch,
+        estimated_change=MARGIN * branch.estimated_change,
+        truncation_error=MARGIN * (branch.truncation_error + branch.sample_error),
+    )
+    least = LEAST * row_amplitude(balance, branch.coefficients[:, balance.main_harmonic], rows).max(axis=0)
+    wanted = np.flatnonzero(branch_errors(balance, widened, rows).max(axis=1, initial=0.0) > limit).tolist()
+    given = slider_start(balance, slider).value
+    points: dict[int, RefinedState] = {}
+    for index in wanted:
+        state = replace(branch.state(balance, index), slider=given)
+        at_point = branch.balance_at(balance, index)
+        _refuse_foreign(at_point, state)
+        points[index] = refine_harmonics(at_point, state, limit, rows=rows, least=least, most=most)
+        if report is not None:
+            report(len(points), len(wanted))
+    return _with_points(widened, points)
+
+
+def branch_errors(balance: HarmonicBalance, branch: ResponseBranch, rows: Matrix | None = None) -> Real:
+    """Estimated relative error of the main harmonic of each point and row, shape (p, n) [-].
+
+    Relative to the amplitude there, or to a thousandth of the largest of the branch where that is more.
+
+    Parameters
+    ----------
+    balance
+        Balance with which the branch was found.
+    branch
+        Branch with error estimates.
+    rows
+        Shape (n, r) [-]; by default the joint directions together (n = 1).
+    """
+    q = branch.coefficients[:, balance.main_harmonic]
+    least = LEAST * row_amplitude(balance, q, rows).max(axis=0, initial=0.0)
+    return relative_change(balance, branch.estimated_change, q, rows, least)
+
+
+def _refuse_foreign(balance: HarmonicBalance, state: SteadyState) -> None:
+    """Refuse a state that does not solve a balance: its joints or its sliders are others."""
+    condensed = balance.at(state.angular_frequency)
+    forces = forces_at(balance, state.angular_frequency, state.motion, state.start)
+    linear = float(np.linalg.norm(balance.linear(condensed))) or 1.0
+    left = float(np.linalg.norm(residual(balance, condensed, state.motion, forces))) / linear
+    if not left <= FOREIGN:
+        raise BalanceError(
+            f"the point at {state.frequency:.6g} Hz leaves {left:.1e} of the linear motion: give the balance and the "
+            "sliders with which the branch was found, over frequency or level"
+        )
+
+
+def _with_points(branch: ResponseBranch, points: dict[int, RefinedState]) -> ResponseBranch:
+    """The branch with these points in place of its own."""
+    n_harmonic = max([branch.coefficients.shape[1], *(item.balance.n_harmonic for item in points.values())])
+    count, before, n_dof = branch.coefficients.shape
+    coefficients = np.zeros((count, n_harmonic, n_dof), dtype=np.complex128)
+    coefficients[:, :before] = branch.coefficients
+    names = (
+        "residual_norm", "iterations", "slider", "contact_share", "truncation_error", "sample_error",
+        "estimated_change", "highest_harmonic", "n_sample",
+    )  # fmt: skip
+    arrays: dict[str, Any] = {name: np.array(getattr(branch, name)) for name in names}
+    for index, item in points.items():
+        state, of_point = item.state, item.balance
+        coefficients[index] = 0.0
+        coefficients[index, : len(state.coefficients)] = state.coefficients
+        moved = state.coefficients[of_point.main_harmonic]
+        values = (
+            state.residual_norm, state.iterations, state.slider_at_start, contact_share(of_point, state),
+            relative_change(of_point, item.change, moved)[0], np.nan,
+            item.change, of_point.n_harmonic - 1, of_point.n_sample,
+        )  # fmt: skip
+        for name, value in zip(names, values, strict=True):
+            arrays[name][index] = value
+    return replace(branch, coefficients=coefficients, **arrays)

@@ -1,0 +1,151 @@
+"""As many harmonics and samples as a tolerance needs: a state is found again with twice of both until it stands still.
+
+The change from one balance to the next finer one is the error of the coarser. The finer state is the result, so that
+its own error is less where errors decrease.
+"""
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError
+from hbsolve.solution import newton_from, recover_state
+from hbsolve.state import SteadyState, check_state
+from hbsolve.steady_state import from_many_starts
+from hbsolve.truncation import relative_change, truncation
+from reduction.array_input import real_array, real_number, whole_number
+from reduction.array_type import Array, Matrix, Real
+
+#: Highest harmonic at most, by default, over that of the coarse balance [-].
+MOST_TIMES = 8
+#: Starts about a known state for the same in more harmonics: those that lead on are among the first.
+FEW_STARTS = 16
+#: Error over its estimate by one Newton step: more for one random state in ten (`benchmarks/truncation_estimate.py`).
+MARGIN = 3.0
+
+
+class RefinementStop(Enum):
+    """Why a refinement ends; the value says it and, after a colon, what to try."""
+
+    TOLERANCE = "the tolerance is reached"
+    MOST_HARMONICS = "the most harmonics do not reach the tolerance: allow more, or a larger tolerance"
+    MEMORY = "more harmonics do not fit into the memory that is free: allow a larger tolerance"
+    NO_STATE = "no state was found with more harmonics: begin with more, or continue a branch with more"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RefinedState:
+    """A steady state with the harmonics that a tolerance needs."""
+
+    state: SteadyState
+    """In the harmonics of `balance`."""
+    balance: HarmonicBalance
+    """With which it was found, at the level of the state."""
+    change: Complex[Array, " r"]
+    """Last change of the main harmonic of all degrees of freedom, or the next one by the estimate of
+    `hbsolve.truncation` if that is more; `MARGIN` times the estimate where no finer state was found; shape (r,) [m]."""
+    error: float
+    """The same relative to the amplitude, the largest of all rows [-]."""
+    stop: RefinementStop
+    """Whether the tolerance is reached, and why not."""
+
+
+@on_one_blas_thread
+def refine_harmonics(
+    balance: HarmonicBalance,
+    state: SteadyState,
+    tolerance: float,
+    *,
+    rows: Matrix | None = None,
+    least: Float[Real, " n"] | float = 0.0,
+    most: int | None = None,
+) -> RefinedState:
+    """Find a state again with twice the harmonics and samples, until that changes it by less than a tolerance.
+
+    So must the next step by the estimate of `hbsolve.truncation`.
+
+    Parameters
+    ----------
+    balance
+        Balance with which the state was found.
+    state
+        Coarse state; its sliders are those of every finer one.
+    tolerance
+        Largest relative change of the main harmonic, the lowest one that the load acts at [-].
+    rows
+        What is to be accurate, such as the rows of sensors, shape (n, r) [-]; by default the joint directions together.
+    least
+        Amplitude below which a change is relative to this, shape (n,) [m].
+    most
+        Highest harmonic at most; by default eight times that of the balance.
+
+    Raises
+    ------
+    BalanceError
+        A state of another balance, a tolerance that is not positive, or rows of another size.
+    """
+    check_state(balance, state)
+    limit, rows = checked_tolerance(tolerance), checked_rows(balance, rows)
+    highest = MOST_TIMES * max(balance.n_harmonic - 1, 1) if most is None else whole_number(most, "most", BalanceError)
+    coarse, main = balance.at_level(state.level), balance.main_harmonic
+
+    def refined(change: Complex[Array, " r"], stop: RefinementStop) -> RefinedState:
+        error = float(relative_change(coarse, change, state.coefficients[main], rows, least).max(initial=0.0))
+        return RefinedState(state=state, balance=coarse, change=change, error=error, stop=stop)
+
+    result = refined(MARGIN * truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)
+    while True:
+        n_harmonic = min(2 * max(coarse.n_harmonic - 1, 1), highest) + 1
+        if n_harmonic <= coarse.n_harmonic:
+            return result
+        try:
+            finer = coarse.with_harmonics(n_harmonic, max(2 * coarse.n_sample, 4 * n_harmonic))
+        except BalanceError:
+            return replace(result, stop=RefinementStop.MEMORY)
+        found = _find_again(finer, state)
+        if found is None:
+            return replace(result, stop=RefinementStop.NO_STATE)
+        change = found.coefficients[main] - state.coefficients[main]
+        coarse, state = finer, found
+        result = refined(change, RefinementStop.MOST_HARMONICS)
+        if result.error <= limit:
+            # Where harmonics beyond the finer ones resonate, they change more than those before: the estimate tells.
+            ahead = refined(truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)
+            result = max(result, ahead, key=lambda item: item.error)
+            if result.error <= limit:
+                return replace(result, stop=RefinementStop.TOLERANCE)
+
+
+def checked_tolerance(tolerance: float) -> float:
+    """A relative tolerance, refused (`BalanceError`) where it is not positive."""
+    limit = real_number(tolerance, "tolerance", BalanceError)
+    if not limit > 0:
+        raise BalanceError(f"tolerance = {limit:g} must be positive: 0.01 is 1 %")
+    return limit
+
+
+def checked_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix | None:
+    """Rows over all degrees of freedom, refused (`BalanceError`) where they have another size."""
+    if rows is None:
+        return None
+    given = real_array(rows, "rows", BalanceError)
+    if given.ndim != 2 or given.shape[1] != balance.system.n_dof:
+        raise BalanceError(f"rows have shape {given.shape}: give (n, {balance.system.n_dof}), one weight per degree")
+    return given
+
+
+def _find_again(finer: HarmonicBalance, state: SteadyState) -> SteadyState | None:
+    """The same state with more harmonics and samples; none where Newton's method does not find it."""
+    x = np.zeros((finer.n_direction, 2 * finer.n_harmonic - 1))
+    motion = state.motion
+    x[:, : motion.shape[1]] = motion
+    condensed = finer.at(state.angular_frequency)
+    found = newton_from(finer, condensed, x, state.start)
+    if found is not None:
+        return found
+    near = from_many_starts(finer, condensed, x, state.start, FEW_STARTS)
+    return None if near is None else recover_state(finer, condensed, near[0], state.start, near[1], near[2])

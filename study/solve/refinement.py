@@ -1,0 +1,45 @@
+"""More harmonics at points of one response curve as a stage."""
+
+from collections.abc import Callable
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.refined_branch import refine_branch
+from pipeline.store import stage
+from reduction.array_type import Matrix
+from reduction.jointed_system import JointedSystem
+from study.solve.curve import Curve
+
+
+@stage("refined curve", ignore=("report",))
+def refine_curve(
+    system: JointedSystem,
+    curve: Curve,
+    branch: ResponseBranch,
+    harmonics: int,
+    n_sample: int,
+    tolerance: float,
+    rows: Matrix,
+    report: Callable[[float, float], None] | None = None,
+) -> ResponseBranch:
+    """The points of a curve with as many harmonics and samples as the outputs need.
+
+    Parameters
+    ----------
+    system
+        With its loads at level 1.
+    curve
+        Request of the case.
+    branch
+        Points of the curve.
+    harmonics, n_sample
+        H, and samples per period, 0 for the solver's choice [-].
+    tolerance
+        Relative error of the main harmonic of each output [-].
+    rows
+        Of the outputs, shape (n, r) [-].
+    report
+        Progress over the points that are refined.
+    """
+    balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
+    return refine_branch(balance, branch, tolerance, rows=rows, slider=curve.slider, report=report)
