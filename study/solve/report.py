@@ -15,6 +15,7 @@ def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, An
         "n_dof": solved.model.system.n_dof,
         "n_joint": len(solved.model.system.joints),
         "harmonics": solved.model.harmonics,
+        "highest_harmonic": _highest(solved),
         "output": solved.model.outputs[0].name,
         **_motions(solved),
         "curves": [vars(peak) | more for peak, more in zip(solved.peaks, of_curves, strict=True)],
@@ -25,12 +26,13 @@ def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, An
 
 def solve_text(solved: Solved, extras: Extras | None = None) -> str:
     """The same as a table."""
-    model = solved.model
+    model, highest = solved.model, _highest(solved)
+    refined = f", up to {highest} where refined" if highest > model.harmonics else ""
     width = max(len(peak.label) for peak in solved.peaks)
     lines = [extras.text] if extras and extras.text else []
     lines += [
         f"{model.system.n_dof} degrees of freedom, {len(model.system.joints)} joints, "
-        f"harmonics 0 to {model.harmonics}; highest points of {model.outputs[0].name}:",
+        f"harmonics 0 to {model.harmonics}{refined}; highest points of {model.outputs[0].name}:",
         "",
         f"  {'curve':<{width}}  frequency [Hz]     level  amplitude [{solved.peaks[0].unit}]  points  "
         "truncation error at the peak",
@@ -50,6 +52,11 @@ def solve_text(solved: Solved, extras: Extras | None = None) -> str:
     lines += ["", *map(str, solved.files)]
     lines += map(str, extras.files if extras else ())
     return "\n".join(lines)
+
+
+def _highest(solved: Solved) -> int:
+    """The highest harmonic of any point [-]."""
+    return max(int(item.branch.highest_harmonic.max()) for item in solved.curves)
 
 
 def _motions(solved: Solved) -> dict[str, dict[str, str]]:
