@@ -56,14 +56,21 @@ def test_a_contour_has_the_unstable_part_between_the_folds(surface: ResponseSurf
     np.testing.assert_allclose(a, exact, rtol=2e-2)  # the cell of the finer grid in which it passes
 
 
-@pytest.mark.parametrize("level", [0.5, 1.0, 2.0])
-def test_contours_pass_through_the_response_of_contacts_at_that_level(level: float) -> None:
+@pytest.fixture(scope="module")
+def chained() -> tuple[HarmonicBalance, ResponseSurface]:
+    """A chain with contacts, and a surface of it."""
     balance = friction_chain("coupled")
-    omega, amplitude = np.linspace(4.0, 12.0, 61), np.geomspace(0.01, 0.4, 21)
-    surface = response_surface(balance, 4, omega, amplitude)
+    return balance, response_surface(balance, 4, np.linspace(4.0, 12.0, 61), np.geomspace(0.01, 0.4, 21))
+
+
+@pytest.mark.parametrize("level", [0.5, 1.0, 2.0])
+def test_contours_pass_through_the_response_of_contacts_at_that_level(
+    chained: tuple[HarmonicBalance, ResponseSurface], level: float
+) -> None:
+    balance, surface = chained
     assert np.isfinite(surface.level).all()
     curve = frequency_response(balance.at_level(level), 4.0, 12.0)
-    within = (curve.amplitude(4) > amplitude[0]) & (curve.amplitude(4) < amplitude[-1])
+    within = (curve.amplitude(4) > surface.amplitude[0]) & (curve.amplitude(4) < surface.amplitude[-1])
     points = np.column_stack([curve.angular_frequency / 8, np.log(curve.amplitude(4))])[within]
     contours = [
         np.column_stack([item.angular_frequency / 8, np.log(item.amplitude)]) for item in surface.at_level(level)
