@@ -19,6 +19,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
+from correlation.model import Model
+from diagnosis.candidate.place import ROTATIONS, find_dof
 from diagnosis.error_share import Weights, list_weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
@@ -46,7 +48,10 @@ class Resonator:
     gain
         Fall of chi^2 [-].
     mass, deviation
-        Mass and its standard deviation at this tuning, to first order [kg; kg m^2 where the place is an angle].
+        Mass, or moment of inertia where the place is an angle, and its standard deviation at this tuning, to first
+        order [`unit`].
+    unit
+        "kg" or "kg m^2".
     frequency
         Natural frequency [Hz].
     damping
@@ -54,8 +59,8 @@ class Resonator:
     n_number
         Number of fitted parameters: mass, natural frequency and damping ratio [-].
     alike
-        Other places with the mass that it would have there, which the data cannot tell from this one: one mode alone
-        does not say where on it something hangs.
+        The same at other places, which the data cannot tell from this one: one mode alone does not say where on it
+        something hangs.
     """
 
     name: str
@@ -66,12 +71,13 @@ class Resonator:
     frequency: float
     damping: float
     n_number: int = 3
-    alike: tuple[tuple[str, float], ...] = ()
+    unit: str = "kg"
+    alike: tuple["Resonator", ...] = ()
 
     @property
     def sentence(self) -> str:
         """Natural frequency, and size by place, in words."""
-        where = " or ".join(f"{mass:.2g} kg at {name}" for name, mass in ((self.name, self.mass), *self.alike))
+        where = " or ".join(f"{each.mass:.2g} {each.unit} at {each.name}" for each in (self, *self.alike))
         return (
             f"something small that swings by itself at {self.frequency:.4g} Hz, such as a cable or a loose part, of "
             f"{where}, in the {self.configuration} structure"
@@ -87,7 +93,7 @@ def find_resonators(arrangement: Arrangement) -> list[Resonator]:
     slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents).reshape(len(points), len(places), 2, 2)
     for configuration, there in (("jointed", ~points.free), ("free", points.free)):
         tunings = list_tunings(points.frequency[there]) if there.any() else []
-        for number, (name, _) in enumerate(places if tunings else ()):
+        for number, (name, row) in enumerate(places if tunings else ()):
             own = np.where(there[:, None], slopes[:, number, int(configuration == "free")], 0.0)
             changes = _changes(arrangement, own, tunings)
             fits = [_fit(each, changes) for each in weights]
@@ -97,17 +103,21 @@ def find_resonators(arrangement: Arrangement) -> list[Resonator]:
                 found.append(
                     Resonator(
                         name=name, configuration=configuration, gain=gain, mass=mass, deviation=deviation,
-                        frequency=frequency, damping=damping,
+                        frequency=frequency, damping=damping, unit=_inertia_unit(fit.model, row),
                     )
                 )  # fmt: skip
     return [replace(each, alike=_list_alike(each, found)) for each in sorted(found, key=lambda each: -each.gain)]
 
 
-def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[tuple[str, float], ...]:
-    """Other places of the same configuration that gain as much, but for odds of one in twenty, and their masses."""
+def _inertia_unit(model: Model, row: Float[NDArray[np.float64], " r"]) -> str:
+    dof = find_dof(model, row)
+    return "kg m^2" if dof is not None and dof.direction in ROTATIONS else "kg"
+
+
+def _list_alike(resonator: Resonator, found: Sequence[Resonator]) -> tuple[Resonator, ...]:
+    """Those at other places of the same configuration that gain as much, but for odds of one in twenty."""
     near = sorted((each for each in found if abs(each.gain - resonator.gain) < CLOSE), key=lambda each: -each.gain)
-    others = [each for each in near if each.configuration == resonator.configuration and each.name != resonator.name]
-    return tuple((each.name, each.mass) for each in others)
+    return tuple(each for each in near if each.configuration == resonator.configuration and each.name != resonator.name)
 
 
 def list_tunings(frequency: Float[NDArray[np.float64], " k"]) -> list[tuple[float, float]]:

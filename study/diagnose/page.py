@@ -179,7 +179,7 @@ def _resonator(resonator: Resonator) -> dict[str, str]:
         "gain": digits(resonator.gain, 4),
         "frequency": f"{resonator.frequency:.4g} Hz",
         "damping": f"{100 * resonator.damping:.2g} %",
-        "mass": f"{digits(resonator.mass, 3)} ± {digits(INTERVAL * resonator.deviation, 2)} kg",
+        "mass": f"{digits(resonator.mass, 3)} ± {digits(INTERVAL * resonator.deviation, 2)} {resonator.unit}",
     }
 
 

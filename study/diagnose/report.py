@@ -199,8 +199,9 @@ def document(result: Round) -> dict[str, Any]:
                 "gain": resonator.gain,
                 "frequency_hz": resonator.frequency,
                 "damping_ratio": resonator.damping,
-                "mass_kg": resonator.mass,
-                "mass_deviation": resonator.deviation,
+                "mass": resonator.mass,
+                "deviation": resonator.deviation,
+                "unit": resonator.unit,
             }
             for resonator in diagnosis.places
             if isinstance(resonator, Resonator)

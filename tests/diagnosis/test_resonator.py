@@ -74,12 +74,19 @@ def test_places_that_move_alike_are_all_told_with_the_mass_there(hung: Arrangeme
     model = replace(hung.fit.model, places={**hung.fit.model.places, "lever z": half})
     best, other = find_resonators(replace(hung, fit=replace(hung.fit, model=model)))[:2]
     assert {best.name, other.name} == {"tip z", "lever z"}
-    ((name, mass),) = best.alike
+    ((name, mass),) = [(each.name, each.mass) for each in best.alike]
     assert (name, mass) == (other.name, other.mass)
     masses = {each.name: each.mass for each in (best, other)}
     # A quarter of the motion's square is felt at half of the motion.
     assert masses["lever z"] == pytest.approx(4 * masses["tip z"])
     assert f" kg at {best.name} or {mass:.2g} kg at {name}, in the jointed structure" in best.sentence
+
+
+def test_at_an_angle_it_is_a_moment_of_inertia(hung: Arrangement) -> None:
+    model = hung.fit.model
+    turned = replace(model, dofs=tuple(replace(dof, direction="rx") for dof in model.dofs))
+    best = find_resonators(replace(hung, fit=replace(hung.fit, model=turned)))[0]
+    assert f"{best.mass:.2g} kg m^2 at tip z" in best.sentence
 
 
 def test_without_one_the_best_gains_what_chance_does(small: Model, paper: ModuleType) -> None:

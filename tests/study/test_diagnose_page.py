@@ -98,7 +98,9 @@ def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(dia
     written = document(diagnosed.last)
     assert len(written["places"]) == len(forces) - len(resonators)
     for row, each in zip(written["resonators"], resonators, strict=True):
-        assert (row["place"], row["frequency_hz"], row["mass_kg"]) == (each.name, each.frequency, each.mass)
+        assert (row["place"], row["frequency_hz"], row["mass"], row["unit"]) == (
+            each.name, each.frequency, each.mass, "kg",
+        )  # fmt: skip
         assert f"{each.frequency:.4g} Hz" in page.words
 
 
