@@ -121,6 +121,7 @@ def page(result: Round, history: History) -> str:
         held_before=f"{100 * result.diagnosis.before.held_error:.3g}",
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=[each for each in result.diagnosis.places if isinstance(each, Place)],
+        swings=isinstance(result.diagnosis.verdict.place, Resonator),
         resonators=[_resonator(each) for each in result.diagnosis.places if isinstance(each, Resonator)],
         accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
