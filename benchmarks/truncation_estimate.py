@@ -23,7 +23,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.refinement import refine_harmonics
 from hbsolve.solution import newton_from, solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, in_harmonics_of, slider_start
 from hbsolve.truncation import relative_change, truncation
 
 HIGHEST, N_SAMPLE = 7, 256
@@ -41,8 +41,7 @@ STRIDE = 4
 def with_more(balance: HarmonicBalance, state: SteadyState, times: int) -> SteadyState | None:
     """The same state with more harmonics and samples, if Newton's method alone finds it."""
     finer = balance.with_harmonics(times * HIGHEST + 1, times * N_SAMPLE)
-    x = np.zeros((finer.n_direction, 2 * finer.n_harmonic - 1))
-    x[:, : state.motion.shape[1]] = state.motion[:, : x.shape[1]]
+    x = in_harmonics_of(finer, state.motion)
     return newton_from(finer, finer.at(state.angular_frequency), x, state.start)
 
 

@@ -7,23 +7,20 @@ its own error is less where errors decrease.
 from dataclasses import dataclass, replace
 from enum import Enum
 
-import numpy as np
 from jaxtyping import Complex, Float
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from hbsolve.solution import newton_from, recover_state
-from hbsolve.state import SteadyState, check_state
-from hbsolve.steady_state import from_many_starts
+from hbsolve.solution import newton_from
+from hbsolve.state import SteadyState, check_state, in_harmonics_of
+from hbsolve.steady_state import FEW_STARTS, from_many_starts
 from hbsolve.truncation import relative_change, truncation
 from reduction.array_input import real_array, real_number, whole_number
 from reduction.array_type import Array, Matrix, Real
 
 #: Highest harmonic at most, by default, over that of the coarse balance [-].
 MOST_TIMES = 8
-#: Starts about a known state for the same in more harmonics: those that lead on are among the first.
-FEW_STARTS = 16
 #: Error over its estimate by one Newton step: more for one random state in ten (`benchmarks/truncation_estimate.py`).
 MARGIN = 3.0
 
@@ -140,12 +137,6 @@ def checked_rows(balance: HarmonicBalance, rows: Matrix | None) -> Matrix | None
 
 def _find_again(finer: HarmonicBalance, state: SteadyState) -> SteadyState | None:
     """The same state with more harmonics and samples; none where Newton's method does not find it."""
-    x = np.zeros((finer.n_direction, 2 * finer.n_harmonic - 1))
-    motion = state.motion
-    x[:, : motion.shape[1]] = motion
-    condensed = finer.at(state.angular_frequency)
+    x, condensed = in_harmonics_of(finer, state.motion), finer.at(state.angular_frequency)
     found = newton_from(finer, condensed, x, state.start)
-    if found is not None:
-        return found
-    near = from_many_starts(finer, condensed, x, state.start, FEW_STARTS)
-    return None if near is None else recover_state(finer, condensed, near[0], state.start, near[1], near[2])
+    return from_many_starts(finer, condensed, x, state.start, FEW_STARTS) if found is None else found

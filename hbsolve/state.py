@@ -145,6 +145,11 @@ def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None
     return Start(value, np.full(n, int(multiplier)))
 
 
+def in_harmonics_of(balance: HarmonicBalance, motion: Real) -> Real:
+    """A motion of fewer harmonics in those of a balance, the others zero, shape (d, nh) [m]."""
+    return np.pad(motion, ((0, 0), (0, 2 * balance.n_harmonic - 1 - motion.shape[1])))
+
+
 def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> Real | None:
     """The motion to start from that a caller gives; compiled code checks nothing.
 

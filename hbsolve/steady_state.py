@@ -23,6 +23,8 @@ from reduction.array_type import Real
 
 #: Starts, iterations in each, and the seed that makes them the same every time.
 N_START, ITERATIONS, SEED = 200, 60, 0
+#: Starts about a state that is known in fewer harmonics: those that lead on are among the first.
+FEW_STARTS = 16
 #: Joint directions up to which so many starts are tried; beyond, an iteration takes longer with their square, and fewer
 #: are tried, but a few.
 FEW_DIRECTIONS, LEAST_START = 12, 8
@@ -81,16 +83,14 @@ def rescue(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
 ) -> SteadyState | None:
     """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none."""
-    result = from_many_starts(balance, condensed, x, sliders)
-    if result is not None:
-        return recover_state(balance, condensed, result[0], sliders, result[1], result[2])
-    return along_an_arc(balance, condensed.angular_frequency, before, sliders)
+    found = from_many_starts(balance, condensed, x, sliders)
+    return along_an_arc(balance, condensed.angular_frequency, before, sliders) if found is None else found
 
 
 def from_many_starts(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, n_start: int = N_START
-) -> tuple[Real, float, int] | None:
-    """Motion, |R| relative to the linear motion, and iterations; none if no start leads to a solution."""
+) -> SteadyState | None:
+    """What the first start that leads to a solution leads to; none if none does."""
     linear = balance.linear(condensed)
     scale = float(np.linalg.norm(linear)) or 1.0
     near = linear if x is None else x
@@ -104,7 +104,7 @@ def from_many_starts(
             start = start + STUCK_SPREAD * linear * random.normal(size=near.shape)
         result, norm, count = newton_at(balance, condensed, linear, start, sliders, TOLERANCE * scale, ITERATIONS)
         if norm <= TOLERANCE * scale:
-            return result, norm / scale, count
+            return recover_state(balance, condensed, result, sliders, norm / scale, count)
     return None
 
 

@@ -9,7 +9,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.linearised import active_rows, scattered, times_jacobian
 from hbsolve.newton import newton_step
 from hbsolve.solution import forces_at, residual
-from hbsolve.state import SteadyState, check_state
+from hbsolve.state import SteadyState, check_state, in_harmonics_of
 from reduction.array_type import Array, Matrix, Real
 
 #: Amplitude of a row, over the amplitudes that it adds up, below which it is round-off and residual [-].
@@ -100,10 +100,7 @@ def row_amplitude(
 
 def _first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, "harmonic r"]:
     """Change of the response in the first Newton step from a state with fewer harmonics or samples [m]."""
-    x = np.zeros((balance.n_direction, 2 * balance.n_harmonic - 1))
-    motion = state.motion
-    x[:, : motion.shape[1]] = motion
-    omega = state.angular_frequency
+    x, omega = in_harmonics_of(balance, state.motion), state.angular_frequency
     condensed, recovery = balance.at_with_recovery(omega) if balance.is_dense else (balance.at(omega), None)
     forces = forces_at(balance, omega, x, state.start)
     first, count = balance.joint_of_direction

@@ -14,15 +14,13 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
-from hbsolve.solution import recover_state, solve_at
-from hbsolve.state import SteadyState, slider_start
-from hbsolve.steady_state import from_many_starts
+from hbsolve.solution import solve_at
+from hbsolve.state import SteadyState, in_harmonics_of, slider_start
+from hbsolve.steady_state import FEW_STARTS, from_many_starts
 from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
 SEARCH_ERROR = 5e-4
-#: Starts about a known state for the same in more harmonics: those that lead on are among the first.
-FEW_STARTS = 16
 #: Samples of the balances that read a limit, and their harmonics one after the other, over those of the search [-].
 SAMPLES, HARMONICS = 16, (1, 2, 4)
 #: Frequencies to either side that changes by harmonics are taken from.
@@ -218,13 +216,11 @@ def _state(balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, s
     """The steady state at a limit, in as many harmonics as the balance has; none where there is none."""
     if not np.isfinite(motion).all():
         return None
-    start = np.zeros((len(motion), 2 * balance.n_harmonic - 1))
-    start[:, : motion.shape[1]] = motion
     at_level = balance.at_level(curve.level)
+    start = in_harmonics_of(at_level, motion)
     condensed, sliders = at_level.at(float(curve.angular_frequency[at])), slider_start(at_level, slider)
     try:
         return solve_at(at_level, condensed, start, sliders)
     except NoSteadyState:
         # The state is known in fewer harmonics: a few starts about it lead on, or none does, and all take minutes.
-        found = from_many_starts(at_level, condensed, start, sliders, FEW_STARTS)
-        return None if found is None else recover_state(at_level, condensed, found[0], sliders, *found[1:])
+        return from_many_starts(at_level, condensed, start, sliders, FEW_STARTS)

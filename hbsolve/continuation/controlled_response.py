@@ -113,7 +113,7 @@ def begin_controlled(
         if found is None:
             shown = f"{continuation.path.displayed(continuation.first):.6g} {continuation.path.unit}"
             raise NoSteadyState(f"no steady state with the amplitude of the control was found at {shown}") from None
-        point = recover_state(balance, condensed, found[0], sliders, *found[1:])
+        point = found
     return [(continuation.first, point)], continuation.state_at(point.motion, sliders)
 
 
