@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.model import Model
-from diagnosis.error_share import Weights, list_weights
+from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
 from hbsolve.model_rates import MatrixParameter, ModelParameter
@@ -97,16 +97,26 @@ class Place:
         return f"near {self.name}, a force{grows}{phase}, in the {self.configuration} structure"
 
 
-def localise(arrangement: Arrangement) -> list[Place]:
-    """Places ranked by the gain of an unknown force there, best first."""
+def localise(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Place]:
+    """Places ranked by the gain of an unknown force there, best first.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements and model.
+    weights
+        Covariances of `list_weights`.
+    """
     fit = arrangement.fit
-    weights = list_weights(arrangement)
-    points = arrangement.train.features.points
+    points, rows = arrangement.train.features.points, fit.model.places
+    tangents = [each for row in rows.values() for free in (False, True) for each in _tangents(fit.model, row, free)]
+    # Each state is linearised once for all of them.
+    of_all = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
+    by_place = of_all.reshape(len(points), len(rows), 2, 4)
     places = []
-    for name, row in fit.model.places.items():
-        tangents = [*_tangents(fit.model, row, False), *_tangents(fit.model, row, True)]
-        both = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
-        for free, slopes in ((False, both[:, :4]), (True, both[:, 4:])):
+    for number, (name, row) in enumerate(rows.items()):
+        for free in (False, True):
+            slopes = by_place[:, number, int(free)]
             solved = {level for is_free, level, _ in fit.prediction.states if is_free == free}
             levels = np.array([level for level in np.unique(points.level[points.free == free]) if level in solved])
             if not len(levels):

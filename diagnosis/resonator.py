@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.model import Model
 from diagnosis.candidate.place import ROTATIONS, find_dof
-from diagnosis.error_share import Weights, list_weights
+from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
 from hbsolve.model_rates import MatrixParameter, ModelParameter
@@ -84,11 +84,18 @@ class Resonator:
         )
 
 
-def find_resonators(arrangement: Arrangement) -> list[Resonator]:
-    """The best resonator at each place in each configuration, best first; none that gains nothing."""
+def find_resonators(arrangement: Arrangement, weights: Sequence[Weights]) -> list[Resonator]:
+    """The best resonator at each place in each configuration, best first; none that gains nothing.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements and model.
+    weights
+        Covariances of `list_weights`.
+    """
     train, fit = arrangement.train, arrangement.fit
-    points, weights = train.features.points, list_weights(arrangement)
-    places, found = list(fit.model.places.items()), list[Resonator]()
+    points, places, found = train.features.points, list(fit.model.places.items()), list[Resonator]()
     tangents = [each for _, row in places for each in _tangents(row)]
     slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents).reshape(len(points), len(places), 2, 2)
     for configuration, there in (("jointed", ~points.free), ("free", points.free)):

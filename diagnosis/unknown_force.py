@@ -2,6 +2,7 @@
 
 from typing import TypeAlias
 
+from diagnosis.error_share import list_weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.localisation import Place, localise
 from diagnosis.resonator import Resonator, find_resonators
@@ -11,7 +12,8 @@ UnknownForce: TypeAlias = Place | Resonator
 
 def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:
     """Unknown forces that would explain the residual, ranked by the gain beyond the number of their parameters."""
-    return sorted([*localise(arrangement), *find_resonators(arrangement)], key=misfit, reverse=True)
+    weights = list_weights(arrangement)
+    return sorted([*localise(arrangement, weights), *find_resonators(arrangement, weights)], key=misfit, reverse=True)
 
 
 def misfit(force: UnknownForce) -> float:

@@ -9,6 +9,7 @@ import pytest
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.place import with_cubic_spring
+from diagnosis.error_share import list_weights
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.localisation import Place, find_common_phase, localise
@@ -21,14 +22,13 @@ SPRING, DASHPOT, CUBIC = 20.0, 0.15, 8e6  # N/m, N s/m, N/m^3
 def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> list[Place]:
     campaign = paper.make_campaign(truth, seed=8)
     deviation = {"kn": 0.0, "E": 0.0, **known}
-    return localise(
-        arrange(
-            campaign,
-            model,
-            list_calibration_parameters(model, deviation=deviation),
-            Budget(frequency=0.0, compliance=0.0),
-        )
+    arrangement = arrange(
+        campaign,
+        model,
+        list_calibration_parameters(model, deviation=deviation),
+        Budget(frequency=0.0, compliance=0.0),
     )
+    return localise(arrangement, list_weights(arrangement))
 
 
 def spring(model: Model) -> Model:

@@ -10,9 +10,10 @@ from correlation.model import Dof, LineSensor, Model
 from correlation.noise.nuisance import Budget
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.error_share import list_weights
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from diagnosis.resonator import DAMPING, find_resonators, list_tunings
+from diagnosis.resonator import DAMPING, Resonator, find_resonators, list_tunings
 from diagnosis.unknown_force import find_unknown_forces, misfit
 from reduction.jointed_system import along
 
@@ -52,13 +53,17 @@ def arranged(small: Model, paper: ModuleType, truth: Model) -> Arrangement:
     return arrange(paper.make_campaign(truth, seed=3), small, calibration(small), EXACT)
 
 
+def found_in(arrangement: Arrangement) -> list[Resonator]:
+    return find_resonators(arrangement, list_weights(arrangement))
+
+
 @pytest.fixture(scope="module")
 def hung(small: Model, paper: ModuleType) -> Arrangement:
     return arranged(small, paper, with_absorber(small, along(4, {2: 1.0})))
 
 
 def test_an_absorber_is_found_with_place_mass_and_tuning(hung: Arrangement) -> None:
-    best = find_resonators(hung)[0]
+    best = found_in(hung)[0]
     assert (best.name, best.configuration) == ("tip z", "jointed")
     # The grid of natural frequencies is as coarse as the damping ratio.
     assert best.frequency == pytest.approx(NATURAL, rel=RATIO)
@@ -72,7 +77,7 @@ def test_an_absorber_is_found_with_place_mass_and_tuning(hung: Arrangement) -> N
 def test_places_that_move_alike_are_all_told_with_the_mass_there(hung: Arrangement) -> None:
     half = hung.fit.model.places["tip z"] / 2
     model = replace(hung.fit.model, places={**hung.fit.model.places, "lever z": half})
-    best, other = find_resonators(replace(hung, fit=replace(hung.fit, model=model)))[:2]
+    best, other = found_in(replace(hung, fit=replace(hung.fit, model=model)))[:2]
     assert {best.name, other.name} == {"tip z", "lever z"}
     ((name, mass),) = [(each.name, each.mass) for each in best.alike]
     assert (name, mass) == (other.name, other.mass)
@@ -85,7 +90,7 @@ def test_places_that_move_alike_are_all_told_with_the_mass_there(hung: Arrangeme
 def test_at_an_angle_it_is_a_moment_of_inertia(hung: Arrangement) -> None:
     model = hung.fit.model
     turned = replace(model, dofs=tuple(replace(dof, direction="rx") for dof in model.dofs))
-    best = find_resonators(replace(hung, fit=replace(hung.fit, model=turned)))[0]
+    best = found_in(replace(hung, fit=replace(hung.fit, model=turned)))[0]
     assert f"{best.mass:.2g} kg m^2 at tip z" in best.sentence
 
 
@@ -94,7 +99,7 @@ def test_without_one_the_best_gains_what_chance_does(small: Model, paper: Module
     n_tried = sum(len(list_tunings(np.array(grid))) * 2 for grid in paper.GRID.values())
     # The best of so many squares of normals, each of its own: exceeded once in a thousand at twice that much, as in
     # the test of forces without one.
-    assert max(misfit(each) for each in find_resonators(arrangement)) < 4 * np.log(1e3 * n_tried)
+    assert max(misfit(each) for each in found_in(arrangement)) < 4 * np.log(1e3 * n_tried)
 
 
 def test_tunings_cover_the_band_more_densely_than_resonances_are_wide() -> None:

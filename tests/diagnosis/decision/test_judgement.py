@@ -22,10 +22,10 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calib
 from diagnosis.fit.finalist import Finalist, weigh_each
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.weighting import leave_out_model_error
-from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
+from diagnosis.unknown_force import find_unknown_forces
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
 MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8
@@ -83,7 +83,7 @@ def test_what_is_hidden_is_named_with_its_strength(
         catalogue=list_campaign_effects(campaign, small), scores=scores, thresholds=compute_linear_thresholds(scores)
     )
     before = Finalist(refit=baseline_fit(arrangement), arrangement=arrangement)
-    ranked, verdict = judge(before, finalists, localise(arrangement), criteria, compute_step)
+    ranked, verdict = judge(before, finalists, find_unknown_forces(arrangement), criteria, compute_step)
     assert verdict.finding is Finding.MISSING
     assert [each.name for each in verdict.effects] == [TRUE] == [ranked[0].name]
     assert verdict.effects[0].strength == pytest.approx(MASS, abs=3 * verdict.effects[0].deviation)
