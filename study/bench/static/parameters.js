@@ -1,0 +1,63 @@
+"use strict";
+// Parameters: prior, interval, bounds, and a slider that moves the curves.
+let parameters = null, fitted = {}, exact = null, moved = {};
+
+function beginParameters(rows) {
+  parameters = rows;
+  moved = {};
+  exact = null;
+  drawParameters();
+}
+
+function drawParameters() {
+  if (!parameters) return;
+  byId("parameters").replaceChildren(...parameters.map(drawParameter));
+  byId("back").hidden = !Object.keys(moved).length;
+}
+
+function drawParameter(row) {
+  const { first, last, step, size, unit } = row.slider, number = row.number, fit = fitted[row.name];
+  const written = (value) => digits(value / size, 5) + (unit ? " " + unit : "");
+  const value = make("output", { text: written(moved[row.name] ?? row.value) });
+  const slider = make("input", { type: "range", min: first, max: last, step, value: moved[row.name] ?? row.value });
+  slider.setAttribute("aria-label", row.name);
+  slider.dataset.parameter = row.name;
+  slider.setAttribute("aria-valuetext", written(row.value));
+  slider.oninput = () => {
+    moved[row.name] = Number(slider.value);
+    exact = null;
+    value.textContent = typeset(written(moved[row.name]));
+    slider.setAttribute("aria-valuetext", value.textContent);
+    byId("back").hidden = false;
+    tellMoved("by sensitivities; the exact curve follows");
+    drawMoved();
+  };
+  slider.onchange = () => call("move", { values: { ...moved } });
+  const atBound = row.at_bound || (fit && fit.at_bound);
+  const facts = ["prior " + row.prior, row.interval ? "in the case " + row.text + " ± " + row.interval : "in the case " + row.text, ...(fit ? ["fitted " + fit.text] : []), "bounds " + row.bounds.join(" to ")];
+  return make("div", { className: "parameter" + (atBound ? " bound" : ""), title: row.physics },
+    make("div", { className: "head" }, make("b", { text: row.name + (row.is_effect ? " (added)" : "") + (atBound ? ": at its bound" : "") }), value),
+    slider, make("div", { className: "facts", text: facts.join(" · ") }));
+}
+
+const valueOf = (name) => parameters.find((row) => row.name === name);
+// Steps of the moved parameters by their numbers, as the slopes count them.
+const movedSteps = () => Object.entries(moved).map(([name, value]) => [valueOf(name).number, value - valueOf(name).value]).filter(([, step]) => step !== 0);
+const exactLines = () => (exact && JSON.stringify(exact.values) === JSON.stringify(moved) ? exact.panels : null);
+
+function takeMoved(data) {
+  exact = data;
+  if (exactLines()) { tellMoved("exact"); drawMoved(); }
+}
+
+function tellMoved(how) {
+  byId("moved").textContent = "Dashed: " + Object.entries(moved).map(([name, value]) => name + " = " + digits(value / valueOf(name).slider.size, 5) + " " + valueOf(name).slider.unit).join(", ") + " (" + how + "). The case stays as it is.";
+}
+
+function moveBack() {
+  moved = {};
+  exact = null;
+  byId("moved").textContent = "Drag a slider: the dashed curve moves. The case stays as it is.";
+  drawParameters();
+  drawMoved();
+}
