@@ -56,8 +56,8 @@ class Result:
         Parts of the page that are new, as plain data.
     """
 
-    numbers: dict[str, float | str]
-    views: dict[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, float | str]
+    views: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -281,7 +281,9 @@ class Bench:
             )
 
     def _written(self, step: Step) -> Result:
-        return Result(numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))})
+        return Result(
+            numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
+        )
 
 
 def hash_text(text: str) -> str:

@@ -134,7 +134,9 @@ class Session:
         if text is not None and text != self._text:
             self._text = text
             self.entries.append(self._entry("edit", {"text": text}, {}))
-            self._tell("note", f"{self.place.case.name} was edited by hand or in another page: this is it as it is now.")
+            self._tell(
+                "note", f"{self.place.case.name} was edited by hand or in another page: this is it as it is now."
+            )
             self._again()
         if campaign and campaign != self._campaign:
             self._campaign = campaign

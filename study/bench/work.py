@@ -1,4 +1,4 @@
-"""What runs in the worker process: one call of the bench after another, with progress, results and failures as messages."""
+"""What runs in the worker process: calls of the bench, whose progress, results and failures are sent as messages."""
 
 import os
 import threading

@@ -1,6 +1,7 @@
 """Screening of a case: a diagnosis that ends when every effect has a score and the calibration is tested."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,10 +75,8 @@ def screen_case(
         if name == LAST:
             raise _EnoughError
 
-    try:
+    with suppress(_EnoughError):
         diagnose_case(setup, campaign, without=without, store=store, progress=progress, watch=watch)
-    except _EnoughError:
-        pass
     own, _ = beside(setup, campaign, store)
     run_step = Steps(store, own, campaign, tuple(sorted({*own.without, *without})))
     arrangement: Arrangement = found.get("branches", found["arrangement"])

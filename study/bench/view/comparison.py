@@ -89,9 +89,7 @@ def _lines(panel: Panel, lines: Lines) -> list[dict[str, Any]]:
         rows = find_rows(points, *panel.key, curve.level)
         rows = rows[points.sweep[rows] == curve.sweep]
         slopes = panel.factor(points.force[rows])[:, None] * lines.slopes[rows]
-        result.append(
-            {"value": _complex(curve.line), "slopes": [_complex(slope, SLOPE_DIGITS) for slope in slopes.T]}
-        )
+        result.append({"value": _complex(curve.line), "slopes": [_complex(slope, SLOPE_DIGITS) for slope in slopes.T]})
     return result
 
 

@@ -52,4 +52,3 @@ def list_numbers(before: Errors | None, after: Errors | None) -> dict[str, float
         if item is not None
         for words, value in (("training", item.training), ("held-out", item.held_out))
     }
-

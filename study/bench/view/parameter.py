@@ -35,8 +35,7 @@ def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: H
     physics += [item.effect.physics for item in setup.added for _ in item.effect.parameters]
     is_effect = [number >= len(setup.accepted) for number in range(len(values))]
     rows = [
-        _row(number, name, parameter, float(value), float(prior), noted, of_effect)
-        | {"physics": text}
+        _row(number, name, parameter, float(value), float(prior), noted, of_effect) | {"physics": text}
         for number, (name, parameter, value, prior, of_effect, text) in enumerate(
             zip(unknowns.names, unknowns.parameters, values, unknowns.prior, is_effect, physics, strict=True)
         )
@@ -97,7 +96,9 @@ def _note(pair: Sequence[Any]) -> str:
     return str(pair[1]) if len(pair) > 1 else ""
 
 
-def show_fitted(names: Sequence[str], parameters: Sequence[EffectParameter], values: Values, deviation: Values) -> dict[str, Any]:
+def show_fitted(
+    names: Sequence[str], parameters: Sequence[EffectParameter], values: Values, deviation: Values
+) -> dict[str, Any]:
     """Value with interval of each parameter of a fit, and whether it is at a bound, by name."""
     return {
         name: {

@@ -1,4 +1,4 @@
-"""The structure in space: nodes, sensors, contact lines and mode shapes; or a list of rows where there is no geometry."""
+"""The structure in space: nodes, sensors, contact lines and mode shapes; rows alone where there is no geometry."""
 
 from collections.abc import Mapping
 from typing import Any
