@@ -38,6 +38,7 @@ from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_t
 from study.diagnose.round import Steps, errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.screen import Screened
+from study.diagnose.stages import waterfall
 from study.run_context import RunContext, silent_run
 
 #: Step of a diagnosis that is stored last: with it the whole of it is there.
@@ -154,6 +155,7 @@ class Bench:
         views = {
             "candidates": {"rows": shown.pop("candidates"), "verdict": shown},
             "history": show_history(diagnosed.history),
+            "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
         }
         return Result(
             numbers={"finding": shown["finding"], "verdict": shown["sentence"], **list_numbers(before, after)},

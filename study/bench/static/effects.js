@@ -1,7 +1,7 @@
 "use strict";
 // Candidate effects: what each is, what it would explain, what it is confused with; and Add.
 let candidates = null, showAll = false;
-const FIRST = 7;
+const FIRST = 6;
 
 function beginEffects(data) {
   candidates = data;
@@ -15,7 +15,7 @@ function drawEffects() {
   byId("finding").className = verdict ? "" : "sub";
   byId("finding").title = verdict ? verdict.threshold : "";
   byId("gain-head").textContent = rows.some((row) => row.probability !== null) ? "probability, χ² falls by" : "χ² falls by";
-  document.querySelector("#candidates tbody").replaceChildren(...rows.slice(0, showAll ? rows.length : FIRST).map((row) => drawCandidate(row, most)));
+  byId("candidates").replaceChildren(byId("candidates").tHead, ...rows.slice(0, showAll ? rows.length : FIRST).map((row) => drawCandidate(row, most)));
   byId("all").hidden = rows.length <= FIRST;
   byId("all").textContent = showAll ? "fewer" : "all " + rows.length;
 }
@@ -26,8 +26,10 @@ function drawCandidate(row, most) {
   button.setAttribute("aria-label", "Add " + row.name);
   button.onclick = () => call("add", { effect: row.name, values: row.value });
   const gain = (row.probability !== null ? digits(100 * row.probability) + " %, " : "") + (row.is_fitted ? digits(row.gain) : "(" + digits(row.gain) + ")");
-  const name = make("td", { className: "word" }, make("b", { text: row.name }), make("span", { className: "why", text: row.physics }));
-  if (row.confused.length) name.append(make("span", { className: "confused", text: "confused with " + row.confused.map(([other, cosine]) => other + " (" + cosine.toFixed(2) + ")").join(", ") }));
-  const held = row.held_out === null ? [] : [make("span", { className: "why", text: "held-out error " + digits(100 * row.held_out) + " %" })];
-  return make("tr", { className: row.is_named ? "named" : "" }, name, make("td", { text: row.strength }), make("td", { className: "gain" }, gain, make("span", { className: "track" }, bar), ...held), make("td", {}, button));
+  const why = [row.physics];
+  if (row.held_out !== null) why.push("Held-out error with it: " + digits(100 * row.held_out) + " %.");
+  if (row.confused.length) why.push("Confused with " + row.confused.map(([other, cosine]) => other + " (" + cosine.toFixed(2) + ")").join(", ") + ".");
+  return make("tbody", { className: row.is_named ? "named" : "" },
+    make("tr", { className: "head" }, make("td", { className: "word" }, make("b", { text: row.name })), make("td", { text: row.strength }), make("td", { className: "gain" }, gain, make("span", { className: "track" }, bar)), make("td", {}, button)),
+    make("tr", {}, make("td", { className: "word why", colSpan: 4, text: why.join(" ") })));
 }

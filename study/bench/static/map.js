@@ -16,7 +16,9 @@ function beginMap(data) {
 function drawMap() {
   if (!misfit) return;
   const map = misfit.maps[byId("configuration").value], n = misfit.steps.length, rows = map.labels.length, columns = map.frequency.length;
-  const scale = misfit.colours.flatMap((ink, step) => [[step / n, ink], [(step + 1) / n, ink]]);
+  // The palest step is the ground of the page: on a dark one it would glare.
+  const inks = misfit.colours.map((ink, step) => (step || !isDark() ? ink : colour("grid")));
+  const scale = inks.flatMap((ink, step) => [[step / n, ink], [(step + 1) / n, ink]]);
   const every = Math.max(1, Math.ceil(columns / 10)), ticks = map.frequency.map((_, column) => column).filter((column) => column % every === 0);
   Plotly.react("map", [{
     type: "heatmap", z: map.image, y: map.labels.map((_, row) => row), x: map.frequency.map((_, column) => column), zmin: -0.5, zmax: n - 0.5, colorscale: scale,

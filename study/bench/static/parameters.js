@@ -11,7 +11,9 @@ function beginParameters(rows) {
 
 function drawParameters() {
   if (!parameters) return;
-  byId("parameters").replaceChildren(...parameters.map(drawParameter));
+  // What is at its bound, in the case or in the fit, comes first.
+  const atBound = (row) => row.at_bound || Boolean(fitted[row.name] && fitted[row.name].at_bound);
+  byId("parameters").replaceChildren(...[...parameters].sort((a, b) => atBound(b) - atBound(a)).map(drawParameter));
   byId("back").hidden = !Object.keys(moved).length;
 }
 
@@ -34,9 +36,9 @@ function drawParameter(row) {
   };
   slider.onchange = () => call("move", { values: { ...moved } });
   const atBound = row.at_bound || (fit && fit.at_bound);
-  const facts = ["prior " + row.prior, row.interval ? "in the case " + row.text + " ± " + row.interval : "in the case " + row.text, ...(fit ? ["fitted " + fit.text] : []), "bounds " + row.bounds.join(" to ")];
-  return make("div", { className: "parameter" + (atBound ? " bound" : ""), title: row.physics },
-    make("div", { className: "head" }, make("b", { text: row.name + (row.is_effect ? " (added)" : "") + (atBound ? ": at its bound" : "") }), value),
+  const facts = ["case " + row.text + (row.interval ? " ± " + row.interval : ""), ...(fit ? ["fitted " + fit.text] : []), "prior " + row.prior, "bounds " + row.bounds.join(" to ")];
+  return make("div", { className: "parameter" + (atBound ? " bound" : "") },
+    make("div", { className: "head" }, make("span", {}, make("b", { text: row.name + (atBound ? ", at its bound" : "") + " " }), make("span", { className: "facts", text: row.is_effect ? "added" : row.physics })), value),
     slider, make("div", { className: "facts", text: facts.join(" · ") }));
 }
 

@@ -9,8 +9,8 @@ function beginErrors(steps) {
 
 function drawErrors() {
   if (!errors) return;
-  const x = errors.map((_, number) => number), folded = errors.map((step) => step.name.replace(/(.{8,16}?) /g, "$1<br>"));
-  const bar = (key, name, ink) => ({ type: "bar", name, x, y: errors.map((step) => (step[key] === null ? null : 100 * step[key])), marker: { color: ink }, text: errors.map((step) => (step[key] === null ? "" : digits(100 * step[key]))), textposition: "outside", textfont: { size: 11.5 }, cliponaxis: false, hovertemplate: "%{y:.4g} %<extra>" + name + "</extra>" });
+  const x = errors.map((_, number) => number), folded = errors.map((step) => (step.name + (step.proposed ? " (proposed)" : "")).replace(/(.{8,16}?) /g, "$1<br>"));
+  const bar = (key, name, ink) => ({ type: "bar", name, x, y: errors.map((step) => (step[key] === null ? null : 100 * step[key])), marker: { color: errors.map((step) => (step.proposed ? colour("paper") : ink)), line: { color: ink, width: 1.5 }, pattern: { shape: errors.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: errors.map(() => ink), size: 7, solidity: 0.3 } }, text: errors.map((step) => (step[key] === null ? "" : digits(100 * step[key]))), textposition: "outside", textfont: { size: 11.5 }, cliponaxis: false, hovertemplate: "%{y:.4g} %<extra>" + name + "</extra>" });
   const highest = Math.max(...errors.flatMap((step) => [step.training ?? 0, step.held_out ?? 0])) * 100;
   Plotly.react("errors", [bar("training", "training data", isDark() ? "#5d7a94" : "#9fb3c8"), bar("held_out", "held-out data", colour("blue"))], layout({
     height: 250, margin: { l: 56, r: 10, t: 26, b: 50 }, barmode: "group", bargap: 0.3, showlegend: true, legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
@@ -37,7 +37,8 @@ function drawHistory(steps) {
 
 function drawLog(entries) {
   const kind = document.querySelector("input[name=as]:checked").value;
-  byId("log").replaceChildren(...entries.map((entry) => {
+  // The newest first.
+  byId("log").replaceChildren(...entries.toReversed().map((entry) => {
     const numbers = Object.entries(entry.numbers).map(([name, value]) => name.replace(/ \[(.*)\]$/, "") + " " + (typeof value === "number" ? digits(value, 5) + (/\[%\]/.test(name) ? " %" : /\[deg\]/.test(name) ? "°" : "") : value)).join("; ");
     return make("li", {}, make("code", { textContent: entry[kind] }), make("span", { className: "numbers", text: numbers }));
   }));

@@ -29,15 +29,31 @@ function rangeOf(k) {
   return [(low + high) / 2 - half, (low + high) / 2 + half];
 }
 
+// Marks that are so near to each other that their names would lie on each other share one name.
+function nameMarks() {
+  const names = [], near = 0.06 * Math.max(...[0, 1, 2].map((k) => rangeOf(k)[1] - rangeOf(k)[0])) / 1e3;
+  structure.marks.forEach((mark, number) => {
+    const first = structure.marks.slice(0, number).findIndex((other, at) => names[at] && Math.hypot(...[0, 1, 2].map((k) => other.points[0][k] - mark.points[0][k])) < near);
+    names[number] = first < 0 ? mark.name : "";
+    if (first >= 0) names[first] += ", " + mark.name;
+  });
+  return names;
+}
+
 function drawStructure() {
   clearInterval(timer);
   if (!structure || !structure.nodes.length) return;
   const lines = bodies().map((body) => { const [x, y, z] = placesOf(body, 0); return { type: "scatter3d", mode: "lines+markers", x, y, z, name: body, line: { color: colour("pale"), width: 6 }, marker: { size: 2, color: colour("pale") }, hovertemplate: body + "<extra></extra>" }; });
-  const marks = structure.marks.map((mark) => { const [symbol, ink] = KINDS[mark.kind]; const [x, y, z] = [0, 1, 2].map((k) => mark.points.map((point) => 1e3 * point[k])); return { type: "scatter3d", mode: "markers+text", x, y, z, text: mark.points.map((_, number) => (number ? "" : mark.name)), textposition: "top center", textfont: { size: 11, color: colour("ink") }, marker: { size: 5, symbol, color: colour(ink) }, hovertemplate: mark.kind + " " + mark.name + "<extra></extra>" }; });
+  const names = nameMarks(), marks = structure.marks.map((mark, number) => {
+    const [symbol, ink] = KINDS[mark.kind], [x, y, z] = [0, 1, 2].map((k) => mark.points.map((point) => 1e3 * point[k]));
+    const name = { text: mark.points.map((_, place) => (place ? "" : names[number])), textposition: number % 2 ? "bottom center" : "top center", textfont: { size: 11, color: colour("ink") } };
+    return { type: "scatter3d", mode: "markers+text", x, y, z, ...name, marker: { size: 5, symbol, color: colour(ink) }, hovertemplate: mark.kind + " " + mark.name + "<extra></extra>" };
+  });
   const side = (text, k) => ({ title: { text: text + " [mm]", font: { size: 11 } }, range: rangeOf(k), gridcolor: colour("grid"), showbackground: false, tickfont: { size: 10 }, nticks: k ? 3 : 5 });
+  const sizes = [0, 1, 2].map((k) => rangeOf(k)[1] - rangeOf(k)[0]), ratio = sizes.map((size) => (1.7 * size) / Math.max(...sizes));
   Plotly.react("structure", [...lines, ...marks], layout({
     height: 270, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "view",
-    scene: { aspectmode: "data", dragmode: "turntable", xaxis: side("x", 0), yaxis: side("y", 1), zaxis: side("z", 2), camera: { projection: { type: "orthographic" }, eye: { x: 0.5, y: -1.6, z: 0.5 } } },
+    scene: { aspectmode: "manual", aspectratio: { x: ratio[0], y: ratio[1], z: ratio[2] }, dragmode: "turntable", xaxis: side("x", 0), yaxis: side("y", 1), zaxis: side("z", 2), camera: { eye: { x: 0.5, y: -1.5, z: 0.6 } } },
   }), CONFIG);
   move();
 }

@@ -57,7 +57,7 @@ def _row(
         "value": value,
         "text": interval(value, 0.0, parameter),
         "interval": noted.get(name, ""),
-        "prior": f"1 ± {100 * prior:.3g} %" if np.isfinite(prior) else "none",
+        "prior": f"± {100 * prior:.3g} %" if np.isfinite(prior) else "none",
         "bounds": [text_of(bound, parameter, 3) if np.isfinite(bound) else "none" for bound in (lower, upper)],
         "at_bound": is_at_bound(value, parameter),
         "slider": {"first": first, "last": last, "step": (last - first) / 400, "size": size, "unit": unit},

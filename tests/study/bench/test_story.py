@@ -39,17 +39,17 @@ def test_the_story_by_keyboard_and_mouse_ends_in_a_script_with_the_same_numbers(
         assert bars(page) > 0
         wait(page)
         page.click("#diagnose")
-        page.wait_for_selector("#candidates tr.named")
-        assert "mass at tip" in page.inner_text("#candidates tr.named")
+        page.wait_for_selector("#candidates tbody.named")
+        assert "mass at tip" in page.inner_text("#candidates tbody.named")
         wait(page)
-        before = bars(page)
-        page.click("#candidates tr.named button.add")
+        # The chart shows what is proposed: as drawn, calibrated, with the mass.
+        assert (bars(page), proposed(page)) == (3, True)
+        page.click("#candidates tbody.named button.add")
         page.wait_for_selector("#verdict.nothing")
         wait(page)
         assert read_text(case) != drawn
         assert [step.what for step in history_of(case).steps] == ["diagnosis", "add"]
-        # A bar more: as drawn, calibrated, with the mass.
-        assert bars(page) == before + 1
+        assert (bars(page), proposed(page)) == (3, False)
         drag_a_parameter(page)
         page.focus("#undo")
         page.keyboard.press("Enter")
@@ -103,6 +103,11 @@ def compare_with_script(script: Path, log: list[dict[str, Any]], cache: Path) ->
 def bars(page: Any) -> int:
     """Number of steps in the chart of errors."""
     return int(page.evaluate("errors ? errors.length : 0"))
+
+
+def proposed(page: Any) -> bool:
+    """Whether the last step of the chart is one that was not taken yet."""
+    return bool(page.evaluate("errors[errors.length - 1].proposed"))
 
 
 def wait(page: Any) -> None:
