@@ -1,6 +1,6 @@
 "use strict";
 // The page asks for the state again and again, fetches the parts that are new, and sends clicks.
-let state = { revision: -1, versions: {} }, seen = "";
+let state = { revision: -1, versions: {} }, seen = "", fetching = 0;
 const versions = {};
 const WORDS = { compare: "Comparing", screen: "Screening the effects", diagnose: "Diagnosing", add: "Adding", undo: "Taking back", calibrate: "Calibrating", move: "Computing the exact curve" };
 
@@ -27,8 +27,11 @@ async function take(next) {
   for (const [name, version] of Object.entries(state.versions)) {
     if (versions[name] === version || !TAKE[name]) continue;
     versions[name] = version;
-    const answer = await fetch("view/" + name);
-    if (answer.ok) TAKE[name](await answer.json());
+    fetching += 1;
+    try {
+      const answer = await fetch("view/" + name);
+      if (answer.ok) TAKE[name](await answer.json());
+    } finally { fetching -= 1; }
   }
   drawState();
 }

@@ -111,5 +111,5 @@ def proposed(page: Any) -> bool:
 
 
 def wait(page: Any) -> None:
-    """Until nothing runs or waits."""
-    until(page, "!state.busy && !state.waiting.length")
+    """Until nothing runs or waits, and all of it is drawn."""
+    until(page, "!state.busy && !state.waiting.length && !fetching")
