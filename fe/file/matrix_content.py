@@ -55,6 +55,21 @@ def both_triangles(matrix: sp.csr_array) -> sp.csr_array:
     return sp.csr_array(matrix + (lower + upper).T)
 
 
+def refuse_size(path: Path, rows: int) -> None:
+    """Refuse a number of rows or columns that a file cannot fill, before memory is taken for them.
+
+    Raises
+    ------
+    MatrixFileError
+        It has fewer bytes than rows.
+    """
+    size = path.stat().st_size
+    if abs(rows) > size:
+        raise MatrixFileError(
+            f'"{path}" announces {abs(rows)} rows or columns, but has {size} bytes: it is damaged, write it again'
+        )
+
+
 #: "1.5-103" is 1.5e-103 where the exponent needed three digits.
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 

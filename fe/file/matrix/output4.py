@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals
+from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_size
 from fe.file.registry import FileFormat
 
 _PACKED = 65536
@@ -63,6 +63,8 @@ def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], string
     n_column, n_row, form, kind = heading
     if kind not in _REAL:
         raise MatrixFileError(f'"{path}": {name} is complex (type {kind}): give losses as a damping matrix')
+    for announced in (n_row, n_column):
+        refuse_size(path, announced)
     rows = [np.arange(row, row + len(values)) for row, _, values in strings]
     cols = [np.full(len(values), column) for _, column, values in strings]
     data = [values for _, _, values in strings]
