@@ -58,8 +58,8 @@ def file_format(path: Path) -> MeasuredFileFormat:
     CampaignError
         No such file, an empty one, or one of no known format.
     """
-    if path.is_dir():
-        raise CampaignError(f"{path.name}: is a folder; give one file")
+    if path.exists() and not path.is_file():
+        raise CampaignError(f"{path.name}: is a folder or a device; give one file")
     try:
         with path.open("rb") as stream:
             head = stream.read(HEAD)

@@ -72,7 +72,7 @@ def load_matrices(path: Path | str) -> StructureMatrices:
     path = Path(path)
     if path.is_dir():
         raise MatrixError(f'"{path}" is a folder: name the file with the matrices in it')
-    if not path.exists():
+    if not path.is_file():
         raise MatrixError(f'there is no file "{path}": check its name and folder')
     kind = path.suffix.lower()
     if kind in {".h5", ".hdf5"}:

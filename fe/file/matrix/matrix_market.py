@@ -19,7 +19,7 @@ Boisvert, Pozo and Remington, The Matrix Market Exchange Formats, NISTIR 5935 (1
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO, Never
+from typing import BinaryIO
 
 import numpy as np
 import scipy.sparse as sp
@@ -85,7 +85,7 @@ def _sizes(path: Path, stream: BinaryIO, count: int) -> list[int]:
             if len(text) == count and all(len(word) < 20 and word.isdigit() for word in text):
                 return [int(word) for word in text]
             break
-    _refuse(path, f"its line of sizes must hold {count} whole numbers")
+    raise _damaged(path, f"its line of sizes must hold {count} whole numbers")
 
 
 def _numbers(path: Path, stream: BinaryIO, columns: int) -> Float[NDArray[np.float64], "line column"]:
@@ -94,23 +94,23 @@ def _numbers(path: Path, stream: BinaryIO, columns: int) -> Float[NDArray[np.flo
             warnings.simplefilter("ignore", UserWarning)  # of NumPy, where no line is left
             table = np.loadtxt(stream, dtype=np.float64, comments="%", ndmin=2)
     except ValueError as error:
-        _refuse(path, " ".join(str(error).split()))
+        raise _damaged(path, " ".join(str(error).split())) from None
     if len(table) and table.shape[1] != columns:
-        _refuse(path, f"its lines hold {table.shape[1]} numbers instead of {columns}")
+        raise _damaged(path, f"its lines hold {table.shape[1]} numbers instead of {columns}")
     return table.reshape(-1, columns)
 
 
 def _of_entries(path: Path, table: Float[NDArray[np.float64], "entry 3"], sizes: list[int]) -> sp.csr_array:
     n_row, n_column, n_entry = sizes
     if len(table) != n_entry:
-        _refuse(path, f"it announces {n_entry} entries and holds {len(table)}")
+        raise _damaged(path, f"it announces {n_entry} entries and holds {len(table)}")
     place = table[:, :2]
     if not ((place % 1 == 0) & (place >= 1) & (place <= (n_row, n_column))).all():
-        _refuse(path, f"it has entries outside its {n_row} x {n_column} matrix")
+        raise _damaged(path, f"it has entries outside its {n_row} x {n_column} matrix")
     rows, columns = place.T.astype(np.int64) - 1
     matrix = sp.csr_array(sp.coo_array((table[:, 2], (rows, columns)), shape=(n_row, n_column)))
     if matrix.nnz != n_entry:
-        _refuse(path, "it gives an entry twice")
+        raise _damaged(path, "it gives an entry twice")
     return matrix
 
 
@@ -119,10 +119,10 @@ def _of_columns(
 ) -> sp.csr_array:
     n_row, n_column = shape
     if symmetry == "symmetric" and n_row != n_column:
-        _refuse(path, f"its {n_row} x {n_column} matrix cannot be symmetric")
+        raise _damaged(path, f"its {n_row} x {n_column} matrix cannot be symmetric")
     count = n_row * (n_row + 1) // 2 if symmetry == "symmetric" else n_row * n_column
     if len(values) != count:
-        _refuse(path, f"its {n_row} x {n_column} matrix needs {count} values and it holds {len(values)}")
+        raise _damaged(path, f"its {n_row} x {n_column} matrix needs {count} values and it holds {len(values)}")
     if symmetry == "general":
         return sp.csr_array(values.reshape(n_column, n_row).T)
     matrix = np.zeros(shape)
@@ -130,8 +130,8 @@ def _of_columns(
     return sp.csr_array(matrix)
 
 
-def _refuse(path: Path, reason: str) -> Never:
-    raise MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged ({reason}): write it again')
+def _damaged(path: Path, reason: str) -> MatrixFileError:
+    return MatrixFileError(f'"{path}" is no MatrixMarket file, or damaged ({reason}): write it again')
 
 
 MATRIX_FORMATS.register(

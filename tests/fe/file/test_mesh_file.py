@@ -480,3 +480,15 @@ def test_two_groups_of_one_name_are_refused(tmp_path: Path) -> None:
     path.write_text(f"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{names}")
     with pytest.raises(MeshError, match=r'several physical groups called "top" \(a surface and a volume\): rename one'):
         read_mesh(path)
+
+
+DECK = "*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+
+
+@pytest.mark.parametrize(
+    "line", ["1, 2000000000", "1, 99999999999999999999", "-5, 5", "5, 1", "1, 5, 0", "1, 5, -1", "1, x", "1"]
+)
+def test_a_generated_set_that_no_mesh_has_is_refused_before_memory_is_taken(tmp_path: Path, line: str) -> None:
+    (tmp_path / "m.inp").write_text(f"{DECK}*NSET, NSET=A, GENERATE\n{line}\n")
+    with pytest.raises(MeshError, match=r"GENERATE gives|\*NSET is cut short"):
+        read_mesh(tmp_path / "m.inp")
