@@ -21,7 +21,7 @@ def checked_file_class() -> type[Any]:
     from numba.core.caching import IndexDataCacheFile
 
     class CheckedFile(IndexDataCacheFile):
-        def _load_index(self) -> Any:
+        def _load_index(self: Any) -> Any:
             try:
                 content = io.BytesIO(_read(Path(self._index_path)))
             except FileNotFoundError:
@@ -31,17 +31,17 @@ def checked_file_class() -> type[Any]:
             stamp, overloads = pickle.loads(content.read())
             return overloads if stamp == self._source_stamp else {}
 
-        def _save_index(self, overloads: Any) -> None:
+        def _save_index(self: Any, overloads: Any) -> None:
             content = pickle.dumps(self._version, protocol=-1) + self._dump((self._source_stamp, overloads))
             self._write(self._index_path, content)
 
-        def _load_data(self, name: str) -> Any:
+        def _load_data(self: Any, name: str) -> Any:
             return pickle.loads(_read(Path(self._data_path(name))))
 
-        def _save_data(self, name: str, data: Any) -> None:
+        def _save_data(self: Any, name: str, data: Any) -> None:
             self._write(self._data_path(name), self._dump(data))
 
-        def _write(self, path: str, content: bytes) -> None:
+        def _write(self: Any, path: str, content: bytes) -> None:
             with self._open_for_write(path) as stream:
                 stream.write(hashlib.sha256(content).digest() + content)
 

@@ -30,11 +30,8 @@ def read_file(path: Path) -> MeasuredFile:
     format_ = file_format(path)
     try:
         measured = format_.read(path)
-    except CampaignError as error:
-        if str(error).isprintable():
-            raise
-        shown = "".join(letter if letter.isprintable() else "·" for letter in str(error))
-        raise CampaignError(shown) from None
+    except CampaignError:
+        raise
     except MemoryError:
         raise CampaignError(f"{path.name}: needs more memory than there is; split the file, or add memory") from None
     except Exception as error:  # Libraries that parse damaged files fail in many ways.
