@@ -235,7 +235,8 @@ def _meshes() -> dict[str, Sample]:
         first = np.array([0, 1, 4, 3, 6, 7, 10, 9])
         return Mesh(
             points=points, cells={"hexahedron": np.stack([first, first + 1])},
-            node_sets={"left": np.array([0, 3, 6, 9])}, face_sets={"right": np.array([[1, 1]])}, cell_sets={"half": np.array([1])},
+            node_sets={"left": np.array([0, 3, 6, 9])}, face_sets={"right": np.array([[1, 1]])},
+            cell_sets={"half": np.array([1])},
         )  # fmt: skip
 
     def msh2(path: Path) -> None:

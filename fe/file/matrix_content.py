@@ -70,6 +70,21 @@ def refuse_size(path: Path, rows: int) -> None:
         )
 
 
+def refuse_cut_number(path: Path) -> None:
+    """Refuse a text whose last line has no end: its last number may be a part of one.
+
+    Raises
+    ------
+    MatrixFileError
+        It has none.
+    """
+    with path.open("rb") as stream:
+        if stream.seek(0, 2) and stream.seek(-1, 2) >= 0 and stream.read() not in {b"\n", b"\r"}:
+            raise MatrixFileError(
+                f'"{path}" may be cut short within its last number, since its last line has no end: write it again'
+            )
+
+
 #: "1.5-103" is 1.5e-103 where the exponent needed three digits.
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 

@@ -1,5 +1,6 @@
 """Arrays in an ``.npz`` file, whose sizes are compared with its bytes before memory is taken for them."""
 
+import sys
 import zipfile
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -53,10 +54,19 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> Mapping[str, N
                     raise ObjectArray(f'its array "{name}" holds Python objects')
                 try:
                     with archive.open(name + _SUFFIX) as member:
-                        found[name] = npy.read_array(member, allow_pickle=False)
+                        found[name] = _sound_text(npy.read_array(member, allow_pickle=False))
                 except Exception as error:  # a dozen kinds, depending on which byte is damaged
                     raise NpzError(f'its array "{name}" is damaged ({type(error).__name__})') from None
         return found
+
+
+def _sound_text(array: NDArray[Any]) -> NDArray[Any]:
+    """An array whose texts are of letters that there are: Python does not check numbers in memory."""
+    if array.dtype.kind == "U" and array.dtype.itemsize:
+        codes = np.ascontiguousarray(array).view(np.uint8).view(array.dtype.newbyteorder("=").str[0] + "u4")
+        if array.size and codes.astype(np.uint32).max() > sys.maxunicode:
+            raise ValueError("no letter has this number")
+    return array
 
 
 def _opened(path: Path) -> zipfile.ZipFile:

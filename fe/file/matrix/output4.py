@@ -48,7 +48,7 @@ def read_output4(path: Path) -> Mapping[str, FileMatrix]:
         return {name: FileMatrix(matrix=matrix) for name, matrix in found}
     except MatrixFileError:
         raise
-    except (ValueError, LookupError, struct.error, StopIteration):
+    except (ValueError, LookupError, struct.error, StopIteration, RuntimeError):
         raise MatrixFileError(
             f'"{path}" ({len(raw)} bytes) is cut short, damaged or no OUTPUT4 file of 32-bit words: write it again, '
             "best as text (FORM=FORMATTED)"

@@ -42,6 +42,14 @@ def test_a_matrix_market_file_that_is_cut_after_any_value_is_refused(tmp_path: P
             read(tmp_path / "k.mtx", "".join(lines[:kept]))
 
 
+@pytest.mark.parametrize(("name", "text"), [("k.mtx", SPARSE), ("k.mtx", DENSE), ("k.sti", "1 1 4.0\n2 2 3.25\n")])
+def test_a_file_that_is_cut_within_its_last_number_is_refused(tmp_path: Path, name: str, text: str) -> None:
+    read(tmp_path / name, text)
+    for kept in range(1, 4):
+        with pytest.raises(MatrixFileError, match="within its last number"):
+            read(tmp_path / name, text[:-kept])
+
+
 def test_a_symmetric_matrix_market_file_with_both_halves_is_not_summed(tmp_path: Path) -> None:
     both = SPARSE.replace("2 2 3\n", "2 2 4\n") + "1 2 -1.0\n"
     np.testing.assert_array_equal(read(tmp_path / "k.mtx", both).toarray(), [[4.0, -1.0], [-1.0, 3.0]])

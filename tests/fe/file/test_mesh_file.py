@@ -492,3 +492,16 @@ def test_a_generated_set_that_no_mesh_has_is_refused_before_memory_is_taken(tmp_
     (tmp_path / "m.inp").write_text(f"{DECK}*NSET, NSET=A, GENERATE\n{line}\n")
     with pytest.raises(MeshError, match=r"GENERATE gives|\*NSET is cut short"):
         read_mesh(tmp_path / "m.inp")
+
+
+@pytest.mark.parametrize("number", ["2000000000", "9" * 5000])
+def test_a_number_of_a_gmsh_file_that_its_bytes_cannot_fill_is_refused(tmp_path: Path, number: str) -> None:
+    mesh = mesh_blocks([Block.box([(0, 2), (0, 1), (0, 1)], (2, 1, 1), {})], HEX8)
+    write_mesh(mesh, tmp_path / "m.msh")
+    text = (tmp_path / "m.msh").read_text()
+    line = next(line for line in text.splitlines() if line.startswith("1 12 1 12"))
+    for old, new in ((line, f"{number} 12 1 12"), (line, f"1 12 1 {number}"), ("\n11\n", f"\n{number}\n")):
+        assert old in text
+        (tmp_path / "m.msh").write_text(text.replace(old, new))
+        with pytest.raises(MeshError, match="counts or names nothing"):
+            read_mesh(tmp_path / "m.msh")

@@ -54,6 +54,15 @@ def test_every_damaged_byte_is_refused_or_changes_nothing(tmp_path: Path) -> Non
             np.testing.assert_array_equal(read["M"], array)
 
 
+def test_a_text_of_letters_that_there_are_not_is_refused(tmp_path: Path) -> None:
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": "<U3", "fortran_order": False, "shape": (1,)})
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("word.npy", stream.getvalue() + np.array([65, 2**31 - 1, 65], "<u4").tobytes())
+    with pytest.raises(NpzError, match="word"):
+        read_npz(tmp_path / "a.npz")
+
+
 def test_objects_are_never_read(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", M=np.array([{}, {}], dtype=object))
     with pytest.raises(ObjectArray):
