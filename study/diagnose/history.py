@@ -158,6 +158,8 @@ def history_of(case: Path) -> History:
         A history that is damaged.
     """
     file = case.with_name(f"{case.stem}.history.json")
+    if file.exists() and not file.is_file():
+        raise _damaged(file, "is a folder or a device")
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["schema"] != SCHEMA:
@@ -167,7 +169,7 @@ def history_of(case: Path) -> History:
         return History(file=file)
     except OSError as error:
         raise _damaged(file, f"cannot be read ({error.strerror})") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise _damaged(file, "is damaged") from None
 
 
