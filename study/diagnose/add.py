@@ -238,8 +238,8 @@ def save_step(case: Path, history: History, step: Step, text: str) -> Step:
 def _case(file: Path) -> dict[str, Any] | None:
     """Tables of a case file, one of an earlier schema included; None of any other file."""
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):
+        data = tomllib.loads(file.read_text(encoding="utf-8-sig")) if file.is_file() else {}
+    except (OSError, ValueError, RecursionError):
         return None
     described = any(isinstance(data.get(table), dict) for table in ("structure", "model"))
     return data if "schema" in data and described else None

@@ -163,6 +163,8 @@ def history_of(case: Path) -> History:
         A history that is damaged.
     """
     file = history_file(case)
+    if file.exists() and not file.is_file():
+        raise _damaged(file, "is a folder or a device")
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["schema"] != SCHEMA:
@@ -172,7 +174,7 @@ def history_of(case: Path) -> History:
         return History(file=file)
     except OSError as error:
         raise _damaged(file, f"cannot be read ({error.strerror})") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise _damaged(file, "is damaged") from None
 
 
