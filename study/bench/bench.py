@@ -33,16 +33,12 @@ from study.compare.result import Compared
 from study.compare.run import comparison_key, find_comparison
 from study.compare.suspicions import require_noise
 from study.diagnose.add import LoopError, add, undo
-from study.diagnose.calibrate import screen_file, write_calibration
+from study.diagnose.calibrate import calibrate_case, screen_file
 from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
 from study.diagnose.round import Steps, errors
 from study.diagnose.run import diagnose_file
-from study.diagnose.screen import Screened
 from study.diagnose.stages import waterfall
 from study.run_context import RunContext, silent_run
-
-#: Step of a diagnosis that is stored last: with it the whole of it is there.
-LAST = "as drawn"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +86,6 @@ class Bench:
         self.case, self.folder = Path(case), Path(folder)
         self.run, self.without = run or silent_run(), tuple(without)
         self._comparison: _Comparison | None = None
-        self._screened: tuple[str, Screened] | None = None
 
     def compare(self) -> Result:
         """Compare the case with the measurements, as `stickslip compare` does.
@@ -122,7 +117,8 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
-        screened, history = self._screen(), history_of(self.case)
+        screened = screen_file(self.case, self.folder, self.run, self.without)
+        history = history_of(self.case)
         drawn, now = errors(screened.drawn), errors(screened.before)
         added = [item.effect.name for item in screened.setup.added]
         unknowns, fit = screened.before.fit.unknowns, screened.before.fit
@@ -204,8 +200,7 @@ class Bench:
             The case is another one than was seen; and as `stickslip calibrate`.
         """
         self._require_seen(seen)
-        text = read_text(self.case)
-        return self._written(write_calibration(self.case, self.folder, self._screen(), text))
+        return self._written(calibrate_case(self.case, self.folder, self.run, self.without))
 
     def move(self, values: Mapping[str, float]) -> Result:
         """Exact curves with other values of some parameters; the case stays as it is.
@@ -250,12 +245,6 @@ class Bench:
         return _Comparison(
             text=text, setup=read.setup, compared=compared, unknowns=unknowns, values=values, lines=lines
         )
-
-    def _screen(self) -> Screened:
-        text = read_text(self.case)
-        if self._screened is None or self._screened[0] != text:
-            self._screened = text, screen_file(self.case, self.folder, self.run, self.without)
-        return self._screened[1]
 
     def _read_campaign(self) -> Campaign:
         with self.run.progress.step("campaign", expected=1):

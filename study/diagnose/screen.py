@@ -16,7 +16,7 @@ from study.case.setup import Setup
 from study.diagnose.round import Steps, as_drawn, beside, diagnose_case
 
 #: Last step of a diagnosis that a screening needs.
-LAST = "ranked scores"
+LAST = "scores"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
