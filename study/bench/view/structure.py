@@ -25,9 +25,9 @@ def show_structure(model: Model) -> dict[str, Any]:
 
     Returns
     -------
-    "nodes" with coordinates [m] and places along their "bodies", which are chains or clouds; "marks" of sensors, contact
-    lines and the load; "modes" with frequencies [Hz] and displacements of the nodes [m]. All empty but "rows" without
-    coordinates.
+    "nodes" with coordinates [m] and places along their "bodies", which are chains or clouds; "marks" of sensors,
+    contact lines and the load; "modes" with frequencies [Hz] and displacements of the nodes [m]. All empty but "rows"
+    without coordinates.
     """
     nodes = _list_nodes(model)
     if not nodes:
