@@ -35,6 +35,7 @@ class ExitCode(IntEnum):
 
 # Name, where it is, and the line in the list of commands.
 COMMANDS = (
+    ("new", "study.command.new:app", "Write a first case file of a blade, a rig, a part or matrices."),
     ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
     ("modes", "study.command.modes:app", "Compute natural frequencies, and draw the mode shapes of a blade or mesh."),
     ("reduce", "study.command.reduce:app", "Reduce a blade, a rig, your own part or matrices by Craig-Bampton."),
