@@ -66,3 +66,4 @@ html_copy_source = False
 html_show_sourcelink = False
 html_last_updated_fmt = None
 html_show_sphinx = False
+html_show_copyright = False
