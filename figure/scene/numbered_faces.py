@@ -48,7 +48,8 @@ def numbered_faces_picture(surfaces: Sequence[Surface], path: str | PathLike[str
         for number, mesh in enumerate(meshes):
             plotter.add_mesh(mesh, color=COLOURS[number % len(COLOURS)], ambient=0.3)
             edges = mesh.extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
-            plotter.add_mesh(edges, color="#101820", line_width=1.5)
+            if edges.n_points:  # a sphere has none
+                plotter.add_mesh(edges, color="#101820", line_width=1.5)
         centres = np.array([mesh.cell_centers().points[_largest(mesh)] for mesh in meshes])
         seen = [k for k, mesh in enumerate(meshes) if _faces_eye(mesh, towards_eye)]
         plotter.add_point_labels(

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Vector = Float[NDArray[np.float64], " 3"]
 #: Cells along the longest side of a STEP part.
 CELLS = 25
+#: Why a face is taken to be the fixed one.
+END = "the face at an end of the longest side"
 #: Words in the names of sets that are fixed as a rule, the surest first.
 FIXED_WORDS = ("fix", "clamp", "support", "spc", "root", "ground")
 
@@ -49,13 +51,7 @@ def _step(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     if pictures:
         notes.append(f"their numbers are in {pictures[0]}")
     run.note("\n".join(notes))
-    chosen = wishes.fix or (
-        str(
-            wishes.value(
-                "fix", "Number of the face that is fixed?", str(_end_face(faces, corners)), "an end of the longest side"
-            ).value
-        ),
-    )
+    chosen, why = _fixed(wishes, "Number of the face that is fixed?", str(_end_face(faces, corners)), END)
     fixed = [_numbered(word, faces) for word in chosen]
     middle = np.mean([faces[number].inside for number in fixed], axis=0)
     known = corner_points(body)
@@ -63,7 +59,6 @@ def _step(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     tip = known[int(np.linalg.norm(known - middle, axis=1).argmax())]
     mesh_size = wishes.given.get("size", f"{size * MILLIMETRES_PER_METRE / CELLS:.2g} mm")
     names = [f"face {number + 1}" for number in fixed]
-    assumed = "" if wishes.fix else " # the face at an end of the longest side, unless you chose it"
     text = f"""\
 [structure]
 kind = "part"
@@ -76,7 +71,7 @@ size = "{mesh_size}"
 
 # Names for faces of the solid. Other keys than at: normal, area, colour, step_name (docs/own_part.md).
 {"".join(_face_table(name, faces[number]) for name, number in zip(names, fixed, strict=True))}[[structure.support]]
-on = [{", ".join(f'"{name}"' for name in names)}]{assumed}
+on = [{", ".join(f'"{name}"' for name in names)}]{why}
 
 {_point(tip)}
 {REDUCTION.format(modes=30)}"""
@@ -104,9 +99,7 @@ def _mesh(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     )
     run.note(listed)
     likely = [name for word in FIXED_WORDS for name in sets if word in name.lower()] or list(sets)
-    chosen = wishes.fix or (
-        str(wishes.value("fix", "Which set is fixed?", likely[0], "a part needs supports", tuple(sets)).value),
-    )
+    chosen, _ = _fixed(wishes, "Which set is fixed?", likely[0], "a part needs supports", tuple(sets))
     for name in chosen:
         if name not in sets:
             raise InputError(f"--fix {name}: {file} has no such set; it has {', '.join(sets)}")
@@ -127,6 +120,16 @@ on = [{", ".join(f'"{name}"' for name in chosen)}] # sets of the file: {", ".joi
 {_point(tip)}
 {REDUCTION.format(modes=30)}"""
     return Draft(text=text, notes=(listed,))
+
+
+def _fixed(
+    wishes: Wishes, question: str, default: str, why: str, choices: Sequence[str] = ()
+) -> tuple[tuple[str, ...], str]:
+    """Faces or sets that are fixed, and a comment where that was assumed."""
+    if wishes.fix:
+        return wishes.fix, ""
+    answer = wishes.value("fix", question, default, why, choices)
+    return (str(answer.value),), f" # assumed: {answer.assumed}" if answer.assumed else ""
 
 
 def _point(tip: Vector) -> str:
