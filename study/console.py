@@ -2,7 +2,6 @@
 
 import importlib.metadata
 import json
-import math
 import os
 import shlex
 import sys
@@ -12,6 +11,8 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
+
+from study.json_value import plain
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -162,19 +163,3 @@ def _print_rich(text: "RenderableType", stream: TextIO) -> None:
             raise BrokenPipeError
 
     Quitter(file=stream).print(text)
-
-
-def plain(value: Any) -> Any:
-    """Value as strict JSON: arrays become lists, numbers that are not finite become null."""
-    # Numbers first: a page holds a hundred thousand.
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):  # numpy's arrays and numbers
-        return plain(value.tolist())
-    return str(value)

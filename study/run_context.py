@@ -150,6 +150,7 @@ class Options:
         from pipeline.output import prepare_output
         from pipeline.progress import BarProgress, LineProgress, Progress, SilentProgress
         from pipeline.store import Store
+        from study.run_record import note_output
 
         prepared = None if output is None else prepare_output(output)
         if self.figures:
@@ -158,6 +159,8 @@ class Options:
             for file in self.figures:
                 REGISTRY.load(file)
         store = Store(self.cache_folder, RunContext.warn)
+        if prepared is not None:
+            note_output(prepared, store.folder)
         place = "" if prepared is None else str(prepared.resolve())
         durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn, place)
         progress: Progress

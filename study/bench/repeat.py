@@ -10,8 +10,8 @@ from pathlib import Path
 from pipeline.cache_folder import default_folder
 from pipeline.store import Store
 from study.bench.bench import Bench, Result
-from study.console import plain
 from study.diagnose.history import history_file, write_beside
+from study.json_value import plain
 from study.run_context import RunContext, silent_run
 
 

@@ -15,6 +15,7 @@ from pipeline.duration import Durations
 from pipeline.output import disk_failure
 from pipeline.progress import Report
 from study import console
+from study.json_value import plain
 
 #: Least time between two messages of progress [s].
 EVERY = 0.25
@@ -52,7 +53,7 @@ def serve_calls(connection: Connection, place: Place, parent: int) -> None:
 
     def send(message: Mapping[str, Any]) -> None:
         with lock:
-            connection.send(console.plain(message))
+            connection.send(plain(message))
 
     bench: Any = None
     while True:

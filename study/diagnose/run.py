@@ -15,13 +15,13 @@ from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
-from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosed, run_data_diagnosis
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
 from study.diagnose.round import Round, Steps, Watch, diagnose_case, errors
 from study.diagnose.table import write_up
+from study.json_value import plain
 from study.kind.registry import open_case
 from study.run_context import RunContext
 

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from study.console import plain
+from study.json_value import plain
 
 STYLE = Path(__file__).with_name("style.css")
 COMMON = Path(__file__).with_name("common.js")
