@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,8 +18,8 @@ from pipeline.store import Store
 from study.bench.bench import Bench, hash_text
 from study.bench.repeat import copy_beside, open_bench
 from study.bench.script import Entry, script_of
-from study.console import plain
 from study.diagnose.history import history_of, read_text
+from study.json_value import plain
 from study.run_context import RunContext, silent_run
 from tests.study.conftest import TwoMasses
 
@@ -148,6 +149,19 @@ def test_slopes_of_the_lines_are_those_of_exact_lines(make_bench: Callable[[], B
                 # a thousandth of a parameter, which moves F / X by as much of its parts, a hundredth is sure.
                 change, expected = 1 / up - 1 / down, -2 * step * slope / value**2
                 np.testing.assert_allclose(change, expected, rtol=0.01, atol=2e-5 * np.abs(1 / value).max())
+
+
+def test_the_python_of_the_page_finds_adds_and_takes_back(
+    make_bench: Callable[[], Bench], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = make_bench()
+    drawn = read_text(bench.case)
+    page = (Path(__file__).parents[3] / "docs" / "bench.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```python\n(.*?)```", page, re.MULTILINE | re.DOTALL)
+    exec(compile(block.replace("beam.toml", bench.case.name), "docs/bench.md", "exec"), {})
+    assert capsys.readouterr().out.count("training deviations") == 2
+    assert [step.what for step in history_of(bench.case).steps] == ["diagnosis", "add", "undo"]
+    assert read_text(bench.case) == drawn
 
 
 def test_an_unknown_parameter_is_refused_with_those_that_there_are(make_bench: Callable[[], Bench]) -> None:
