@@ -164,6 +164,17 @@ def test_the_python_of_the_page_finds_adds_and_takes_back(
     assert read_text(bench.case) == drawn
 
 
+def test_a_parameter_at_its_bound_comes_first(make_bench: Callable[[], Bench]) -> None:
+    bench = make_bench()
+    names = [row["name"] for row in bench.compare().views["parameters"]]
+    bench.edit(read_text(bench.case) + f"[calibrated]\n{names[-1]} = 0.95\n")
+    rows = bench.compare().views["parameters"]
+    # Young's modulus is known to 1 %, and no fit goes further than five times that.
+    assert names[-1] == "E"
+    assert [(row["name"], row["at_bound"]) for row in rows] == [("E", True), *((name, False) for name in names[:-1])]
+    assert rows[0]["slider"]["first"] == pytest.approx(0.95)
+
+
 def test_an_unknown_parameter_is_refused_with_those_that_there_are(make_bench: Callable[[], Bench]) -> None:
     with pytest.raises(InputError, match="zeta"):
         make_bench().move({"zetta": 1.1})
