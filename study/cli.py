@@ -48,8 +48,10 @@ COMMANDS = (
     ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
+    ("calibrate", "study.command.calibrate:app", "Fit the calibration parameters of a case, and write them into it."),
     ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the mended model."),
-    ("undo", "study.command.undo:app", "Take the effect that was added last out of a case."),
+    ("undo", "study.command.undo:app", "Take the effect or the calibration that was written last out of a case."),
+    ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("runs", "study.command.runs:app", "List, compare and remove the runs of a folder."),
     ("completion", "study.command.completion:app", "Print a script that completes commands in a shell."),
@@ -154,9 +156,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
     if isinstance(error, BrokenPipeError):
         return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
     if isinstance(error, MemoryError):
-        return output.error(
-            ExitCode.FAILED, "computation", "out of memory; take fewer elements, or a machine with more memory"
-        )
+        return output.error(ExitCode.FAILED, "computation", console.OUT_OF_MEMORY)
     # Imported here because the package of InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
@@ -170,11 +170,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
         return output.error(ExitCode.FAILED, "computation", str(error))
     if (sentence := disk_failure(error)) is not None:
         return output.error(ExitCode.BAD_INPUT, "input", sentence)
-    file = console.write_traceback(error, words)
-    kind = f"{type(error).__name__}: {error}".strip(": ")
-    return output.error(
-        ExitCode.INTERNAL, "internal", f"a mistake of stickslip itself ({kind}); please report it with the file {file}"
-    )
+    return output.error(ExitCode.INTERNAL, "internal", console.report_mistake(error, words))
 
 
 def _help_line(words: Sequence[str]) -> str:

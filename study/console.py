@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from study.run_context import Answer
 
 
+#: What to do where memory is short.
+OUT_OF_MEMORY = "out of memory; take fewer elements, or a machine with more memory"
+
+
 class Output:
     """Prints a command's answer, as text or as one JSON document.
 
@@ -124,6 +128,13 @@ def plain_warnings() -> Iterator[None]:
 
         warnings.showwarning = show
         yield
+
+
+def report_mistake(error: BaseException, words: Sequence[str]) -> str:
+    """Sentence about a mistake of stickslip itself, whose traceback is written into a file."""
+    file = write_traceback(error, words)
+    kind = f"{type(error).__name__}: {error}".strip(": ")
+    return f"a mistake of stickslip itself ({kind}); please report it with the file {file}"
 
 
 def write_traceback(error: BaseException, words: Sequence[str]) -> str:
