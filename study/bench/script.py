@@ -74,7 +74,7 @@ def script_of(
     text, history
         Case file and its history as they were before the first entry.
     """
-    calls = "\n".join(f"    show({python_of(entry)})" for entry in entries) or "    pass"
+    calls = "".join(f"        show({python_of(entry)})\n" for entry in entries)
     return f'''\
 """What was done to {case.name} in `stickslip bench`, once more on a copy of the case: it prints the same numbers.
 
@@ -91,10 +91,11 @@ WITHOUT = {tuple(without)!r}
 TEXT = {text!r}
 HISTORY = {history!r}
 
-with copy_beside(CASE, TEXT, HISTORY) as case:
-    bench = open_bench(case, CAMPAIGN, WITHOUT)
-{calls}
-'''
+# Below, because some cases are computed in several processes, which read this file as well.
+if __name__ == "__main__":
+    with copy_beside(CASE, TEXT, HISTORY) as case:
+        bench = open_bench(case, CAMPAIGN, WITHOUT)
+{calls}'''
 
 
 def _join(words: Sequence[str]) -> str:

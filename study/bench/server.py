@@ -26,8 +26,8 @@ LONGEST, WATCHING = 5.0, 0.9
 #: How often case and campaign are looked at [s].
 LOOK_EVERY = 1.0
 MISSING = (
-    "stickslip bench needs aiohttp, which is not installed: pip install 'stickslip[bench]', or the line that stickslip "
-    "doctor shows"
+    "stickslip bench needs aiohttp, which is not installed: pip install 'stickslip[bench]', or sh install.sh in a "
+    "checkout"
 )
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 

@@ -49,6 +49,7 @@ function drawState() {
   byId("calibrate").disabled = byId("diagnose").disabled = occupied || !versions.candidates;
   byId("undo").disabled = occupied || !byId("undo").dataset.possible;
   document.querySelectorAll("button.add, #history button").forEach((button) => { button.disabled = occupied; });
+  if (state.message && state.message.tone === "error" && !versions.verdict) byId("tag").textContent = "There is no comparison: the message above says why.";
   if (state.message) tell(state.message.tone, state.message.text); else byId("message").hidden = true;
   drawLog(state.log);
 }

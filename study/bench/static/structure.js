@@ -14,7 +14,9 @@ function beginStructure(data) {
   drawStructure();
 }
 
-const bodies = () => [...new Set(structure.nodes.map((node) => node.body))];
+const bodies = () => structure.bodies.map((body) => body.name);
+
+const isChain = (name) => structure.bodies.find((body) => body.name === name).is_chain;
 
 function placesOf(body, factor) {
   const mode = structure.modes[byId("mode").value], nodes = structure.nodes.filter((node) => node.body === body);
@@ -43,7 +45,7 @@ function nameMarks() {
 function drawStructure() {
   clearInterval(timer);
   if (!structure || !structure.nodes.length) return;
-  const lines = bodies().map((body) => { const [x, y, z] = placesOf(body, 0); return { type: "scatter3d", mode: "lines+markers", x, y, z, name: body, line: { color: colour("pale"), width: 6 }, marker: { size: 2, color: colour("pale") }, hovertemplate: body + "<extra></extra>" }; });
+  const lines = bodies().map((body) => { const [x, y, z] = placesOf(body, 0); return { type: "scatter3d", mode: isChain(body) ? "lines+markers" : "markers", x, y, z, name: body, line: { color: colour("pale"), width: 6 }, marker: { size: isChain(body) ? 2 : 3, color: colour("pale") }, hovertemplate: body + "<extra></extra>" }; });
   const names = nameMarks(), marks = structure.marks.map((mark, number) => {
     const [symbol, ink] = KINDS[mark.kind], [x, y, z] = [0, 1, 2].map((k) => mark.points.map((point) => 1e3 * point[k]));
     const name = { text: mark.points.map((_, place) => (place ? "" : names[number])), textposition: number % 2 ? "bottom center" : "top center", textfont: { size: 11, color: colour("ink") } };

@@ -13,6 +13,8 @@ from study.page.number import round_list
 
 #: Modes that are shown, and the length of the largest displacement, as a share of the structure's size [-].
 MODES, SHOWN = 6, 0.12
+#: Nodes of a body are a chain if none is further off their line than this share of its length [-].
+STRAIGHT = 0.05
 AXES = "xyz"
 
 Place = Float[NDArray[np.float64], "3"]
@@ -23,18 +25,23 @@ def show_structure(model: Model) -> dict[str, Any]:
 
     Returns
     -------
-    "nodes" with their bodies, coordinates [m] and places along each body; "marks" of sensors, contact lines and the
-    load; "modes" with frequencies [Hz] and displacements of the nodes [m]. All empty but "rows" without coordinates.
+    "nodes" with coordinates [m] and places along their "bodies", which are chains or clouds; "marks" of sensors,
+    contact lines and the load; "modes" with frequencies [Hz] and displacements of the nodes [m]. All empty but "rows"
+    without coordinates.
     """
     nodes = _list_nodes(model)
     if not nodes:
-        return {"nodes": [], "marks": [], "modes": [], "rows": _list_rows(model)}
+        return {"nodes": [], "bodies": [], "marks": [], "modes": [], "rows": _list_rows(model)}
     points = np.array([point for _, point in nodes.values()])
     number = {node: place for place, node in enumerate(nodes)}
     return {
         "nodes": [
             {"body": body, "point": round_list(point), "order": place}
             for place, (body, point) in enumerate(nodes.values())
+        ],
+        "bodies": [
+            {"name": name, "is_chain": _is_chain(np.array([point for body, point in nodes.values() if body == name]))}
+            for name in dict.fromkeys(body for body, _ in nodes.values())
         ],
         "marks": _list_marks(model),
         "modes": _list_modes(model, number, float(np.ptp(points, axis=0).max())),
@@ -53,6 +60,14 @@ def _list_nodes(model: Model) -> dict[tuple[str, int], tuple[str, Place]]:
         return {}
     axis = int(np.ptp([point for _, point in found.values()], axis=0).argmax())
     return dict(sorted(found.items(), key=lambda item: (item[1][0], item[1][1][axis])))
+
+
+def _is_chain(points: Float[NDArray[np.float64], "n 3"]) -> bool:
+    """Whether points lie on a line, so that a line between them shows the body."""
+    if len(points) < 3:
+        return True
+    size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(size[1] <= STRAIGHT * size[0])
 
 
 def _list_modes(model: Model, number: Mapping[tuple[str, int], int], size: float) -> list[dict[str, Any]]:

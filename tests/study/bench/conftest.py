@@ -63,6 +63,12 @@ def until(page: Any, expression: str, patience: float = PATIENCE) -> None:
         page.wait_for_timeout(100)
 
 
+def press(page: Any, selector: str) -> None:
+    """Press a button by keyboard."""
+    page.focus(selector)
+    page.keyboard.press("Enter")
+
+
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Chromium under Playwright."""

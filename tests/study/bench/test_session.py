@@ -148,8 +148,12 @@ def test_cancel_ends_the_worker_and_late_answers_count_for_nothing(opened: Opene
     session.cancel()
     assert worker.ended == 1
     assert session.state["busy"] is None
-    answer(session, worker, candidates={"rows": []})
+    number, name, arguments = worker.calls[-1]
+    session.ask("screen", {})
+    late = {"kind": "done", "number": number, "name": name, "arguments": arguments, "numbers": {}}
+    session.receive({**late, "views": {"candidates": {"rows": []}}})
     assert "candidates" not in session.views
+    assert session.state["busy"]["name"] == "screen"
 
 
 def test_a_failure_is_a_sentence_and_the_session_goes_on(opened: Opened) -> None:

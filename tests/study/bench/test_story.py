@@ -12,7 +12,7 @@ import pytest
 
 from study.beam.case import write_beam_case
 from study.diagnose.history import history_of, read_text
-from tests.study.bench.conftest import Started, running, until
+from tests.study.bench.conftest import Started, press, running, until
 from transient.virtual_bench.campaign import CampaignPoints
 from transient.virtual_bench.hidden_effect import make_campaign
 
@@ -25,9 +25,7 @@ POINTS = CampaignPoints(
 WITHOUT = ("spring", "dashpot", "cubic", "gap", "air damping", "density")
 
 
-def test_the_story_by_keyboard_and_mouse_ends_in_a_script_with_the_same_numbers(
-    tmp_path: Path, open_page: Started
-) -> None:
+def test_the_story_by_keyboard_ends_in_a_script_with_the_same_numbers(tmp_path: Path, open_page: Started) -> None:
     case = write_beam_case(tmp_path)
     drawn = read_text(case)
     make_campaign(tmp_path / "campaign", seed=3, kind="mass", place="tip", strength=2e-4, points=POINTS)
@@ -38,27 +36,26 @@ def test_the_story_by_keyboard_and_mouse_ends_in_a_script_with_the_same_numbers(
         page.wait_for_selector("#candidates tbody tr")
         assert bars(page) > 0
         wait(page)
-        page.click("#diagnose")
+        press(page, "#diagnose")
         page.wait_for_selector("#candidates tbody.named")
         assert "mass at tip" in page.inner_text("#candidates tbody.named")
         wait(page)
         # The chart shows what is proposed: as drawn, calibrated, with the mass.
         assert (bars(page), proposed(page)) == (3, True)
-        page.click("#candidates tbody.named button.add")
+        press(page, "#candidates tbody.named button.add")
         page.wait_for_selector("#verdict.nothing")
         wait(page)
         assert read_text(case) != drawn
         assert [step.what for step in history_of(case).steps] == ["diagnosis", "add"]
         assert (bars(page), proposed(page)) == (3, False)
         drag_a_parameter(page)
-        page.focus("#undo")
-        page.keyboard.press("Enter")
+        press(page, "#undo")
         page.wait_for_selector("#verdict.missing")
         wait(page)
         assert read_text(case) == drawn
         state = page.evaluate("state.log")
         with page.expect_download() as download:
-            page.click("#export")
+            press(page, "#export")
         script = tmp_path / "repeat.py"
         download.value.save_as(script)
         page.close()
@@ -71,8 +68,7 @@ def see_the_misfit(page: Any) -> None:
     """The worst place is a button, which goes to its sensor, level and frequency."""
     button = page.locator("#worst button").first
     name, frequency = re.match(r"(\w+) · .* at ([\d.]+) Hz", button.inner_text()).groups()  # type: ignore[union-attr]
-    button.focus()
-    page.keyboard.press("Enter")
+    press(page, "#worst button >> nth=0")
     assert page.evaluate("responses.panels[shown.panel].sensor") == name
     assert page.evaluate("shown.frequency") == pytest.approx(float(frequency))
 
