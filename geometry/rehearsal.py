@@ -1,9 +1,9 @@
 """A file that ends or stops the native code that reads it: reading is rehearsed in a process of its own.
 
 The CAD kernel and HDF5 trust counts and addresses in their files: a damaged one can end the program without a word, or
-keep it for ever. No check from outside sees that before. So the program copies itself (`fork`, some milliseconds), and
-the copy reads the file first, with limits of processor time and memory; what it read is thrown away. If the copy lives,
-the file is read again here.
+keep it for ever. No check from outside sees that before. So the program copies itself (`fork`, some ten milliseconds),
+and the copy reads the file first, with limits of processor time and memory; what it read is thrown away. If the copy
+lives, the file is read again here.
 
 A copy that waits without working, as one may where another thread held a lock, says nothing of the file: it is given up
 after a while, and the file is read.

@@ -71,5 +71,7 @@ def _attempt(act: Callable[..., Any], *arguments: Any) -> Any:
         return act(*arguments)
     except MemoryError:
         raise
-    except Exception:
+    except Exception as error:
+        if "allocat" in str(error):  # as HDF5 says it
+            raise MemoryError from error
         return None

@@ -16,8 +16,13 @@ Surface = tuple[Float[NDArray[np.float64], "corner 3"], Int[NDArray[np.int64], "
 #: Pale, so that numbers are read on all of them; colour-blind readers tell neighbours by the edges.
 COLOURS = ("#9ecae1", "#fdd0a2", "#c7e9c0", "#dadaeb", "#fdae6b", "#bdbdbd", "#e7cb94", "#a1d9d4")
 SIZE = (1400, 800)
+#: How numbers look.
+LABEL = {
+    "shape": "rounded_rect", "shape_color": "white", "font_size": 20, "text_color": "#101820", "point_size": 1,
+    "margin": 3,
+}  # fmt: skip
 #: Larger than the view that pyvista chooses, which leaves broad margins [-].
-ZOOM = 1.25
+ZOOM = 1.1
 #: From the solid towards the eye, of both halves of the picture.
 VIEWS = ((0.8, -0.62, 0.36), (-0.8, 0.62, -0.36))
 
@@ -52,13 +57,13 @@ def numbered_faces_picture(surfaces: Sequence[Surface], path: str | PathLike[str
                 plotter.add_mesh(edges, color="#101820", line_width=1.5)
         centres = np.array([mesh.cell_centers().points[_largest(mesh)] for mesh in meshes])
         seen = [k for k, mesh in enumerate(meshes) if _faces_eye(mesh, towards_eye)]
-        plotter.add_point_labels(
-            centres[seen], [str(k + 1) for k in seen], always_visible=True, shape="rounded_rect", shape_color="white",
-            font_size=20, text_color="#101820", point_size=1, margin=3,
-        )  # fmt: skip
+        if seen:
+            numbers = [str(k + 1) for k in seen]
+            plotter.add_point_labels(centres[seen], numbers, always_visible=True, **LABEL)
         if half == 0:
             plotter.add_text(title, font_size=12, color="#101820")
         plotter.view_vector(towards_eye, viewup=(0, 0, 1))
+        plotter.enable_parallel_projection()
         plotter.camera.zoom(ZOOM)
     plotter.set_background("white")
     plotter.screenshot(str(file))

@@ -254,6 +254,6 @@ def _refined(case: dict[str, Any]) -> list[str]:
 def _is_toml(text: str) -> bool:
     try:
         tomllib.loads(text.removeprefix("\ufeff"))
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return False
     return True

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from geometry.listed_faces import ListedFace
 
 Vector = Float[NDArray[np.float64], " 3"]
-#: Cells along the longest side of a STEP part.
-CELLS = 25
+#: Cells of a STEP part, about: half a minute of meshing. About so many fill the cube of their edge length.
+CELLS, CELLS_PER_CUBE = 10_000, 16.0
 #: Why a face is taken to be the fixed one.
 END = "the face at an end of the longest side"
 #: Words in the names of sets that are fixed as a rule, the surest first.
@@ -45,7 +45,6 @@ def _step(file: Path, wishes: Wishes, run: RunContext) -> Draft:
         body = read_body(file)
         faces = list_faces(body)
     corners = np.concatenate([face.corners for face in faces])
-    size = float(np.ptp(corners, axis=0).max())
     notes = [_listed(faces)]
     pictures = _picture(faces, wishes.path, run)
     if pictures:
@@ -57,7 +56,8 @@ def _step(file: Path, wishes: Wishes, run: RunContext) -> Draft:
     known = corner_points(body)
     known = known if len(known) else np.array([face.inside for face in faces])
     tip = known[int(np.linalg.norm(known - middle, axis=1).argmax())]
-    mesh_size = wishes.given.get("size", f"{size * MILLIMETRES_PER_METRE / CELLS:.2g} mm")
+    edge = (CELLS_PER_CUBE * float(body.solid.Volume()) / CELLS) ** (1 / 3)
+    mesh_size = wishes.given.get("size", f"{float(f'{edge:.2g}'):g} mm")
     names = [f"face {number + 1}" for number in fixed]
     text = f"""\
 [structure]

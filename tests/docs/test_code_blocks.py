@@ -7,10 +7,12 @@ test_own_part_document.py, test_campaign_document.py, test_joint_law.py, test_tu
 import re
 import textwrap
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from reduction.jointed_system import CubicSpring, JointedSystem
 
@@ -57,6 +59,27 @@ def test_matrices_are_exported_as_the_page_says(tmp_path: Path, monkeypatch: pyt
     run(fenced("docs/matrices.md", "python")[1], "docs/matrices.md", system=SYSTEM, pi=np.pi)
     assert (tmp_path / "structure.mat").is_file()
     assert (tmp_path / "structure.json").is_file()
+
+
+def dmig(name: str, matrix: dict[tuple[int, int, int], float]) -> str:
+    """Nastran's cards of a symmetric matrix in free fields, by node, node and direction."""
+    lines = [f"DMIG,{name},0,6,2,0"]
+    lines += [f"DMIG,{name},{column},{axis},,{row},{axis},{value:.6E}" for (column, row, axis), value in matrix.items()]
+    return "\n".join(lines) + "\n"
+
+
+def test_nastrans_matrices_are_reduced_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    nodes, axes = (1, 2, 3, 20, 31), (1, 2, 3)
+    mass = {(node, node, axis): 1.0 for node in nodes for axis in axes}
+    chain = list(pairwise(nodes))
+    stiffness = {(node, node, axis): 2e4 for node in nodes for axis in axes}
+    stiffness |= {(first, second, axis): -1e4 for first, second in chain for axis in axes}
+    Path("model.pch").write_text(dmig("MAAX", mass) + dmig("KAAX", stiffness))
+    rom = run(fenced("docs/matrices.md", "python")[0], "docs/matrices.md")["rom"]
+    # Nodes 20 and 31 move, in three directions alike: k - c and k + c over 1 kg.
+    squared = scipy.linalg.eigvalsh(rom.stiffness, rom.mass)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(squared, [1e4] * 3 + [3e4] * 3, rtol=1e-9)  # nothing is left out; round-off
 
 
 def test_the_effect_of_ones_own_is_the_example_word_for_word() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from study import cli
+from tests.slow import slow
 
 TwoMasses = Callable[..., Path]
 ROOT = Path(__file__).parents[2]
@@ -39,7 +40,7 @@ def test_the_story_runs_and_ends_where_it_began(two_masses: TwoMasses, capsys: p
         assert list(Path(folder).glob("*.html")), folder
 
 
-@pytest.mark.skipif(not os.environ.get("STICKSLIP_SLOW"), reason="takes minutes: set STICKSLIP_SLOW=1 to run it")
+@slow
 def test_the_numbers_of_the_tutorial_are_those_of_its_commands(tmp_path: Path) -> None:
     tools = {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
     (tmp_path / "examples").symlink_to(ROOT / "examples")

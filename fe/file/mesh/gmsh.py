@@ -164,7 +164,7 @@ def _refuse_version(path: Path) -> None:
 
 
 def _refuse_wild_number(path: Path) -> None:
-    """Meshio takes memory for as many nodes as the largest label says, and looks for all blocks that are announced."""
+    """Meshio takes memory for the largest label, and looks for as many blocks as are announced."""
     with path.open("rb") as file:
         is_binary = file.readline(100) and file.readline(100).split()[1:2] == [b"1"]
     if is_binary:

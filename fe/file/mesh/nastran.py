@@ -45,8 +45,11 @@ def read_bdf(path: Path) -> FileMesh:
             f'mesh file {path} has elements in fields of 16 characters ("{starred[:8].strip()}"): write it with fields '
             "of 8 (grid points may keep 16)"
         )
-    if not any(line.strip().upper().startswith("BEGIN BULK") for line in lines):
+    begin = next((number for number, line in enumerate(lines) if line.strip().upper().startswith("BEGIN BULK")), None)
+    if begin is None:
         raise MeshError(f'mesh file {path} has no line "BEGIN BULK": write it with one, and with ENDDATA at its end')
+    if not any(line.startswith("ENDDATA") for line in lines[begin:]):  # meshio would look for it for ever
+        raise MeshError(f'mesh file {path} has no line "ENDDATA" behind "BEGIN BULK": it is cut short, write it again')
     found = read_with_meshio(path, "nastran")
     if np.any(np.asarray(found.point_data.get("nastran:ref", 0)) != 0):
         raise MeshError(

@@ -51,6 +51,17 @@ def test_sound_files_are_no_trap(tmp_path: Path) -> None:
     assert find_hdf5_trap(tmp_path / "text.h5") is None
 
 
+def test_a_text_that_is_longer_than_any_memory_is_a_trap(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["text"] = "provenance" * 20
+        place = file["text"].id.get_offset()
+    data = bytearray((tmp_path / "a.h5").read_bytes())
+    assert int.from_bytes(data[place : place + 4], "little") == 200  # length, before the place of the letters
+    data[place : place + 4] = (3_000_000_000).to_bytes(4, "little")
+    (tmp_path / "a.h5").write_bytes(data)
+    assert "GB" in str(find_hdf5_trap(tmp_path / "a.h5"))
+
+
 def test_every_reader_refuses_a_file_that_is_a_trap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"] = np.arange(3.0)
