@@ -6,6 +6,7 @@ an error. By default only the examples that take seconds are run, and kept pictu
 """
 
 import argparse
+import importlib.util
 import os
 import shutil
 import sys
@@ -14,6 +15,10 @@ from pathlib import Path
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+#: Packages of the extra `docs`.
+NEEDED = ("furo", "myst_parser", "sphinx", "sphinx_gallery")
+#: File in the folder of sources that were written here.
+MARK = ".sources-of-the-site"
 sys.path[:0] = [str(DOCS), str(ROOT)]
 
 
@@ -37,9 +42,12 @@ def build_site(out: Path, *, examples: str = "cheap") -> int:
     from website.sphinx_gallery_source import write_examples
 
     source = out.with_name(f"{out.name}.source")
-    shutil.rmtree(source, ignore_errors=True)
-    if (out / ".buildinfo").is_file():  # an earlier site, and no folder of anything else
-        shutil.rmtree(out)
+    # Those of an earlier site are removed, and no folders of anything else.
+    for folder, mark in ((source, MARK), (out, ".buildinfo")):
+        if (folder / mark).is_file():
+            shutil.rmtree(folder)
+    source.mkdir(parents=True, exist_ok=True)
+    (source / MARK).touch()
     write_pages(ROOT, source)
     write_reference(ROOT, source)
     write_examples(ROOT, source, examples)
@@ -54,6 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--examples", choices=("cheap", "all", "none"), default="cheap", help="which examples are run")
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "site", help="folder of the site")
     options = parser.parse_args(arguments)
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        sys.stderr.write(f'{", ".join(missing)} not installed: run pip install "stickslip[docs]", or sh install.sh\n')
+        return 2
     code = build_site(options.out.resolve(), examples=options.examples)
     sys.stdout.write(f"{options.out / 'index.html'}\n" if code == 0 else "the site has the errors above\n")
     return code

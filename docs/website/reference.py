@@ -20,7 +20,7 @@ def write_reference(root: Path, source: Path) -> None:
     """
     text = (root / "docs" / "api.md").read_text(encoding="utf-8")
     folder = source / "reference"
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     pages = []
     _, *pieces = re.split(r"^## (.+)$", text, flags=re.MULTILINE)
     for title, section in zip(pieces[::2], pieces[1::2], strict=True):

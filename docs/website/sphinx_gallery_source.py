@@ -31,6 +31,8 @@ KEPT = {
 }
 #: Folder of the scripts within the sources, and of their pages.
 SCRIPTS, PAGES = "scripts", "examples"
+#: Folders with a README would become galleries of their own.
+IGNORED = shutil.ignore_patterns("__pycache__", "README.md")
 HEADER = """\
 Examples
 ========
@@ -70,8 +72,7 @@ def write_examples(root: Path, source: Path, examples: str) -> None:
     """
     folder = source / SCRIPTS
     # The whole folder, because examples read files beside them.
-    # Folders with a README would become galleries of their own.
-    shutil.copytree(root / "examples", folder, ignore=shutil.ignore_patterns("__pycache__", "README.md"))
+    shutil.copytree(root / "examples", folder, ignore=IGNORED, dirs_exist_ok=True)
     for script in sorted(folder.glob("*.py")):
         picture = None if is_run(script.stem, examples) else KEPT.get(script.stem)
         if picture is not None:
