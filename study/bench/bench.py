@@ -21,6 +21,7 @@ from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.metric.misfit import whole
 from diagnosis.fit.fit_parameter import Unknowns, Values
+from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 from pipeline.output import replace_file
 from study.bench.line import Lines, find_lines, list_unknowns, move_lines
 from study.bench.view.candidate import show_diagnosis, show_scores
@@ -124,7 +125,11 @@ class Bench:
         unknowns, fit = screened.before.fit.unknowns, screened.before.fit
         best = screened.scores[0] if screened.scores else None
         views = {
-            "candidates": {"rows": show_scores(screened.scores), "verdict": None},
+            "candidates": {
+                "rows": show_scores(screened.scores),
+                "verdict": None,
+                "chance": float(compute_linear_thresholds(screened.scores).gain),
+            },
             "errors": show_errors(history, added, drawn, now),
             "fitted": show_fitted(unknowns.names, unknowns.parameters, fit.values, fit.deviation),
             "is_diagnosed": self._is_diagnosed(screened.setup),
@@ -149,7 +154,7 @@ class Bench:
         before = errors(diagnosed.last.diagnosis.before)
         after = None if best is None or best.effect is None else errors(best)
         views = {
-            "candidates": {"rows": shown.pop("candidates"), "verdict": shown},
+            "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},
             "history": show_history(diagnosed.history),
             "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
         }

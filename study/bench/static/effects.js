@@ -10,10 +10,11 @@ function beginEffects(data) {
 
 function drawEffects() {
   if (!candidates) return;
-  const { rows, verdict } = candidates, most = Math.max(...rows.map((row) => row.gain), 1e-9);
+  const { rows, verdict, chance } = candidates, most = Math.max(...rows.map((row) => row.gain), chance);
   byId("finding").textContent = verdict ? typeset(verdict.sentence) : "By the screening, to first order. Diagnose fits the promising ones and tests them on held-out data.";
   byId("finding").className = verdict ? "" : "sub";
   byId("finding").title = verdict ? verdict.threshold : "";
+  byId("chance").textContent = "Where nothing is missing, the best χ² still falls: by more than " + digits(chance) + " in 1 of 100 campaigns.";
   byId("gain-head").textContent = rows.some((row) => row.probability !== null) ? "probability, χ² falls by" : "χ² falls by";
   byId("candidates").replaceChildren(byId("candidates").tHead, ...rows.slice(0, showAll ? rows.length : FIRST).map((row) => drawCandidate(row, most)));
   byId("all").hidden = rows.length <= FIRST;

@@ -45,7 +45,7 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
         "doubts": list_doubts(result),
         "advice": advice(result),
         "threshold": threshold_in_words(result),
-        "gain": float(result.diagnosis.thresholds.gain),
+        "chance": float(result.diagnosis.thresholds.gain),
         "candidates": [_fitted(row, scores[row.effect.name], confused, chance) for row in rows(result)],
         "untestable": [{"name": item.name, "reason": item.reason} for item in result.diagnosis.catalogue.untestable],
     }
