@@ -18,6 +18,7 @@ import argparse
 import contextlib
 import json
 import os
+import re
 import selectors
 import shutil
 import subprocess
@@ -33,6 +34,8 @@ OUTCOMES = ("right", "sentence", "wrong", "crash", "hang", "memory", "outside")
 #: Processor time of one file [s], and how often it is looked at [s].
 LONGEST, LOOK = 5.0, 0.2
 RESULT = "#result "
+#: Name of a damaged file that a process puts aside, before its number.
+ASIDE = ".wrong_"
 
 
 def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, str]]:
@@ -129,16 +132,14 @@ def run(names: list[str], numbers: range, keep: Path | None) -> dict[str, Counte
 
 
 def _keep(folder: Path, name: str, number: int, scratch: Path) -> None:
-    from benchmarks.reader_process import damaged_bytes
+    """Keep a damaged file: what its process put aside, or left where it ended."""
     from benchmarks.reader_samples import samples
 
-    sample = samples()[name]
+    left = scratch / "work" / samples()[name].file
+    aside = left.with_name(f"{ASIDE}{number}")
     folder.mkdir(parents=True, exist_ok=True)
-    sound = scratch / "keep" / sample.file
-    sound.parent.mkdir(parents=True, exist_ok=True)
-    sample.write(sound)
-    kept = folder / f"{name.replace(' ', '_').replace(',', '')}_{number}_{sound.name}"
-    kept.write_bytes(damaged_bytes(sound.read_bytes(), name, number)[0])
+    with contextlib.suppress(OSError):
+        shutil.copy(aside if aside.exists() else left, folder / f"{re.sub('[ ,.]+', '_', name)}_{number}_{left.name}")
 
 
 def format_table(table: dict[str, Counter[str]]) -> str:

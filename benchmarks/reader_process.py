@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.measured_file_mutants import mutate
-from benchmarks.reader_mutants import RESULT
+from benchmarks.reader_mutants import ASIDE, RESULT
 from benchmarks.reader_samples import Sample, samples
 from geometry.errors import InputError, InputWarning
 
@@ -178,6 +178,8 @@ def main() -> None:
         more = _peak_memory() - peak - PER_BYTE * len(damaged)
         if more > MEMORY:
             outcome, reason = "memory", f"{more / 1e9:.1f} GB; {outcome}: {reason}"
+        if outcome not in {"right", "sentence"}:
+            path.with_name(f"{ASIDE}{number}").write_bytes(damaged)
         _tell(number, outcome, reason)
         if outcome == "memory":
             _tell(0, "again", "")

@@ -20,8 +20,8 @@ from pathlib import Path
 
 #: Processor time that any file may take [s], and memory beyond what the program has [byte].
 LEAST_SECONDS, LEAST_MEMORY = 2, 1 << 30
-#: A copy that has taken so many times its processor time waits for something [-].
-PATIENCE = 10
+#: A copy that has not worked for so long waits for something, however busy the machine is [s].
+PATIENCE = 10.0
 #: Exit code of a copy that ran out of memory.
 _NO_MEMORY = 3
 
@@ -53,7 +53,7 @@ def rehearse(read: Callable[[], object], file: Path, *, speed: float, memory: fl
     if not child:
         _read_and_end(read, seconds, most)
     try:
-        status = _wait(child, PATIENCE * seconds)
+        status = _wait(child)
     except BaseException:  # such as Ctrl-C
         _end(child)
         raise
@@ -92,16 +92,24 @@ def _read_and_end(read: Callable[[], object], seconds: int, memory: int) -> None
         os._exit(code)
 
 
-def _wait(child: int, seconds: float) -> int | None:
-    """Status of a process when it ends; None if it does not in this time."""
-    end, pause = time.monotonic() + seconds, 0.0005
-    while time.monotonic() < end:
+def _wait(child: int) -> int | None:
+    """Status of a process when it ends; None if it waits and does not work."""
+    worked, last, pause = 0, time.monotonic(), 0.0005
+    while time.monotonic() < last + PATIENCE:
         found, status = os.waitpid(child, os.WNOHANG)
         if found:
             return status
         time.sleep(pause)
         pause = min(1.5 * pause, 0.05)
+        if (now := _work(child)) > worked:
+            worked, last = now, time.monotonic()
     return None
+
+
+def _work(process: int) -> int:
+    """Processor time that a process has taken [tick]."""
+    fields = Path(f"/proc/{process}/stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
+    return int(fields[11]) + int(fields[12])
 
 
 def _end(child: int) -> None:

@@ -73,8 +73,8 @@ class Checkpoint:
 class StoredTasks(MutableMapping[str, Any]):
     """Results of the tasks of one long computation: a folder with one checkpoint per task.
 
-    A result is always the one that was read back from its file, at once or after a restart: both go on with the same
-    bits.
+    A result is the one that was read back from its file, at once or after a restart: both go on with the same bits. It
+    stays known where the file goes.
 
     Parameters
     ----------
@@ -102,8 +102,14 @@ class StoredTasks(MutableMapping[str, Any]):
 
     def __setitem__(self, task: str, result: Any) -> None:
         """Store a result, which is not None."""
-        self._checkpoint(task).save(result)
-        self._known.pop(task, None)
+        checkpoint = self._checkpoint(task)
+        try:
+            self.folder.mkdir(exist_ok=True)
+            checkpoint.save(result)
+            stored = checkpoint.load()
+        except FileNotFoundError:
+            stored = None  # another process with the same folder is done, and has removed it
+        self._known[task] = result if stored is None else stored
 
     def __delitem__(self, task: str) -> None:
         """Forget a result."""

@@ -14,6 +14,8 @@ from geometry.errors import OutputError
 
 #: Folders that a command made for its files.
 _MADE: ContextVar[list[Path] | None] = ContextVar("made folders", default=None)
+#: Errors of too many open files.
+HANDLES = {errno.EMFILE, errno.ENFILE}
 #: Errors of a disk, such as a full one.
 DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG}
 
@@ -111,8 +113,8 @@ def replace_file(path: Path, content: str | bytes) -> None:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 
-def disk_failure(error: BaseException) -> str | None:
-    """Message for a write that the disk refused, with file and remedy; None for any other error.
+def system_failure(error: BaseException) -> str | None:
+    """Message for a write that the disk refused, or for too many open files, with the remedy; None for other errors.
 
     HDF5 gives the number of the failure and the file in its text alone.
     """
@@ -121,6 +123,8 @@ def disk_failure(error: BaseException) -> str | None:
     written = re.search(r"errno = (\d+)", text)
     if number is None and written is not None:
         number = int(written[1])
+    if number in HANDLES:
+        return "more files are open than this session may have (ulimit -n): raise its limit, e.g. ulimit -n 1024"
     if number not in DISK:
         return None
     named = re.search(r"filename = '(.+?)'", text)

@@ -13,7 +13,7 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for_all
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -274,6 +274,11 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
             before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
             try:
                 wait_for_all([pool.submit(_nothing) for _ in range(n_worker)])
+            except (EOFError, ConnectionError, BrokenExecutor) as error:
+                raise ComputationFailed(
+                    "a process was killed before it began, most often for lack of memory: close other programs; what "
+                    "was finished is stored, and the same command goes on from there"
+                ) from error
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
             yield pool

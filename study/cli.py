@@ -160,7 +160,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
     # Imported here because the package of InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
-    from pipeline.output import disk_failure
+    from pipeline.output import system_failure
 
     if isinstance(error, CaseError):
         return output.error(ExitCode.BAD_INPUT, "case", str(error), error.problems)
@@ -168,7 +168,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
         return output.error(ExitCode.BAD_INPUT, "input", str(error))
     if isinstance(error, ComputationFailed):
         return output.error(ExitCode.FAILED, "computation", str(error))
-    if (sentence := disk_failure(error)) is not None:
+    if (sentence := system_failure(error)) is not None:
         return output.error(ExitCode.BAD_INPUT, "input", sentence)
     return output.error(ExitCode.INTERNAL, "internal", console.report_mistake(error, words))
 

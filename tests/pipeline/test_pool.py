@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from geometry.errors import ComputationFailed, InputError
-from pipeline.parallel import Task
+from pipeline.parallel import Task, process_pool
 from pipeline.pool import run_pooled
 from pipeline.progress import Report, SilentProgress
 from pipeline.store import Stage, Store
@@ -81,3 +81,12 @@ def test_an_error_of_a_stage_and_a_killed_process_end_the_work(square: Stage[...
         run_pooled(tasks(square, tmp_path, [2, 13]), 2, Store(None), SilentProgress(), "work", 2)
     with pytest.raises(ComputationFailed, match="killed"):
         run_pooled(tasks(square, tmp_path, [2, 99]), 2, Store(None), SilentProgress(), "work", 2)
+
+
+def test_a_pool_whose_processes_cannot_begin_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended(*_: object) -> None:
+        raise EOFError("unexpected EOF")  # of the process that makes processes, where that was killed
+
+    monkeypatch.setattr("pipeline.parallel.ProcessPoolExecutor.submit", ended)
+    with pytest.raises(ComputationFailed, match="killed before it began"), process_pool([], 1):
+        pass

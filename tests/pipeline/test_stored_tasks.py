@@ -1,6 +1,7 @@
 """Results of tasks are found again whole, under their own key alone, and a pool ends with who started it."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -144,3 +145,15 @@ def _until(true: Callable[[], bool]) -> None:
             return
         time.sleep(0.1)
     pytest.fail("it did not happen within a minute")
+
+
+def test_a_result_stays_known_when_another_process_removes_the_folder(tmp_path: Path) -> None:
+    tasks = StoredTasks(tmp_path / "part", "a")
+    tasks["first"] = np.arange(3.0)
+    shutil.rmtree(tmp_path / "part")
+    np.testing.assert_array_equal(tasks["first"], np.arange(3.0))
+    tasks["second"] = 2.0
+    assert tasks["second"] == 2.0
+    shutil.rmtree(tmp_path)
+    tasks["third"] = 3.0
+    assert tasks["third"] == 3.0

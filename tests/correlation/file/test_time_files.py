@@ -65,3 +65,14 @@ def test_a_cut_tdms_file_is_a_sentence(tmp_path: Path, capfd: pytest.CaptureFixt
         with pytest.raises(CampaignError, match=r"^cut\.tdms: [^\n]*$"):
             read_file(tmp_path / "cut.tdms")
     assert capfd.readouterr().err == ""  # the library's own warnings do not reach the screen
+
+
+def test_a_wav_file_that_announces_more_than_any_memory_holds_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.wav"
+    wavfile.write(path, 1000, np.arange(40, dtype=np.int16))
+    data = bytearray(path.read_bytes())
+    size = data.index(b"data") + 4
+    data[size : size + 4] = (4_000_000_000).to_bytes(4, "little")
+    path.write_bytes(data)
+    with pytest.raises(CampaignError, match=r"a\.wav.*damaged or cut"):
+        read_file(path)
