@@ -1,0 +1,395 @@
+r"""Recovery of a missing law: at every place to first order, then at the best ones with the balance solved again.
+
+The force at a place drives the model as a load of its own in each state. About the states with the loads F of the last
+estimate the measurements are
+
+.. math:: y - x(F, \theta) + H F = H f + J\, d\theta + e, \qquad f = \sum_i c_i F_i ,
+
+with H the response of the readings to forces at the place (contacts linearised), J that to the calibration parameters
+with their priors below, which are projected out, and F_i the harmonics of function i by alternating time and frequency.
+The functions are followed along the *measured* motion of the place. Where no sensor follows it, the force that explains
+the readings best says how it moves,
+
+.. math:: u = u(F, \theta) + \alpha \arg\min_G |S^{-1/2} (y - x(F, \theta) - H G)|^2 ,
+
+so that no feedback of a wrong law on the motion makes branches, and on a linear structure one step is exact, however
+strong the force is. The coefficients, their sizes and the scatter follow from `diagnosis.missing_law.evidence`; their
+forces are the loads of the next step.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.model import DERIVATIVE, Sensor
+from correlation.prediction import Key
+from diagnosis.candidate.place import is_parallel
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.fit_parameter import Values
+from diagnosis.fit.refit import is_lost
+from diagnosis.fit.tangent import differentiate
+from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
+from diagnosis.missing_law.evidence import Posterior, cost_alone, infer
+from diagnosis.missing_law.loaded_states import Response, StateTable, respond, respond_to_loads
+from diagnosis.screening import make_basis, project_out
+from hbsolve.errors import ModelError
+from hbsolve.state import SteadyState
+
+Row = Float[NDArray[np.float64], " r"]
+Motion = Complex[NDArray[np.complex128], "s h"]
+
+#: Harmonics of a missing force that are followed, the mean first [-].
+N_HARMONIC = 6
+#: Places whose states are solved again at most, and how often.
+REFINED, ROUNDS = 4, 8
+#: Shares of a step that are tried, until the data are explained better [-].
+SHARES = (1.0, 0.4, 0.15)
+#: How often the scatter is found anew.
+WEIGHINGS = 6
+#: Singular values of a state's readings below this share of the largest tell nothing [-].
+RANK = 1e-2
+#: Relative change of the forces that ends the rounds [-].
+SETTLED = 0.01
+#: Probability that the places of a set have together [-].
+CREDIBLE = 0.95
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlaceLaw:
+    """The law that explains most at a place.
+
+    Parameters
+    ----------
+    name, row
+        Place, and its row over the degrees of freedom, shape (r,) [-].
+    basis
+        Functions of the law.
+    posterior
+        Their coefficients [N].
+    motion
+        Harmonics of the displacement of the place in each state, shape (s, h) [m].
+    loads
+        Harmonics of the force of the law on the structure, shape (s, h) [N].
+    table
+        The states.
+    values
+        Calibration parameters and effects added before, shape (p,).
+    evidence
+        ln of the density of the data with the law, less that without [-].
+    """
+
+    name: str
+    row: Row
+    basis: LawBasis
+    posterior: Posterior
+    motion: Motion
+    loads: Motion
+    table: StateTable
+    values: Values
+    evidence: float
+
+    @property
+    def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
+        """Of each state, shape (s,) [rad/s]."""
+        return 2 * np.pi * np.array([frequency for _, _, frequency in self.table.keys])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MissingLaw:
+    """Result of a recovery.
+
+    Parameters
+    ----------
+    places
+        The law of each place, the most probable place first.
+    probability
+        Of each place, if there is one law at one place, shape (p,) [-].
+    credible
+        Names of the places that have 95 % together.
+    """
+
+    places: tuple[PlaceLaw, ...]
+    probability: Float[NDArray[np.float64], " p"]
+    credible: tuple[str, ...]
+
+    @property
+    def best(self) -> PlaceLaw:
+        """The law at the most probable place."""
+        return self.places[0]
+
+
+def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None) -> MissingLaw | None:
+    """Recover the law of a missing force.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements and calibrated model.
+    rows
+        Places where it may act, rows over the degrees of freedom by name, shape (r,) each [-]; by default the places
+        of the model and those of its sensors.
+
+    Returns
+    -------
+    The law at each place; None where nothing moves, or no law explains anything.
+    """
+    rows = list_places(arrangement) if rows is None else rows
+    recovery = _Recovery.begin(arrangement, rows)
+    laws = [law for number in range(len(rows)) if (law := recovery.infer_to_first_order(number)) is not None]
+    laws.sort(key=lambda law: -law.evidence)
+    if not laws or laws[0].evidence <= 0:
+        return None
+    refined = [recovery.refine(law) for law in laws[:REFINED]]
+    return _rank([*refined, *laws[REFINED:]])
+
+
+def list_places(arrangement: Arrangement) -> dict[str, Row]:
+    """Places of the model and of its sensors that move apart from each other, by name."""
+    model = arrangement.fit.model
+    rows: dict[str, Row] = {}
+    named = [*model.places.items(), *((each.name, each.row) for each in model.sensors if isinstance(each, Sensor))]
+    for name, row in named:
+        if row.any() and not any(is_parallel(row, other) for other in rows.values()):
+            rows[name] = row
+    return rows
+
+
+def _rank(laws: Sequence[PlaceLaw]) -> MissingLaw:
+    ordered = sorted(laws, key=lambda law: -law.evidence)
+    evidence = np.array([law.evidence for law in ordered])
+    probability = np.exp(evidence - evidence[0])
+    probability /= probability.sum()
+    count = int(np.searchsorted(np.cumsum(probability), CREDIBLE)) + 1
+    return MissingLaw(
+        places=tuple(ordered), probability=probability, credible=tuple(law.name for law in ordered[:count])
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Recovery:
+    """What all places have in common: the model without a law, and its response to forces at each place."""
+
+    arrangement: Arrangement
+    rows: Mapping[str, Row]
+    values: Values
+    table: StateTable
+    response: Response
+    cost: float
+
+    @classmethod
+    def begin(cls, arrangement: Arrangement, rows: Mapping[str, Row]) -> "_Recovery":
+        train, fit, unknowns = arrangement.train, arrangement.fit, arrangement.unknowns([])
+        # A fit that went astray in the place of a law is further off than the model as it was drawn.
+        values = unknowns.vanishing if is_lost(arrangement) else fit.values
+        model = unknowns.compose(values)
+        prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
+        table = StateTable.from_points(train.features.points, prediction.states)
+        tangents = [each for each in differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds) if each]
+        count = min(N_HARMONIC, model.n_harmonic)
+        response = respond(train.predictor, model, prediction, table, list(rows.values()), count, tangents)
+        m = fit.n_number
+        noise = max(1.0, float(np.sqrt(np.mean(fit.residual[:m] ** 2))))
+        scale = np.concatenate([np.full(m, 1 / noise), np.ones(len(values))])
+        taken = make_basis(fit.jacobian * unknowns.size * scale[:, None])
+        cost = cost_alone(project_out(taken, scale * fit.residual), m, 1 / noise) + m * np.log(noise**2)
+        return cls(arrangement=arrangement, rows=rows, values=values, table=table, response=response, cost=cost)
+
+    def infer_to_first_order(self, number: int) -> PlaceLaw | None:
+        """The law at a place about the states without it; None for a place that does not move."""
+        name, row = list(self.rows.items())[number]
+        response = replace(
+            self.response, motion=self.response.motion[:, [number]], slopes=self.response.slopes[:, [number]],
+            own=self.response.own[:, [number]],
+        )  # fmt: skip
+        return self._infer(name, row, self.values, np.zeros_like(response.motion[:, 0]), response)
+
+    def refine(self, law: PlaceLaw) -> PlaceLaw:
+        """The law about states that are solved with its forces, as long as these explain more."""
+        here, misfit = law, np.inf
+        begin, states = (self.values, np.zeros_like(law.loads)), self.response.states
+        for _ in range(ROUNDS):
+            for share in SHARES:
+                values = begin[0] + share * (here.values - begin[0])
+                loads = begin[1] + share * (here.loads - begin[1])
+                response = self._solve(here.row, values, loads, states)
+                after = np.inf if response is None else self._misfit(values, response, here.posterior.noise)
+                if after < misfit:
+                    break
+            if response is None or after >= misfit:
+                return here
+            there = self._infer(here.name, here.row, values, loads, response, here.posterior.noise)
+            if there is None:
+                return here
+            begin, states, misfit = (values, loads), {**states, **response.states}, after
+            moved = np.linalg.norm(there.loads - here.loads) / max(np.linalg.norm(there.loads), 1e-300)
+            # The measure of the next step is that of the scatter that is left now.
+            misfit = self._misfit(values, response, there.posterior.noise)
+            here = there
+            if moved < SETTLED:
+                break
+        return here
+
+    def _solve(self, row: Row, values: Values, loads: Motion, states: Mapping[Key, SteadyState]) -> Response | None:
+        unknowns = self.arrangement.unknowns([])
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        try:
+            return respond_to_loads(
+                self.arrangement.train.predictor, unknowns.compose(values), states, self.table, row, loads,
+                [each for each in changes if each],
+            )  # fmt: skip
+        except ModelError:
+            return None
+
+    def _misfit(self, values: Values, response: Response, noise: float) -> float:
+        """-2 ln of the density of data and calibration parameters, up to a constant [-]."""
+        data, away = self.arrangement.train.residual_of(response.value), self._away(values)
+        return float(data @ data) / noise**2 + float(away @ away)
+
+    def _away(self, values: Values) -> Values:
+        unknowns = self.arrangement.unknowns([])
+        centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
+        return np.asarray((centre - values) / unknowns.prior)
+
+    def _infer(
+        self, name: str, row: Row, values: Values, loads: Motion, response: Response, noise: float | None = None
+    ) -> PlaceLaw | None:
+        """The law about states with loads."""
+        train, unknowns = self.arrangement.train, self.arrangement.unknowns([])
+        motion = self._find_motion(row, response)
+        u, v = follow(motion, self.angular_frequency)
+        if not u.any() or not v.any():
+            return None
+        basis = LawBasis(reach=float(np.abs(u).max()), speed=float(np.abs(v).max()))
+        forces = find_harmonics(basis.forces(u, v), motion.shape[1])
+        if not self._sees_even():
+            forces[..., basis.group == EVEN] = 0.0
+        listed = np.concatenate([loads[..., None], -forces], axis=2)
+        changed = self._whiten(response, self._read(response, listed), is_force=True)
+        carried, law = changed[:, 0], changed[:, 1:]
+        others = self._whiten(response, response.tangents, is_force=False)
+        # A parameter that moves points of the model has no tangent: it stays.
+        columns = np.zeros((len(law), len(values)))
+        columns[:, self._has_tangent(values)] = others
+        data = train.residual_of(response.value) + carried
+        posterior, step = self._explain(data, law, columns, values, basis, forces[:, 1], noise)
+        return PlaceLaw(
+            name=name, row=row, basis=basis, posterior=posterior, motion=motion, table=self.table,
+            loads=-forces @ posterior.mean, values=unknowns.clipped(values + step),
+            evidence=(self.cost - posterior.cost) / 2,
+        )  # fmt: skip
+
+    def _explain(
+        self, data: NDArray[np.float64], law: NDArray[np.float64], others: NDArray[np.float64], values: Values,
+        basis: LawBasis, fundamental: Motion, noise: float | None,
+    ) -> tuple[Posterior, Values]:  # fmt: skip
+        """Coefficients of a law beside the calibration parameters, and the step of these.
+
+        Where the scatter is larger than that of noise, the priors of the parameters keep their weight.
+        """
+        unknowns, n = self.arrangement.unknowns([]), len(data)
+        noise = max(1.0, float(np.sqrt(np.mean(data**2)))) if noise is None else noise
+        prior, away = np.diag(1 / unknowns.prior), self._away(values)
+        for _ in range(WEIGHINGS):
+            jacobian = np.vstack([others / noise, prior]) * unknowns.size
+            target = np.concatenate([data / noise, away])
+            changes = np.vstack([law / noise, np.zeros((len(values), law.shape[1]))])
+            taken = make_basis(jacobian)
+            found = infer(
+                project_out(taken, changes), project_out(taken, target), basis.group, basis.is_positive,
+                fundamental, n, 1 / noise,
+            )  # fmt: skip
+            found = replace(found, cost=found.cost + n * np.log(noise**2), noise=noise * found.noise)
+            settled, noise = abs(np.log(found.noise / noise)) < SETTLED, found.noise
+            if settled:
+                break
+        step, *_ = np.linalg.lstsq(jacobian, target - changes @ found.mean, rcond=1e-12)
+        return found, step * unknowns.size
+
+    @property
+    def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
+        """Of each state, shape (s,) [rad/s]."""
+        return 2 * np.pi * np.array([frequency for _, _, frequency in self.table.keys])
+
+    def _sees_even(self) -> bool:
+        """Whether an even harmonic was measured: without one, a force that is even is seen to second order at most."""
+        return bool((self.arrangement.train.features.points.harmonic % 2 == 0).any())
+
+    def _has_tangent(self, values: Values) -> NDArray[np.bool_]:
+        unknowns = self.arrangement.unknowns([])
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        return np.array([change is not None for change in changes], dtype=bool)
+
+    def _read(
+        self, response: Response, forces: Complex[NDArray[np.complex128], "s h b"]
+    ) -> Complex[NDArray[np.complex128], "k b"]:
+        """Change of each reading by harmonics of forces at the place, shape (k, b)."""
+        at = forces[self.table.number]
+        slopes = np.where((self.table.number >= 0)[:, None, None], response.slopes[:, 0], 0.0)
+        change = np.einsum("kh,khb->kb", slopes[..., 0], at.real) + np.einsum("kh,khb->kb", slopes[..., 1], at.imag)
+        return np.asarray(change)
+
+    def _whiten(
+        self, response: Response, changes: Complex[NDArray[np.complex128], "k b"], *, is_force: bool
+    ) -> Float[NDArray[np.float64], "m b"]:
+        """Whitened changes of the features.
+
+        With x the reading of the model and y the measured one, F / X changes by -dx / (x y) F with a force and by
+        -dx / x^2 F with a stiffness, exactly where one spring changes; and so do ratios to X.
+        """
+        train, features = self.arrangement.train, self.arrangement.train.features
+        if is_force:
+            measured = np.where(train.observed.phased, train.observed.value, response.value)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                factor = response.value / measured
+            factor = np.where(np.isfinite(factor), factor, 1.0)
+            own = features.fundamental | (features.reference >= 0)
+            to = np.where(features.reference >= 0, features.reference, np.arange(len(factor)))
+            changes = changes * np.where(own, factor[to], 1.0)[:, None]
+        slopes = features.slopes(response.value, changes)
+        return train.whitening(np.where(np.isfinite(slopes), slopes, 0.0))
+
+    def _find_motion(self, row: Row, response: Response) -> Motion:
+        """Harmonics of the place in each state as measured, shape (s, h) [m].
+
+        Where a sensor follows it the fundamental is what that reads. Else it is that of the model, scaled, and moved by
+        a force at the place, as the readings say.
+        """
+        train, table = self.arrangement.train, self.table
+        motion = np.where(np.isfinite(response.motion[:, 0]), response.motion[:, 0], 0.0)
+        points, value = train.features.points, response.value
+        seen = (points.harmonic == 1) & train.observed.phased & np.isfinite(train.observed.value) & np.isfinite(value)
+        deviation = train.whitening.deviation[: len(seen)]
+        weight = np.where(seen, train.features.per_reading(train.observed.value)[: len(seen)] / deviation, 0.0)
+        scale = self._list_scales(row)
+        for number in range(len(table.keys)):
+            at = np.flatnonzero((table.number == number) & seen)
+            direct = [point for point in at if points.sensor[point] in scale]
+            if direct:
+                order, gain = scale[str(points.sensor[direct[0]])]
+                turn = (1j * self.angular_frequency[number]) ** order * gain
+                motion[number, 1] = train.observed.value[direct[0]] / turn
+            elif len(at):
+                own, force = motion[number, 1], response.own[number, 0]
+                # Of a size with the scaled motion, so that what the readings do not tell apart is shared evenly.
+                size = abs(own) / max(np.abs(force).max(), 1e-300)
+                shapes = (
+                    np.column_stack([value[at], 1j * value[at], response.slopes[at, 0, 1] * size]) * weight[at, None]
+                )
+                missing = (train.observed.value[at] - value[at]) * weight[at]
+                parts, *_ = np.linalg.lstsq(
+                    np.concatenate([shapes.real, shapes.imag]), np.concatenate([missing.real, missing.imag]), rcond=RANK
+                )
+                motion[number, 1] += (parts[0] + 1j * parts[1]) * own + size * force @ parts[2:]
+        return motion
+
+    def _list_scales(self, row: Row) -> dict[str, tuple[int, float]]:
+        """Time derivatives, and reading per displacement of the place, of the sensors that follow it."""
+        sensors = [each for each in self.arrangement.fit.model.sensors if isinstance(each, Sensor) and not each.delay]
+        return {
+            each.name: (DERIVATIVE[each.quantity], each.gain * float(each.row @ row) / float(row @ row))
+            for each in sensors
+            if is_parallel(each.row, row)
+        }
