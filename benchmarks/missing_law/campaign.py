@@ -10,15 +10,28 @@ from benchmarks.missing_law.hidden import KINDS, Hidden, draw_hidden
 from benchmarks.missing_law.structure import Structure, draw_structure, make_specimen
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.model import Model
+from reduction.array_type import Array
 from transient.errors import TransientError
+from transient.stepper import Record
 from transient.virtual_bench.sweep import SweptBench
 
 #: Of all streams of random numbers; frequencies, repeats, and steps of the integration per period.
 ENTROPY, N_FREQUENCY, N_REPEAT, STEPS = 20261127, 24, 2, 192
-#: How often the levels are halved where the specimen has no steady motion.
-HALVED = 3
-#: Harmonics in the readings of the bench.
-COLUMN = {1: 0, 3: 1}
+#: How often a law is made for the motion that the one before has let.
+DRAWS = 4
+#: Harmonics that are measured.
+HARMONICS = ((1,), (1, 3), (1, 2, 3))
+
+
+class Bench(SweptBench):
+    """The bench with harmonics 0 to 3 of each motion."""
+
+    def read(self, record: Record) -> tuple[Array, Array, float]:
+        """See `SweptBench.read`."""
+        _, force, slip = super().read(record)
+        motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1)[:, :4] * (2 / self.steps_per_period)
+        motion[:, 0] /= 2
+        return motion, force, slip
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,21 +71,27 @@ def make(seed: int) -> Trial:
     # The motion that the force makes with a modal damping of some per cent, about that of the law and the contacts.
     loss = structure.ratio + (0.02 if model.lines else 0.005)
     motion = abs(_at(structure, place) * _at(structure, structure.drive)) * structure.force / (2 * loss * stuck**2)
-    hidden = draw_hidden(place, motion, stuck**2 / _at(structure, place) ** 2, stuck, kind, random)
-    specimen = make_specimen(model, streams[2])
-    specimen = specimen.with_system(joints=[*specimen.system.joints, *hidden.joints(model.places[place])])
-    share = hidden.stiffness / (stuck**2 / _at(structure, place) ** 2)
-    low, high = {"softening": (-0.5, 0.05), "drag": (-0.03, 0.03)}.get(kind, (-0.06, 0.6))
-    width = 4 * structure.ratio + 0.01
-    frequencies = np.linspace(
-        min(free, stuck) * (1 + low * share * (low < 0) - width), stuck * (1 + high * share + width), N_FREQUENCY
-    ) / (2 * np.pi)
-    for _ in range(HALVED):
+    modal = stuck**2 / _at(structure, place) ** 2
+    hidden = draw_hidden(place, motion, modal, stuck, kind, random)
+    made = make_specimen(model, streams[2])
+    for _ in range(DRAWS):
+        specimen = made.with_system(joints=[*made.system.joints, *hidden.joints(model.places[place])])
+        share = hidden.stiffness / modal
+        low, high = {"softening": (-0.6, 0.05), "drag": (-0.03, 0.03)}.get(kind, (-0.06, 0.7))
+        width = 4 * structure.ratio
+        frequencies = np.linspace(
+            min(free, stuck) * (1 + low * share - width), stuck * (1 + high * share + width), N_FREQUENCY
+        ) / (2 * np.pi)
         try:
-            return _measured(structure, specimen, hidden, levels, frequencies, streams[3])
+            trial = _measured(structure, specimen, hidden, levels, frequencies, streams[3])
         except TransientError:
             levels = levels / 2  # a softening spring that gives way
-    return _measured(structure, specimen, hidden, levels, frequencies, streams[3])
+            continue
+        reached = float(np.abs(trial.coefficients[:, 1]).max())
+        if 0.8 < reached / hidden.motion < 1.25:
+            return trial
+        hidden = replace(hidden, motion=reached)
+    return trial
 
 
 def _at(structure: Structure, place: str) -> float:
@@ -84,19 +103,19 @@ def _measured(
     frequencies: NDArray[np.float64], random: np.random.Generator,
 ) -> Trial:  # fmt: skip
     model, names = structure.model, list(structure.model.places)
-    bench = SweptBench(specimen.system, {name: specimen.places[name] for name in names}, STEPS)
+    bench = Bench(specimen.system, {name: specimen.places[name] for name in names}, STEPS)
     swept = [bench.sweep(frequencies.tolist(), float(level)) for level in levels]
     motion = np.array([each.motion for each in swept])
     seen = random.permutation(len(names))[: int(random.integers(1, len(names) + 1))]
-    harmonics = (1, 3) if random.uniform() < 0.5 else (1,)
+    harmonics = HARMONICS[int(random.integers(len(HARMONICS)))]
     noise = float(random.uniform(0.002, 0.01))
     rows, values = [], []
     for number, level in enumerate(levels):
         for point in np.flatnonzero(swept[number].periodic).tolist():
             for sensor, name in enumerate(np.array(names)[seen]):
                 for harmonic in harmonics:
-                    reading = motion[number, point, names.index(name), COLUMN[harmonic]]
-                    floor = 0.002 * np.abs(motion[0, :, names.index(name), 0]).max()
+                    reading = motion[number, point, names.index(name), harmonic]
+                    floor = 0.002 * np.abs(motion[0, :, names.index(name), 1]).max()
                     for repeat in range(1, N_REPEAT + 1):
                         error = random.standard_normal(4) / np.sqrt(2)
                         value = reading * (1 + noise * (error[0] + 1j * error[1])) + floor * (error[2] + 1j * error[3])
@@ -115,9 +134,8 @@ def _measured(
         held_out=HeldOut(levels=(float(levels[-2]),)),
     )  # fmt: skip
     own = motion[:, :, names.index(hidden.place)]
-    top = np.abs(own[:, :, 0]).argmax(axis=1)
-    coefficients = np.zeros((len(levels), 4), dtype=complex)
-    coefficients[:, [1, 3]] = own[np.arange(len(levels)), top]
+    top = np.abs(own[:, :, 1]).argmax(axis=1)
+    coefficients = own[np.arange(len(levels)), top]
     kept = tuple(each for each in model.sensors if each.name in {sensor.name for sensor in sensors})
     return Trial(
         model=replace(model, sensors=kept), campaign=campaign, hidden=hidden, coefficients=coefficients,

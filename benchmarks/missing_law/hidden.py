@@ -127,10 +127,10 @@ class Hidden:
 def draw_hidden(
     place: str, motion: float, modal: float, angular_frequency: float, kind: str, random: np.random.Generator
 ) -> Hidden:
-    """A law with a secant stiffness of 3 to 20 % of the modal stiffness at its place; drag has a tenth of that."""
-    share = float(random.uniform(0.03, 0.2))
+    """A law with a secant stiffness of 1 to 8 % of the modal stiffness at its place; drag has a seventh of that."""
+    share = float(random.uniform(0.01, 0.08))
     shape = {"power": random.uniform(1.5, 2.5)}.get(kind, random.uniform(0.3, 0.6))
-    factor = {"drag": 0.1, "softening": 0.5}.get(kind, 1.0)
+    factor = {"drag": 0.15, "softening": 0.7}.get(kind, 1.0)
     return Hidden(
         kind=kind, place=place, motion=motion, stiffness=factor * share * modal, shape=float(shape),
         angular_frequency=angular_frequency,

@@ -52,7 +52,7 @@ def draw_structure(random: np.random.Generator) -> Structure:
     first = float(scipy.linalg.eigvalsh(stiffness, mass)[0])
     stiffness = stiffness * (2 * np.pi * random.uniform(20, 80)) ** 2 / first
     squared, shapes = scipy.linalg.eigh(stiffness, mass)
-    ratio = float(log_uniform(random, 0.002, 0.01))
+    ratio = float(log_uniform(random, 0.003, 0.015))
     weighted = mass @ shapes
     damping = weighted * (2 * ratio * np.sqrt(squared)) @ weighted.T
     drive = int(random.integers(n))

@@ -25,7 +25,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.model import DERIVATIVE, Sensor
-from correlation.prediction import Key
+from correlation.prediction import Key, Prediction, Predictor
 from diagnosis.candidate.place import is_parallel
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.fit_parameter import Values
@@ -33,10 +33,12 @@ from diagnosis.fit.refit import is_lost
 from diagnosis.fit.tangent import differentiate
 from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
 from diagnosis.missing_law.evidence import Posterior, cost_alone, infer
+from diagnosis.missing_law.free_law import list_law_joints
 from diagnosis.missing_law.loaded_states import Response, StateTable, respond, respond_to_loads
 from diagnosis.screening import make_basis, project_out
 from hbsolve.errors import ModelError
 from hbsolve.state import SteadyState
+from reduction.jointed_system import Joint
 
 Row = Float[NDArray[np.float64], " r"]
 Motion = Complex[NDArray[np.complex128], "s h"]
@@ -44,15 +46,15 @@ Motion = Complex[NDArray[np.complex128], "s h"]
 #: Harmonics of a missing force that are followed, the mean first [-].
 N_HARMONIC = 6
 #: Places whose states are solved again at most, and how often.
-REFINED, ROUNDS = 4, 8
-#: Shares of a step that are tried, until the data are explained better [-].
-SHARES = (1.0, 0.4, 0.15)
+REFINED, ROUNDS = 4, 2
 #: How often the scatter is found anew.
 WEIGHINGS = 6
 #: Singular values of a state's readings below this share of the largest tell nothing [-].
-RANK = 1e-2
+RANK, FULL_RANK = 1e-2, 1e-8
 #: Relative change of the forces that ends the rounds [-].
 SETTLED = 0.01
+#: Rounds with the law in the model, shares of a step that are tried, and the fall of chi-squared that matters.
+CLOSED_ROUNDS, SHARES, ENOUGH = 8, (1.0, 0.5, 0.25, 0.1), 1.0
 #: Probability that the places of a set have together [-].
 CREDIBLE = 0.95
 
@@ -73,6 +75,8 @@ class PlaceLaw:
         Harmonics of the displacement of the place in each state, shape (s, h) [m].
     loads
         Harmonics of the force of the law on the structure, shape (s, h) [N].
+    drive
+        The same with the fundamental that makes the readings as they were measured, shape (s, h) [N].
     table
         The states.
     values
@@ -87,6 +91,7 @@ class PlaceLaw:
     posterior: Posterior
     motion: Motion
     loads: Motion
+    drive: Motion
     table: StateTable
     values: Values
     evidence: float
@@ -168,6 +173,24 @@ def _rank(laws: Sequence[PlaceLaw]) -> MissingLaw:
     )
 
 
+def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState:
+    """A state with the displacements of further joints, as they move with the structure."""
+    rows = np.concatenate([joint.directions for joint in joints])
+    moved = state.coefficients[: len(state.displacement)] @ rows.T
+    return replace(state, displacement=np.hstack([state.displacement, moved]))
+
+
+def _solve_parts(
+    table: Complex[NDArray[np.complex128], "n p"], right: Complex[NDArray[np.complex128], " n"], rank: float
+) -> Float[NDArray[np.float64], " p"]:
+    """Real numbers that solve complex equations best, shape (p,)."""
+    return np.asarray(
+        np.linalg.lstsq(np.concatenate([table.real, table.imag]), np.concatenate([right.real, right.imag]), rcond=rank)[
+            0
+        ]
+    )
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Recovery:
     """What all places have in common: the model without a law, and its response to forces at each place."""
@@ -207,30 +230,120 @@ class _Recovery:
         return self._infer(name, row, self.values, np.zeros_like(response.motion[:, 0]), response)
 
     def refine(self, law: PlaceLaw) -> PlaceLaw:
-        """The law about states that are solved with its forces, as long as these explain more."""
-        here, misfit = law, np.inf
-        begin, states = (self.values, np.zeros_like(law.loads)), self.response.states
+        """The law about states that move as was measured, then fitted as joints of the model."""
+        laws, states = [law], self.response.states
         for _ in range(ROUNDS):
+            here = laws[-1]
+            response = self._solve(here.row, here.values, here.drive, states)
+            if response is None:
+                break
+            states = {**states, **response.states}
+            there = self._infer(here.name, here.row, here.values, here.drive, response, here.posterior.noise)
+            if there is None:
+                break
+            laws.append(there)
+        return self._close(laws, states)
+
+    def _close(self, laws: Sequence[PlaceLaw], states: Mapping[Key, SteadyState]) -> PlaceLaw:
+        """The law fitted as joints of the model, from where the data are explained best.
+
+        That is one of the estimates, or a share of one; where a fit ends worse than the best estimate, others follow.
+        """
+        starts: list[tuple[float, int, Values, NDArray[np.float64], Response]] = []
+        for number, law in enumerate(laws):
+            for share in SHARES:
+                values, mean = self.values + share * (law.values - self.values), share * law.posterior.mean
+                response = self._solve_with_law(law, values, mean, states)
+                if response is not None:
+                    starts.append((self._misfit(values, response, 1.0), number, values, mean, response))
+        best, tried = max(laws, key=lambda each: each.evidence), set[int]()
+        for _, number, *start in sorted(starts, key=lambda each: each[0]):
+            if number in tried:
+                continue
+            tried.add(number)
+            found = self._descend(laws[number], *start, states)
+            if found.evidence > best.evidence:
+                return found
+        return best
+
+    def _descend(
+        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response,
+        states: Mapping[Key, SteadyState],
+    ) -> PlaceLaw:  # fmt: skip
+        """Steps of Gauss and Newton, each as far as the data are explained better."""
+        noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(response.value) ** 2))))
+        here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
+        for _ in range(CLOSED_ROUNDS):
+            known |= response.states
+            here = self._infer_about_law(here, values, mean, response)
+            misfit, after, moved = self._misfit(values, response, here.posterior.noise), np.inf, None
+            begin = values, mean
             for share in SHARES:
                 values = begin[0] + share * (here.values - begin[0])
-                loads = begin[1] + share * (here.loads - begin[1])
-                response = self._solve(here.row, values, loads, states)
-                after = np.inf if response is None else self._misfit(values, response, here.posterior.noise)
+                mean = begin[1] + share * (here.posterior.mean - begin[1])
+                moved = self._solve_with_law(here, values, mean, known)
+                after = np.inf if moved is None else self._misfit(values, moved, here.posterior.noise)
                 if after < misfit:
                     break
-            if response is None or after >= misfit:
-                return here
-            there = self._infer(here.name, here.row, values, loads, response, here.posterior.noise)
-            if there is None:
-                return here
-            begin, states, misfit = (values, loads), {**states, **response.states}, after
-            moved = np.linalg.norm(there.loads - here.loads) / max(np.linalg.norm(there.loads), 1e-300)
-            # The measure of the next step is that of the scatter that is left now.
-            misfit = self._misfit(values, response, there.posterior.noise)
-            here = there
-            if moved < SETTLED:
+            if moved is None or misfit - after < ENOUGH:
                 break
+            response = moved
         return here
+
+    def _solve_with_law(
+        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], states: Mapping[Key, SteadyState]
+    ) -> Response | None:
+        """States with the law in the model, from states near those that were measured."""
+        unknowns, train = self.arrangement.unknowns([]), self.arrangement.train
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        model = unknowns.compose(values)
+        own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
+        model = model.with_system(joints=[*model.system.joints, *own])
+        predictor = Predictor(points=train.features.points)
+        guesses = {key: _with_directions(state, own) for key, state in states.items()}
+        try:
+            prediction = predictor.predict(
+                model, Prediction(points=predictor.points, value=np.zeros(0, dtype=complex), states=guesses)
+            )
+            if any(key not in prediction.states for key in self.table.keys):
+                return None
+            tangents = [each for each in changes if each]
+            return respond(predictor, model, prediction, self.table, [law.row], law.motion.shape[1], tangents)
+        except ModelError:
+            return None
+
+    def _infer_about_law(
+        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response
+    ) -> PlaceLaw:
+        """The law about states of the model with it, which move as the model says."""
+        train, unknowns, motion = self.arrangement.train, self.arrangement.unknowns([]), response.motion[:, 0]
+        forces = self._list_forces(law.basis, motion)
+        loads = -forces @ mean
+        listed = np.concatenate([loads[..., None], -forces], axis=2)
+        changed = self._whiten(response, self._read(response, listed), is_force=False)
+        others = self._whiten(response, response.tangents, is_force=False)
+        columns = np.zeros((len(changed), len(values)))
+        columns[:, self._has_tangent(values)] = others
+        data = train.residual_of(response.value) + changed[:, 0]
+        posterior, step = self._explain(
+            data, changed[:, 1:], columns, values, law.basis, forces[:, 1], law.posterior.noise
+        )
+        return replace(
+            law, posterior=posterior, motion=motion, loads=-forces @ posterior.mean,
+            values=unknowns.clipped(values + step), evidence=(self.cost - posterior.cost) / 2,
+        )  # fmt: skip
+
+    def _list_forces(self, basis: LawBasis, motion: Motion) -> Complex[NDArray[np.complex128], "s h b"]:
+        """Harmonics of the force of each function along the motion; without even ones that nothing shows."""
+        forces = find_harmonics(basis.forces(*follow(motion, self.angular_frequency)), motion.shape[1])
+        if not self._sees_even():
+            forces[..., basis.group == EVEN] = 0.0
+        return forces
+
+    def _misfit(self, values: Values, response: Response, noise: float) -> float:
+        """-2 ln of the density of data and calibration parameters, up to a constant [-]."""
+        data, away = self.arrangement.train.residual_of(response.value), self._away(values)
+        return float(data @ data) / noise**2 + float(away @ away)
 
     def _solve(self, row: Row, values: Values, loads: Motion, states: Mapping[Key, SteadyState]) -> Response | None:
         unknowns = self.arrangement.unknowns([])
@@ -243,11 +356,6 @@ class _Recovery:
         except ModelError:
             return None
 
-    def _misfit(self, values: Values, response: Response, noise: float) -> float:
-        """-2 ln of the density of data and calibration parameters, up to a constant [-]."""
-        data, away = self.arrangement.train.residual_of(response.value), self._away(values)
-        return float(data @ data) / noise**2 + float(away @ away)
-
     def _away(self, values: Values) -> Values:
         unknowns = self.arrangement.unknowns([])
         centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
@@ -258,14 +366,12 @@ class _Recovery:
     ) -> PlaceLaw | None:
         """The law about states with loads."""
         train, unknowns = self.arrangement.train, self.arrangement.unknowns([])
-        motion = self._find_motion(row, response)
+        motion, missing = self._find_motion(row, response)
         u, v = follow(motion, self.angular_frequency)
         if not u.any() or not v.any():
             return None
         basis = LawBasis(reach=float(np.abs(u).max()), speed=float(np.abs(v).max()))
-        forces = find_harmonics(basis.forces(u, v), motion.shape[1])
-        if not self._sees_even():
-            forces[..., basis.group == EVEN] = 0.0
+        forces = self._list_forces(basis, motion)
         listed = np.concatenate([loads[..., None], -forces], axis=2)
         changed = self._whiten(response, self._read(response, listed), is_force=True)
         carried, law = changed[:, 0], changed[:, 1:]
@@ -275,10 +381,13 @@ class _Recovery:
         columns[:, self._has_tangent(values)] = others
         data = train.residual_of(response.value) + carried
         posterior, step = self._explain(data, law, columns, values, basis, forces[:, 1], noise)
+        own = -forces @ posterior.mean
+        drive = own.copy()
+        if missing.any():
+            drive[:, 1] = loads[:, 1] + missing
         return PlaceLaw(
-            name=name, row=row, basis=basis, posterior=posterior, motion=motion, table=self.table,
-            loads=-forces @ posterior.mean, values=unknowns.clipped(values + step),
-            evidence=(self.cost - posterior.cost) / 2,
+            name=name, row=row, basis=basis, posterior=posterior, motion=motion, table=self.table, loads=own,
+            drive=drive, values=unknowns.clipped(values + step), evidence=(self.cost - posterior.cost) / 2,
         )  # fmt: skip
 
     def _explain(
@@ -351,14 +460,15 @@ class _Recovery:
         slopes = features.slopes(response.value, changes)
         return train.whitening(np.where(np.isfinite(slopes), slopes, 0.0))
 
-    def _find_motion(self, row: Row, response: Response) -> Motion:
-        """Harmonics of the place in each state as measured, shape (s, h) [m].
+    def _find_motion(self, row: Row, response: Response) -> tuple[Motion, Complex[NDArray[np.complex128], " s"]]:
+        """Harmonics of the place in each state as measured, shape (s, h) [m], and the missing force there [N].
 
         Where a sensor follows it the fundamental is what that reads. Else it is that of the model, scaled, and moved by
-        a force at the place, as the readings say.
+        a force at the place, as the readings say. The missing force explains the fundamentals of the readings best.
         """
         train, table = self.arrangement.train, self.table
         motion = np.where(np.isfinite(response.motion[:, 0]), response.motion[:, 0], 0.0)
+        missing = np.zeros(len(motion), dtype=np.complex128)
         points, value = train.features.points, response.value
         seen = (points.harmonic == 1) & train.observed.phased & np.isfinite(train.observed.value) & np.isfinite(value)
         deviation = train.whitening.deviation[: len(seen)]
@@ -366,24 +476,24 @@ class _Recovery:
         scale = self._list_scales(row)
         for number in range(len(table.keys)):
             at = np.flatnonzero((table.number == number) & seen)
+            if not len(at):
+                continue
+            slopes, left = response.slopes[at, 0, 1] * weight[at, None], (train.observed.value - value)[at] * weight[at]
+            parts = _solve_parts(slopes, left, FULL_RANK)
+            missing[number] = parts[0] + 1j * parts[1]
             direct = [point for point in at if points.sensor[point] in scale]
             if direct:
                 order, gain = scale[str(points.sensor[direct[0]])]
                 turn = (1j * self.angular_frequency[number]) ** order * gain
                 motion[number, 1] = train.observed.value[direct[0]] / turn
-            elif len(at):
-                own, force = motion[number, 1], response.own[number, 0]
-                # Of a size with the scaled motion, so that what the readings do not tell apart is shared evenly.
-                size = abs(own) / max(np.abs(force).max(), 1e-300)
-                shapes = (
-                    np.column_stack([value[at], 1j * value[at], response.slopes[at, 0, 1] * size]) * weight[at, None]
-                )
-                missing = (train.observed.value[at] - value[at]) * weight[at]
-                parts, *_ = np.linalg.lstsq(
-                    np.concatenate([shapes.real, shapes.imag]), np.concatenate([missing.real, missing.imag]), rcond=RANK
-                )
-                motion[number, 1] += (parts[0] + 1j * parts[1]) * own + size * force @ parts[2:]
-        return motion
+                continue
+            own, force = motion[number, 1], response.own[number, 0]
+            # Of a size with the scaled motion, so that what the readings do not tell apart is shared evenly.
+            size = abs(own) / max(np.abs(force).max(), 1e-300)
+            scaled = np.column_stack([value[at], 1j * value[at]]) * weight[at, None]
+            parts = _solve_parts(np.column_stack([scaled, slopes * size]), left, RANK)
+            motion[number, 1] += (parts[0] + 1j * parts[1]) * own + size * force @ parts[2:]
+        return motion, missing
 
     def _list_scales(self, row: Row) -> dict[str, tuple[int, float]]:
         """Time derivatives, and reading per displacement of the place, of the sensors that follow it."""
