@@ -55,6 +55,8 @@ RANK, FULL_RANK = 1e-2, 1e-8
 SETTLED = 0.01
 #: Rounds with the law in the model, shares of a step that are tried, and the fall of chi-squared that matters.
 CLOSED_ROUNDS, SHARES, ENOUGH = 8, (1.0, 0.5, 0.25, 0.1), 1.0
+#: Least evidence of a law: odds of one in twenty.
+LEAST = float(np.log(20))
 #: Probability that the places of a set have together [-].
 CREDIBLE = 0.95
 
@@ -139,13 +141,13 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
 
     Returns
     -------
-    The law at each place; None where nothing moves, or no law explains anything.
+    The law at each place; None where nothing moves, or the best law has odds of less than twenty to one.
     """
-    rows = list_places(arrangement) if rows is None else rows
+    rows = list_places(arrangement) if rows is None else {name: row for name, row in rows.items() if row.any()}
     recovery = _Recovery.begin(arrangement, rows)
     laws = [law for number in range(len(rows)) if (law := recovery.infer_to_first_order(number)) is not None]
     laws.sort(key=lambda law: -law.evidence)
-    if not laws or laws[0].evidence <= 0:
+    if not laws or laws[0].evidence < LEAST:
         return None
     refined = [recovery.refine(law) for law in laws[:REFINED]]
     return _rank([*refined, *laws[REFINED:]])

@@ -92,6 +92,9 @@ def _tell_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
     told = [clearance for clearance in sides if clearance is not None]
     if not told:
         return [], []
+    if not curves.sees_even:
+        where = f"abs(u) = {told[0] * reach:.3g} m"
+        return ["gap"], [f"a clearance, on one side or on both: hardly any force up to {where}, and a spring beyond"]
     where = " and ".join(
         f"u = {sign * clearance * reach:.3g} m"
         for sign, clearance in zip((1, -1), sides, strict=True)

@@ -16,6 +16,7 @@ from geometry.plain_number import plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, Errors, Step
+from study.diagnose.missing_law import tell_law
 from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
@@ -43,6 +44,8 @@ ADVICE = {
 }
 
 
+#: File of a recovered law.
+LAW_FILE = "recovered_law.py"
 #: The next step where an unknown force has a place.
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
@@ -62,6 +65,7 @@ def in_words(result: Round) -> str:
             "",
             *_candidates(result),
             *_places(result),
+            *tell_law(result.law, LAW_FILE),
             *_untestable(result),
         ]
     )
@@ -206,6 +210,7 @@ def document(result: Round) -> dict[str, Any]:
             for resonator in diagnosis.places
             if isinstance(resonator, Resonator)
         ],
+        "missing_law": None if result.law is None else result.law.document,
         "untestable": [{"effect": item.name, "reason": item.reason} for item in diagnosis.catalogue.untestable],
     }
 
