@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 from jaxtyping import Float
@@ -23,6 +24,8 @@ from figure.style import (
 
 Samples = Float[NDArray[np.float64], " n"]
 
+#: Lines of known laws.
+LINES = (":", "--", "-.")
 #: Opacity of a band.
 BAND = 0.22
 #: Millimetres and millimetres per second.
@@ -100,8 +103,8 @@ def draw_missing_law(result: LawDrawing) -> Figure:
     """Draw the law in four panels."""
     figure = new_figure(9.6, 7.6)
     by_u, by_v, of_stiffness, of_work = figure.subplots(2, 2).flat
-    for known in result.known:
-        by_u.plot(MILLI * result.spring.x, known.force, color=PALE, linewidth=1.0, linestyle=":", label=known.label)
+    for known, line in zip(result.known, cycle(LINES)):
+        by_u.plot(MILLI * result.spring.x, known.force, color=PALE, linewidth=1.0, linestyle=line, label=known.label)
     _draw_band(by_u, result.spring, is_hatched=result.is_hatched)
     _draw_band(by_v, result.damper, is_hatched=False)
     for loop, colour in zip(result.loops, choose_family_colours(len(result.loops)), strict=True):

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.missing_law.campaign import Trial
 from diagnosis.missing_law.basis import EVEN, follow
 from diagnosis.missing_law.curves import BAND, draw_coefficients
-from diagnosis.missing_law.recover import PlaceLaw
+from diagnosis.missing_law.place_law import PlaceLaw
 
 Record = Mapping[str, Any]
 #: Words that none of which may be told of a kind.

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from diagnosis.missing_law.basis import EVEN, GROUPS, N_INSTANT, follow
-from diagnosis.missing_law.recover import PlaceLaw
+from diagnosis.missing_law.place_law import PlaceLaw
 
 Draws = Float[NDArray[np.float64], "d ..."]
 
@@ -142,7 +142,7 @@ def draw_coefficients(law: PlaceLaw, count: int = N_DRAW) -> Float[NDArray[np.fl
     size, turn = np.linalg.eigh(posterior.covariance)
     scatter = random.standard_normal((count, len(size))) * np.sqrt(np.maximum(size, 0.0)) @ turn.T
     draws = posterior.mean + scatter
-    return np.where(law.basis.is_positive, np.maximum(draws, 0.0), draws)
+    return np.asarray(np.where(law.basis.is_positive, np.maximum(draws, 0.0), draws))
 
 
 def _mean_branches(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from diagnosis.missing_law.curves import LawCurves
-from diagnosis.missing_law.recover import PlaceLaw
+from diagnosis.missing_law.place_law import PlaceLaw
 from diagnosis.missing_law.words import LawWords
 
 #: Digits of the numbers in the file.

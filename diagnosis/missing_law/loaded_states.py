@@ -5,6 +5,7 @@ The forces are given, and do not follow the motion: where a law would make two s
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.model import Model, Sensor
 from correlation.prediction import Key, Points, Prediction, Predictor
+from hbsolve.balance import HarmonicBalance
 from hbsolve.model_rates import ModelParameter
 from hbsolve.state import SteadyState
 
@@ -49,6 +51,11 @@ class StateTable:
         return cls(
             keys=tuple(force), force=np.array([*force.values()]), number=np.array([number.get(key, -1) for key in keys])
         )
+
+    @property
+    def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
+        """Of each state, shape (s,) [rad/s]."""
+        return 2 * np.pi * np.array([frequency for _, _, frequency in self.keys])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,7 +159,7 @@ def respond_to_loads(
         alone = Points(**{name: getattr(points, name)[at] for name in _COLUMNS})
         loaded = _load(model, row, loads[number] / table.force[number], loads[number, 0].real)
         start = near[key]
-        single = Predictor(points=alone, slider=lambda _balance, start=start: start.slider)
+        single = Predictor(points=alone, slider=partial(_take_sliders, start))
         known = Prediction(points=alone, value=np.zeros(len(at), dtype=complex), states={key: start})
         found = single.predict(loaded, known)
         if key not in found.states:
@@ -165,6 +172,12 @@ def respond_to_loads(
 
 
 _COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force")
+
+
+def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.float64]:
+    """Sliders at the start of a state, whatever the balance."""
+    del balance
+    return state.slider
 
 
 def _join(points: Points, more: Points) -> Points:

@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import DERIVATIVE, Sensor
+from correlation.model import Sensor
 from correlation.prediction import Key, Prediction, Predictor
 from diagnosis.candidate.place import is_parallel
 from diagnosis.fit.arrangement import Arrangement
@@ -33,15 +33,14 @@ from diagnosis.fit.refit import is_lost
 from diagnosis.fit.tangent import differentiate
 from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
 from diagnosis.missing_law.evidence import Posterior, cost_alone, infer
-from diagnosis.missing_law.free_law import list_law_joints
+from diagnosis.missing_law.law_joints import list_law_joints
 from diagnosis.missing_law.loaded_states import Response, StateTable, respond, respond_to_loads
+from diagnosis.missing_law.place_law import MissingLaw, Motion, PlaceLaw, Row, rank_laws
+from diagnosis.missing_law.place_motion import find_motion
 from diagnosis.screening import make_basis, project_out
 from hbsolve.errors import ModelError
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint
-
-Row = Float[NDArray[np.float64], " r"]
-Motion = Complex[NDArray[np.complex128], "s h"]
 
 #: Harmonics of a missing force that are followed, the mean first [-].
 N_HARMONIC = 6
@@ -49,83 +48,12 @@ N_HARMONIC = 6
 REFINED, ROUNDS = 4, 2
 #: How often the scatter is found anew.
 WEIGHINGS = 6
-#: Singular values of a state's readings below this share of the largest tell nothing [-].
-RANK, FULL_RANK = 1e-2, 1e-8
 #: Relative change of the forces that ends the rounds [-].
 SETTLED = 0.01
 #: Rounds with the law in the model, shares of a step that are tried, and the fall of chi-squared that matters.
 CLOSED_ROUNDS, SHARES, ENOUGH = 8, (1.0, 0.5, 0.25, 0.1), 1.0
 #: Least evidence of a law: odds of one in twenty.
 LEAST = float(np.log(20))
-#: Probability that the places of a set have together [-].
-CREDIBLE = 0.95
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PlaceLaw:
-    """The law that explains most at a place.
-
-    Parameters
-    ----------
-    name, row
-        Place, and its row over the degrees of freedom, shape (r,) [-].
-    basis
-        Functions of the law.
-    posterior
-        Their coefficients [N].
-    motion
-        Harmonics of the displacement of the place in each state, shape (s, h) [m].
-    loads
-        Harmonics of the force of the law on the structure, shape (s, h) [N].
-    drive
-        The same with the fundamental that makes the readings as they were measured, shape (s, h) [N].
-    table
-        The states.
-    values
-        Calibration parameters and effects added before, shape (p,).
-    evidence
-        ln of the density of the data with the law, less that without [-].
-    """
-
-    name: str
-    row: Row
-    basis: LawBasis
-    posterior: Posterior
-    motion: Motion
-    loads: Motion
-    drive: Motion
-    table: StateTable
-    values: Values
-    evidence: float
-
-    @property
-    def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
-        """Of each state, shape (s,) [rad/s]."""
-        return 2 * np.pi * np.array([frequency for _, _, frequency in self.table.keys])
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MissingLaw:
-    """Result of a recovery.
-
-    Parameters
-    ----------
-    places
-        The law of each place, the most probable place first.
-    probability
-        Of each place, if there is one law at one place, shape (p,) [-].
-    credible
-        Names of the places that have 95 % together.
-    """
-
-    places: tuple[PlaceLaw, ...]
-    probability: Float[NDArray[np.float64], " p"]
-    credible: tuple[str, ...]
-
-    @property
-    def best(self) -> PlaceLaw:
-        """The law at the most probable place."""
-        return self.places[0]
 
 
 def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None) -> MissingLaw | None:
@@ -144,13 +72,15 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
     The law at each place; None where nothing moves, or the best law has odds of less than twenty to one.
     """
     rows = list_places(arrangement) if rows is None else {name: row for name, row in rows.items() if row.any()}
+    if not rows:
+        return None
     recovery = _Recovery.begin(arrangement, rows)
     laws = [law for number in range(len(rows)) if (law := recovery.infer_to_first_order(number)) is not None]
     laws.sort(key=lambda law: -law.evidence)
     if not laws or laws[0].evidence < LEAST:
         return None
     refined = [recovery.refine(law) for law in laws[:REFINED]]
-    return _rank([*refined, *laws[REFINED:]])
+    return rank_laws([*refined, *laws[REFINED:]])
 
 
 def list_places(arrangement: Arrangement) -> dict[str, Row]:
@@ -164,33 +94,11 @@ def list_places(arrangement: Arrangement) -> dict[str, Row]:
     return rows
 
 
-def _rank(laws: Sequence[PlaceLaw]) -> MissingLaw:
-    ordered = sorted(laws, key=lambda law: -law.evidence)
-    evidence = np.array([law.evidence for law in ordered])
-    probability = np.exp(evidence - evidence[0])
-    probability /= probability.sum()
-    count = int(np.searchsorted(np.cumsum(probability), CREDIBLE)) + 1
-    return MissingLaw(
-        places=tuple(ordered), probability=probability, credible=tuple(law.name for law in ordered[:count])
-    )
-
-
 def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState:
     """A state with the displacements of further joints, as they move with the structure."""
     rows = np.concatenate([joint.directions for joint in joints])
     moved = state.coefficients[: len(state.displacement)] @ rows.T
     return replace(state, displacement=np.hstack([state.displacement, moved]))
-
-
-def _solve_parts(
-    table: Complex[NDArray[np.complex128], "n p"], right: Complex[NDArray[np.complex128], " n"], rank: float
-) -> Float[NDArray[np.float64], " p"]:
-    """Real numbers that solve complex equations best, shape (p,)."""
-    return np.asarray(
-        np.linalg.lstsq(np.concatenate([table.real, table.imag]), np.concatenate([right.real, right.imag]), rcond=rank)[
-            0
-        ]
-    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -259,11 +167,11 @@ class _Recovery:
                 if response is not None:
                     starts.append((self._misfit(values, response, 1.0), number, values, mean, response))
         best, tried = max(laws, key=lambda each: each.evidence), set[int]()
-        for _, number, *start in sorted(starts, key=lambda each: each[0]):
+        for _, number, values, mean, response in sorted(starts, key=lambda each: each[:2]):
             if number in tried:
                 continue
             tried.add(number)
-            found = self._descend(laws[number], *start, states)
+            found = self._descend(laws[number], values, mean, response, states)
             if found.evidence > best.evidence:
                 return found
         return best
@@ -337,7 +245,7 @@ class _Recovery:
 
     def _list_forces(self, basis: LawBasis, motion: Motion) -> Complex[NDArray[np.complex128], "s h b"]:
         """Harmonics of the force of each function along the motion; without even ones that nothing shows."""
-        forces = find_harmonics(basis.forces(*follow(motion, self.angular_frequency)), motion.shape[1])
+        forces = find_harmonics(basis.forces(*follow(motion, self.table.angular_frequency)), motion.shape[1])
         if not self._sees_even():
             forces[..., basis.group == EVEN] = 0.0
         return forces
@@ -368,8 +276,8 @@ class _Recovery:
     ) -> PlaceLaw | None:
         """The law about states with loads."""
         train, unknowns = self.arrangement.train, self.arrangement.unknowns([])
-        motion, missing = self._find_motion(row, response)
-        u, v = follow(motion, self.angular_frequency)
+        motion, missing = find_motion(train, self.table, self.arrangement.fit.model, row, response)
+        u, v = follow(motion, self.table.angular_frequency)
         if not u.any() or not v.any():
             return None
         basis = LawBasis(reach=float(np.abs(u).max()), speed=float(np.abs(v).max()))
@@ -419,11 +327,6 @@ class _Recovery:
         step, *_ = np.linalg.lstsq(jacobian, target - changes @ found.mean, rcond=1e-12)
         return found, step * unknowns.size
 
-    @property
-    def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
-        """Of each state, shape (s,) [rad/s]."""
-        return 2 * np.pi * np.array([frequency for _, _, frequency in self.table.keys])
-
     def _sees_even(self) -> bool:
         """Whether an even harmonic was measured: without one, a force that is even is seen to second order at most."""
         return bool((self.arrangement.train.features.points.harmonic % 2 == 0).any())
@@ -461,47 +364,3 @@ class _Recovery:
             changes = changes * np.where(own, factor[to], 1.0)[:, None]
         slopes = features.slopes(response.value, changes)
         return train.whitening(np.where(np.isfinite(slopes), slopes, 0.0))
-
-    def _find_motion(self, row: Row, response: Response) -> tuple[Motion, Complex[NDArray[np.complex128], " s"]]:
-        """Harmonics of the place in each state as measured, shape (s, h) [m], and the missing force there [N].
-
-        Where a sensor follows it the fundamental is what that reads. Else it is that of the model, scaled, and moved by
-        a force at the place, as the readings say. The missing force explains the fundamentals of the readings best.
-        """
-        train, table = self.arrangement.train, self.table
-        motion = np.where(np.isfinite(response.motion[:, 0]), response.motion[:, 0], 0.0)
-        missing = np.zeros(len(motion), dtype=np.complex128)
-        points, value = train.features.points, response.value
-        seen = (points.harmonic == 1) & train.observed.phased & np.isfinite(train.observed.value) & np.isfinite(value)
-        deviation = train.whitening.deviation[: len(seen)]
-        weight = np.where(seen, train.features.per_reading(train.observed.value)[: len(seen)] / deviation, 0.0)
-        scale = self._list_scales(row)
-        for number in range(len(table.keys)):
-            at = np.flatnonzero((table.number == number) & seen)
-            if not len(at):
-                continue
-            slopes, left = response.slopes[at, 0, 1] * weight[at, None], (train.observed.value - value)[at] * weight[at]
-            parts = _solve_parts(slopes, left, FULL_RANK)
-            missing[number] = parts[0] + 1j * parts[1]
-            direct = [point for point in at if points.sensor[point] in scale]
-            if direct:
-                order, gain = scale[str(points.sensor[direct[0]])]
-                turn = (1j * self.angular_frequency[number]) ** order * gain
-                motion[number, 1] = train.observed.value[direct[0]] / turn
-                continue
-            own, force = motion[number, 1], response.own[number, 0]
-            # Of a size with the scaled motion, so that what the readings do not tell apart is shared evenly.
-            size = abs(own) / max(np.abs(force).max(), 1e-300)
-            scaled = np.column_stack([value[at], 1j * value[at]]) * weight[at, None]
-            parts = _solve_parts(np.column_stack([scaled, slopes * size]), left, RANK)
-            motion[number, 1] += (parts[0] + 1j * parts[1]) * own + size * force @ parts[2:]
-        return motion, missing
-
-    def _list_scales(self, row: Row) -> dict[str, tuple[int, float]]:
-        """Time derivatives, and reading per displacement of the place, of the sensors that follow it."""
-        sensors = [each for each in self.arrangement.fit.model.sensors if isinstance(each, Sensor) and not each.delay]
-        return {
-            each.name: (DERIVATIVE[each.quantity], each.gain * float(each.row @ row) / float(row @ row))
-            for each in sensors
-            if is_parallel(each.row, row)
-        }

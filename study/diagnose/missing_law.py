@@ -11,7 +11,8 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.curves import Curve, LawCurves, compute_curves
 from diagnosis.missing_law.effect_file import write_effect_file
-from diagnosis.missing_law.recover import MissingLaw, recover_law
+from diagnosis.missing_law.place_law import MissingLaw
+from diagnosis.missing_law.recover import recover_law
 from diagnosis.missing_law.words import LawWords, describe
 from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 

@@ -25,8 +25,8 @@ from figure.line_states import LineStates, StateHistories
 from figure.mac_matrix import MacMatrix
 from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
-from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 from figure.misfit_map import MapPanel, MisfitMap
+from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 from figure.parameter_curves import ParameterCurve, ParameterCurves
 from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions

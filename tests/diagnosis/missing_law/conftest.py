@@ -3,7 +3,8 @@
 import pytest
 
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.missing_law.recover import MissingLaw, recover_law
+from diagnosis.missing_law.place_law import MissingLaw
+from diagnosis.missing_law.recover import recover_law
 from reduction.jointed_system import Joint, PiecewiseSpring, QuadraticDamper
 from tests.diagnosis.missing_law.chain import CLEARANCE, SECOND, STIFF, arranged, play
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diagnosis.missing_law.basis import GROUPS, N_INSTANT, SLIDES, LawBasis, find_harmonics, follow
-from diagnosis.missing_law.free_law import list_law_joints
+from diagnosis.missing_law.law_joints import list_law_joints
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import JointedSystem

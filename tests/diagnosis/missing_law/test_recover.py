@@ -10,7 +10,8 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.basis import EVEN
 from diagnosis.missing_law.curves import LawCurves, compute_curves
 from diagnosis.missing_law.effect_file import write_effect_file
-from diagnosis.missing_law.recover import MissingLaw, recover_law
+from diagnosis.missing_law.place_law import MissingLaw
+from diagnosis.missing_law.recover import recover_law
 from diagnosis.missing_law.words import describe
 from tests.diagnosis.missing_law.chain import CLEARANCE, STIFF, arranged
 
