@@ -196,20 +196,7 @@ def document(result: Round) -> dict[str, Any]:
             for place in diagnosis.places
             if isinstance(place, Place)
         ],
-        "resonators": [
-            {
-                "place": resonator.name,
-                "configuration": resonator.configuration,
-                "gain": resonator.gain,
-                "frequency_hz": resonator.frequency,
-                "damping_ratio": resonator.damping,
-                "mass": resonator.mass,
-                "deviation": resonator.deviation,
-                "unit": resonator.unit,
-            }
-            for resonator in diagnosis.places
-            if isinstance(resonator, Resonator)
-        ],
+        "resonators": [_resonator_document(each) for each in diagnosis.places if isinstance(each, Resonator)],
         "missing_law": None if result.law is None else result.law.document,
         "untestable": [{"effect": item.name, "reason": item.reason} for item in diagnosis.catalogue.untestable],
     }
@@ -219,6 +206,19 @@ def _case_errors(result: Round) -> dict[str, Any]:
     """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
     return {named[item.name]: errors(item.refit).document for item in stages(result) if item.name in named}
+
+
+def _resonator_document(resonator: Resonator) -> dict[str, Any]:
+    return {
+        "place": resonator.name,
+        "configuration": resonator.configuration,
+        "gain": resonator.gain,
+        "frequency_hz": resonator.frequency,
+        "damping_ratio": resonator.damping,
+        "mass": resonator.mass,
+        "deviation": resonator.deviation,
+        "unit": resonator.unit,
+    }
 
 
 def _law_document(law: FittedLaw) -> dict[str, Any]:
