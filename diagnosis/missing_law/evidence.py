@@ -32,6 +32,9 @@ ROUNDS, SETTLED = 60, 1e-3
 SPREAD = 1.4
 #: Smallest and largest size over the largest fundamental of the force [-].
 SMALLEST, LARGEST = 1e-3, 4.0
+#: First sizes over those of a force that explains all by the functions that the data see best: from small ones zero may
+#: be a fixed point, and large ones may stay where functions cancel each other [-].
+STARTS = (1.0, 100.0)
 #: Longest step of the logarithm of a size [-].
 STEP = 1.0
 #: Number of well-determined coefficients from which on the data say something of a group [-].
@@ -94,10 +97,27 @@ def infer(
     least_noise
         Least sigma [-].
     """
+    found = [
+        _infer_from(start, changes, residual, group, is_positive, fundamental, n_free, least_noise) for start in STARTS
+    ]
+    return min(found, key=lambda each: each.cost)
+
+
+def _infer_from(
+    start: float,
+    changes: Float[NDArray[np.float64], "m b"],
+    residual: Float[NDArray[np.float64], " m"],
+    group: Int[NDArray[np.int64], " b"],
+    is_positive: Bool[NDArray[np.bool_], " b"],
+    fundamental: Complex[NDArray[np.complex128], "s b"],
+    n_free: int,
+    least_noise: float = 1.0,
+) -> Posterior:
+    """The same from first sizes."""
     gram, moment, total = changes.T @ changes, changes.T @ residual, float(residual @ residual)
     n_group = int(group.max()) + 1
-    # Begin with a force that explains all.
-    unit = begin = float(np.sqrt(max(total, 1.0) / max(np.trace(gram), 1e-300)))
+    begin = float(np.sqrt(max(total, 1.0) / max(np.trace(gram), 1e-300)))
+    unit = start * begin
     log_size, noise = np.full(n_group, np.log(unit)), max(least_noise, float(np.sqrt(total / max(n_free, 1))))
     for _ in range(ROUNDS):
         size = np.exp(log_size)[group]

@@ -31,6 +31,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.refit import is_lost
 from diagnosis.fit.tangent import differentiate
+from diagnosis.fit.weighting import leave_out_model_error
 from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
 from diagnosis.missing_law.evidence import Posterior, cost_alone, infer
 from diagnosis.missing_law.law_joints import list_law_joints
@@ -74,13 +75,25 @@ def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None)
     rows = list_places(arrangement) if rows is None else {name: row for name, row in rows.items() if row.any()}
     if not rows:
         return None
-    recovery = _Recovery.begin(arrangement, rows)
+    recovery = _Recovery.begin(_without_model_error(arrangement), rows)
     laws = [law for number in range(len(rows)) if (law := recovery.infer_to_first_order(number)) is not None]
     laws.sort(key=lambda law: -law.evidence)
     if not laws or laws[0].evidence < LEAST:
         return None
     refined = [recovery.refine(law) for law in laws[:REFINED]]
     return rank_laws([*refined, *laws[REFINED:]])
+
+
+def _without_model_error(arrangement: Arrangement) -> Arrangement:
+    """The same by noise and stated errors alone: model error that a fit leaves may be the missing law."""
+    if arrangement.train.model_error is None:
+        return arrangement
+    of, fit, m = arrangement.train, arrangement.fit, arrangement.fit.n_number
+    train = leave_out_model_error(of)
+    jacobian = np.concatenate([train.whitening(of.whitening.undo(fit.jacobian[:m])), fit.jacobian[m:]])
+    residual = np.concatenate([train.residual(fit.prediction), fit.residual[m:]])
+    fit = replace(fit, jacobian=jacobian, residual=residual, chi2=float(residual @ residual))
+    return replace(arrangement, train=train, fit=fit)
 
 
 def list_places(arrangement: Arrangement) -> dict[str, Row]:

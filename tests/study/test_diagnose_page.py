@@ -25,6 +25,7 @@ from study.diagnose.report import LAW_FILE, document
 from study.diagnose.run import Diagnosed, diagnose_file
 from study.diagnose.stages import waterfall
 from study.run_context import silent_run
+from tests.diagnosis.missing_law.chain import SECOND, arranged, play
 
 TwoMasses = Callable[..., Path]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -187,7 +188,7 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, 
 
 
 def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: Diagnosed) -> None:
-    law = describe_law(recover_law(diagnosed.last.diagnosis.arrangement))
+    law = describe_law(recover_law(arranged(play(), (1, 3)), {"m1": SECOND}))
     assert law is not None
     found = replace(diagnosed.last, law=law)
     files = contents(found, diagnosed.history, Path("chain.toml"))
