@@ -15,6 +15,10 @@ if [ ! -x .venv/bin/pytest ]; then
     exit 2
 fi
 
+if ! command -v chromium >/dev/null 2>&1 && ! command -v chromium-browser >/dev/null 2>&1; then
+    echo "check.sh: the tests of stickslip bench will fail without Chromium: apt-get install chromium" >&2
+fi
+
 failed=""
 check() {
     name=$1

@@ -8,6 +8,8 @@ cd "$(dirname "$0")"
 SYSTEM_PACKAGES="ca-certificates python3 python3-venv libgl1 libegl1 libx11-6 libxrender1 libexpat1 calculix-ccx"
 # CHOLMOD, which makes reductions faster, is one of these, by the release. Nothing fails without it.
 CHOLMOD_PACKAGES="libcholmod5 libcholmod3"
+# The tests of `stickslip bench` drive a browser, which a user has already. Ubuntu has it as a snap only.
+BROWSER_PACKAGE="chromium"
 
 say() { printf '%s\n' "install.sh: $*" >&2; }
 
@@ -84,6 +86,13 @@ install_cholmod() {
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $wanted
 }
 
+install_browser() {
+    if command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || ! may_install; then return 0; fi
+    say "installing $BROWSER_PACKAGE, for the tests of stickslip bench"
+    as_root apt-get update -q || return 1
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$BROWSER_PACKAGE"
+}
+
 find_python() {
     for candidate in python3 python3.11 python3.12 python3.13; do
         if command -v "$candidate" >/dev/null 2>&1 &&
@@ -125,6 +134,7 @@ compile_solver() {
 
 install_system_packages
 install_cholmod || say "CHOLMOD was not installed: reductions will be slower, and are otherwise the same"
+install_browser || say "$BROWSER_PACKAGE was not installed: the browser tests of check.sh need it; nothing else does"
 install_python_packages
 compile_solver
 .venv/bin/stickslip doctor

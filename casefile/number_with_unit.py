@@ -28,7 +28,10 @@ class NumberWithUnit(NamedTuple):
         if root != wanted:
             mine, other = (f'in "{each}"' if each else "a bare number" for each in (self.unit, unit))
             raise ValueError(f"{self.number:g} is {mine}, but the other values are {other}: give all in one unit")
-        return float(Decimal(str(self.number)) * factor / wanted_factor)
+        number = float(Decimal(str(self.number)) * factor / wanted_factor)
+        if not math.isfinite(number):
+            raise ValueError(f"{self.number:g} {self.unit} is not a finite number of {unit or 'one'}")
+        return number
 
 
 def split_quantity(value: object) -> NumberWithUnit:

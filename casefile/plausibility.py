@@ -95,3 +95,22 @@ MATERIAL_DENSITY = Plausibility(
     unit="kg/m^3",
     confused=("kg/m^3", "g/cm^3", "tonne/mm^3"),
 )
+#: A chip of a resonator, and a blade of a wind turbine with its hub. Longer and shorter bodies vibrate as well, but a
+#: mesh in millimetres that is read in metres, or the other way round, lies beyond.
+BODY_SIZE = Plausibility(
+    si="m",
+    possible=(0.0, float("inf")),
+    usual=(5e-4, 30.0),
+    usual_of="structures that are shaken",
+    unit="m",
+    confused=("m", "mm", "um", "inch"),
+)
+#: From a long bridge to a resonator of half a millimetre.
+FIRST_FREQUENCY = Plausibility(
+    si="Hz",
+    possible=(0.0, float("inf")),
+    usual=(0.05, 1e7),
+    usual_of="structures that are shaken",
+    unit="Hz",
+    confused=(),
+)

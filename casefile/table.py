@@ -171,6 +171,8 @@ def _read(path: str | Path) -> CaseSource:
     def refuse(text: str, line: int = 0) -> CaseError:
         return CaseError([Problem(file=file, line=line, key="", text=text)])
 
+    if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+        raise refuse("this is a device; name a case file, a TOML text")
     try:
         raw = Path(path).read_bytes()
     except FileNotFoundError:
@@ -267,7 +269,7 @@ class Mistakes:
 def read_case_head(path: Path) -> dict[str, Any]:
     """All that a case file says; nothing of one that cannot be read, for `casefile.table.load_case` tells why."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
+        return tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff")) if path.is_file() else {}
     except (OSError, ValueError, RecursionError):
         return {}
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
@@ -13,6 +13,7 @@ from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effect
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import find_absent_peak, find_far_resonance
 from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.rules import KNOWN
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import Added
@@ -20,6 +21,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.controlled_start import find_controlled_starts
+from diagnosis.fit.far_start import list_far_starts
 from diagnosis.fit.finalist import Finalist, weigh_each
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Problem, Refit
@@ -34,12 +36,19 @@ from diagnosis.fit.refit import (
 )
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
-from diagnosis.threshold.detection_threshold import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
+from diagnosis.threshold.detection_threshold import (
+    LEAST_MISFIT,
+    NO_THRESHOLDS,
+    Thresholds,
+    compute_linear_thresholds,
+)
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
-from diagnosis.unknown_force import UnknownForce, find_unknown_forces
+from diagnosis.unknown_force import UnknownForce, find_unknown_forces, misfit
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import compute_dense_modes
 
+#: Effects with values from which their fits may begin.
+Starts: TypeAlias = Sequence[tuple[Effect, Values]]
 P = TypeVar("P", bound=Problem, covariant=True)
 
 #: Called with the name of a step and the share of the whole diagnosis that is done [-].
@@ -54,7 +63,6 @@ class Shares:
     fits: float
     tests: float
     weights: float
-    places: float
     left: float
     intervals: float
 
@@ -65,8 +73,8 @@ class Shares:
 
 
 #: Timed on campaigns of the shipped beam: usual ones, and those whose fits need many starts.
-USUAL = Shares(screening=0.26, fits=0.41, tests=0.57, weights=0.62, places=0.8, left=0.83, intervals=0.88)
-LONG = Shares(screening=0.17, fits=0.26, tests=0.8, weights=0.83, places=0.9, left=0.91, intervals=0.94)
+USUAL = Shares(screening=0.26, fits=0.41, tests=0.57, weights=0.62, left=0.83, intervals=0.88)
+LONG = Shares(screening=0.17, fits=0.26, tests=0.8, weights=0.83, left=0.91, intervals=0.94)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,6 +118,8 @@ class Choice(NamedTuple):
     """Scores in the order, and with the gains, by which those that deserve a fit are chosen."""
     cost: Callable[[Fit], float] = attrgetter("chi2")
     """Cost of a fit by which those that deserve a thorough fit are chosen."""
+    list_starts: Callable[[Sequence[Score], float], Starts] = lambda _scores, _gain: ()
+    """Effects with values from which their fits may begin as well, from the scores and the best gain of a quick fit."""
 
 
 def screen_and_refit(
@@ -118,7 +128,6 @@ def screen_and_refit(
     run_step: RunStep,
     report: Report,
     shares: Shares,
-    starts: Sequence[tuple[Effect, Values]] = (),
     choice: Choice | None = None,
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
@@ -133,8 +142,6 @@ def screen_and_refit(
         As in `diagnose`.
     shares
         Shares of the round that are done when its parts begin.
-    starts
-        Effects with values from which their fits may begin as well.
     choice
         How effects are chosen.
 
@@ -156,7 +163,8 @@ def screen_and_refit(
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
-    fits = fit_from_starts(problem, scores, fits, starts, run_step)
+    gain = max((problem.fit.chi2 - fit.chi2 for _, fit in fits), default=0.0)
+    fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, gain), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
     refits, last = [], choose_finalists(fits, costs, problem.effort)
     for number, (score, fit) in enumerate(last):
@@ -226,15 +234,16 @@ def diagnose(
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
-    choice = Choice(partial(rank_by_suited_gains, searched), searched.cost_with_error_left)
-    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, starts, choice)
+    report("unknown forces", 0.75 * shares.screening)
+    places = run_step("places", lambda: find_unknown_forces(arrangement))
+    list_starts = partial(_list_starts, searched, starts, places, thresholds)
+    choice = Choice(partial(rank_by_suited_gains, searched), searched.cost_with_error_left, list_starts)
+    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     before = before if searched is arrangement else baseline_fit(arrangement)
     finalists = weigh_each(campaign, arrangement, searched, before, refits, find_catalogue, run_step)
     nothing = Finalist(refit=before, arrangement=arrangement)
-    report("unknown forces", shares.places)
-    places = run_step("places", lambda: find_unknown_forces(arrangement))
     report("what is left", shares.left)
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
@@ -268,7 +277,7 @@ def _widen(
 
 def _begin(
     arrangement: Arrangement, searched: Arrangement, effects: Sequence[Effect], run_step: RunStep
-) -> tuple[Arrangement, Arrangement, list[tuple[Effect, Values]]]:
+) -> tuple[Arrangement, Arrangement, Starts]:
     """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
     if not effects or not is_lost(searched):
         return arrangement, searched, []
@@ -277,13 +286,30 @@ def _begin(
     return arrangement, _choose_searched(arrangement, run_step, "usual model error, branches apart"), starts
 
 
-def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
+def _list_starts(
+    searched: Arrangement,
+    controlled: Starts,
+    places: Sequence[UnknownForce],
+    thresholds: Thresholds | None,
+    scores: Sequence[Score],
+    gain: float,
+) -> Starts:
+    """Starts under response control; and far ones where an unknown force explains much that no effect does."""
+    unexplained = misfit(places[0]) if places else 0.0
+    if unexplained <= LEAST_MISFIT or gain > KNOWN * unexplained:
+        return controlled
+    if unexplained <= (thresholds or compute_linear_thresholds(scores)).misfit:
+        return controlled
+    return [*controlled, *list_far_starts(searched, [score.effect for score in scores])]
+
+
+def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
     """Effects that explain most at measured motions, the best of them first, with the values of their fits."""
     found = find_controlled_starts(arrangement, arrangement.train, effects, arrangement.budget.model)
     return found[: arrangement.effort.finalists]
 
 
-def _fade_other_branch(arrangement: Arrangement, starts: Sequence[tuple[Effect, Values]]) -> Arrangement:
+def _fade_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
     """The same without the points at which the best start is on another branch than the structure was."""
     if not starts:
         return arrangement

@@ -23,10 +23,14 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
+from fe.stored_code import checked_file_class
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: A file that holds one of these takes part in compiled code.
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.simd_code")
+#: Changes with the layout of the files.
+FORMAT = b"with checksums"
 #: How long the compiled code of a package takes, on one core of 2024, where that is long.
 DURATION = {"fe": "about 15 seconds", "hbsolve": "up to a minute", "transient": "about 20 seconds"}
 #: Where processes of this run find the folder that is removed at its end.
@@ -53,6 +57,7 @@ def compiled(function: F) -> F:
         machine: Any = numba.njit(cache=True, error_model="numpy")(function)
     finally:
         config.CACHE_DIR = before
+    machine._cache._cache_file.__class__ = checked_file_class()
     machine._cache = _StoredCode(machine._cache, package)
     return cast(F, machine)
 
@@ -119,7 +124,7 @@ class _StoredCode:
         """Machine code for arguments of these types; None, which has it compiled, if there is none that can be read."""
         try:
             found = self._store.load_overload(sig, target_context)
-        except Exception:  # a file that a power cut left empty or in part raises whatever its pieces mean
+        except Exception:  # a file that a power cut or a bad disk damaged
             _say_once("damaged", f"compiled code in {_folder(self._package).path} is damaged and is compiled again")
             found = None
             self._attempt(self._store.flush)
@@ -169,7 +174,7 @@ def _folder(package: str) -> _Folder:
     """Numba's folder if the user named one, else the user's cache, else one that is removed at the end of the run."""
     from platformdirs import user_cache_path
 
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(FORMAT)
     for file in sorted(file for each in (package, *CALLS.get(package, ())) for file in (ROOT / each).rglob("*.py")):
         code = file.read_bytes()
         if any(mark in code for mark in MARKS):

@@ -24,8 +24,19 @@ INK, PALE, GRID = "#101820", "#5d6772", "#e5e7eb"
 LIMITS = ("#0072b2", "#d55e00")
 #: Of what contacts do; "closed" is a contact without friction, which can neither stick nor slip.
 CONTACT_STATES = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
-#: Colours of an ordered family: the light end of the map would vanish on white.
+#: The same three inks, paper and a quiet ground on light and on dark pages, and words for what is good or bad: all
+#: words have a contrast of 4.5 to their ground (WCAG 2.2, AA).
+LIGHT_PAGE = {
+    "ink": INK, "pale": PALE, "grid": GRID, "paper": "#ffffff", "ground": "#eef2f6", "line": "#c6d0da",
+    "blue": "#1f4e79", "accent": "#b93d0a", "good": "#1e6b45", "bad": "#b91c1c", "marked": "#fff4ec",
+}  # fmt: skip
+DARK_PAGE = {
+    "ink": "#e8edf2", "pale": "#a3b1bf", "grid": "#33404c", "paper": "#18212a", "ground": "#0f161d", "line": "#445464",
+    "blue": "#8ec5f4", "accent": "#ff9d66", "good": "#6fd0a0", "bad": "#ff8f8f", "marked": "#2f2620",
+}  # fmt: skip
+#: Colours of an ordered family: the light end of the map would vanish on white, the dark end on a dark page.
 FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
+FIRST_ON_DARK, LAST_ON_DARK = 0.38, 1.0
 #: A legend longer than this stands beside the curves, or in several rows.
 LONGEST_LEGEND = 6
 #: Widths of a letter of a legend, and of its sign with the gaps around it [inches].
@@ -114,12 +125,13 @@ def _draw_ticks(axes: Axes, along: Literal["x", "y"], named: bool) -> None:
         axes.text(0.0, 1.0, offset, transform=axes.transAxes, va="bottom", ha="left")
 
 
-def choose_family_colours(count: int) -> list[str]:
-    """Colours of an ordered family of curves, apart for colour-blind readers too."""
+def choose_family_colours(count: int, *, dark: bool = False) -> list[str]:
+    """Colours of an ordered family of curves, apart for colour-blind readers too; for white or a dark page."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    return [to_hex(colormaps["viridis"](place)) for place in np.linspace(FIRST_COLOUR, LAST_COLOUR, count)]
+    ends = (FIRST_ON_DARK, LAST_ON_DARK) if dark else (FIRST_COLOUR, LAST_COLOUR)
+    return [to_hex(colormaps["viridis"](place)) for place in np.linspace(*ends, count)]
 
 
 def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:

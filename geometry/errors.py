@@ -30,9 +30,27 @@
 It is in the lowest package, so that every other package can derive from it.
 """
 
+import re
+
+#: Longest run of characters without a blank in a message, as a path may have; a damaged value may have thousands.
+LONGEST_WORD = 500
+_LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD},}}")
+
+
+def printable(text: str) -> str:
+    """Text of a file as a terminal may show it: no control characters, and no endless words."""
+    short = _LONG_WORD.sub(lambda word: f"{word[0][:LONGEST_WORD]}...", text)
+    return "".join(letter if letter.isprintable() or letter == "\n" else "·" for letter in short)
+
 
 class InputError(ValueError):
-    """An input that its user can mend; the message is one sentence that names the value and the remedy."""
+    """An input that its user can mend; the message is one sentence that names the value and the remedy.
+
+    Values come from files: what is not printable in them is shown as a dot.
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(printable(each) if isinstance(each, str) else each for each in arguments))
 
 
 class InputWarning(UserWarning):

@@ -99,6 +99,8 @@ def check_complete(path: Path) -> None:
     InputError
         The file cannot be read, or does not begin and end as STEP files do.
     """
+    if path.exists() and not path.is_file():
+        raise InputError(f"the STEP file {path} is a folder or a device: name a file")
     try:
         text = path.read_bytes()
     except OSError as error:

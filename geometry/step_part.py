@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from geometry.errors import InputError
 from geometry.face_selector import FaceSelector, KnownFace, select_faces
 from geometry.part import Part, Shape
+from geometry.rehearsal import rehearse
 from geometry.step_io import check_complete
 
 #: Gaps between faces that are closed without asking [mm]: above what CAD programs leave, below what anyone draws.
 SEWN = 1e-2
+#: What the CAD kernel reads of a STEP file in a second on any machine [byte/s], and the memory for each byte [-].
+SPEED, MEMORY = 20e3, 500
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,12 +78,20 @@ def read_body(path: Path) -> StepBody:
         The file is missing, is no complete STEP file, or has no body; an open surface, with the place of a gap; several
         solids, and whether they overlap; or a solid that stays invalid.
     """
+    import cadquery  # noqa: F401  # before the process copies itself
+
+    path = Path(path)
+    check_complete(path)
+    if trap := rehearse(lambda: _read_body(path), path, speed=SPEED, memory=MEMORY):
+        raise InputError(f"{path} is damaged, it {trap}: export it again")
+    return _read_body(path)
+
+
+def _read_body(path: Path) -> StepBody:
     import cadquery as cq
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
 
-    path = Path(path)
-    check_complete(path)
     reader = STEPControl_Reader()
     if reader.ReadFile(str(path)) != IFSelect_RetDone or not reader.TransferRoots() or reader.OneShape().IsNull():
         raise InputError(f"{path} is a STEP file without a body that can be read: export it again")

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 REAL, IMAGINARY = "_real", "_imag"
 
+#: Text at the beginning of a MATLAB 5 file, and its length [byte].
+TITLE, _TITLE_LENGTH = b"MATLAB 5.0 MAT-file, written by stickslip", 116
+
 
 def make_matlab_file(data: "xarray.Dataset") -> bytes:
     """A data set as the bytes of a MATLAB 5 file.
@@ -45,7 +48,8 @@ def make_matlab_file(data: "xarray.Dataset") -> bytes:
     content |= {name: struct for name, struct in structs.items() if struct}
     stream: Any = BytesIO()  # SciPy's annotation has file names alone
     savemat(stream, content, appendmat=False, long_field_names=True, oned_as="column", do_compression=True)
-    return bytes(stream.getvalue())
+    # SciPy writes the time here; the same result is the same file.
+    return TITLE.ljust(_TITLE_LENGTH) + bytes(stream.getvalue())[_TITLE_LENGTH:]
 
 
 class Exported(Labelled):

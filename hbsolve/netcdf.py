@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from fe.file.hdf5_file import find_hdf5_trap
 from hbsolve.errors import BalanceError
 
 if TYPE_CHECKING:
@@ -47,8 +48,10 @@ def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], 
     """
     import xarray
 
+    if Path(path).is_file() and (trap := find_hdf5_trap(Path(path))):
+        raise BalanceError(f'"{path}" is damaged, it {trap}: compute it again')
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as data:
             return read(data)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except Exception as error:  # a dozen kinds, depending on which byte is damaged
         raise BalanceError(f'"{path}" holds no {what} wrote') from error

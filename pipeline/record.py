@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from geometry.errors import InputError
 from pipeline.codec import decode, encode
 from pipeline.output import draft_of
 
@@ -26,8 +25,6 @@ from pipeline.output import draft_of
 TREE, HEADER = "tree.json", "header.json"
 #: Length of the checksum [byte].
 CHECKSUM = 64
-#: What reading a container may raise that is damaged, or was written by other code.
-UNREADABLE = (OSError, ValueError, LookupError, TypeError, AttributeError, ImportError, InputError, zipfile.BadZipFile)
 
 
 class DamagedRecord(Exception):
@@ -110,7 +107,7 @@ def read_record(file: Path) -> Record | None:
                 return Record(value=value, **header)
     except FileNotFoundError:
         return None
-    except UNREADABLE as error:
+    except Exception as error:  # a dozen kinds, depending on which byte is damaged or which other code wrote it
         raise DamagedRecord(f"{file}: {error}") from error
 
 

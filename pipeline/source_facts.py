@@ -10,18 +10,18 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pipeline.cache_folder import default_folder
 from pipeline.output import replace_file
 
 FILE = "source_facts.json"
 #: Changes with what is stored, and with how Python prints a tree.
-FORMAT = f"1, python {sys.version_info[:3]}"
+FORMAT = f"2, python {sys.version_info[:3]}"
 #: Files that are remembered at most.
 MOST = 4000
 
@@ -92,7 +92,8 @@ def _stored() -> dict[str, SourceFacts]:
     """Facts that earlier runs found, by the hash of the content."""
     try:
         stored = json.loads((default_folder() / FILE).read_text(encoding="utf-8"))
-        if stored["format"] != FORMAT:
+        # A changed byte in them may leave out a file that a result depends on.
+        if stored["format"] != FORMAT or stored["sha256"] != _checksum(stored["facts"]):
             return {}
         return {
             key: SourceFacts(
@@ -100,8 +101,12 @@ def _stored() -> dict[str, SourceFacts]:
             )
             for key, (code, modules, imported, packages) in stored["facts"].items()
         }
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
+
+
+def _checksum(facts: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
 @cache
@@ -115,6 +120,7 @@ def _save_at_exit() -> None:
         facts = dict(list(_stored().items())[-MOST:])
         with suppress(OSError):
             default_folder().mkdir(parents=True, exist_ok=True)
-            replace_file(default_folder() / FILE, json.dumps({"format": FORMAT, "facts": facts}))
+            stored = {"format": FORMAT, "sha256": _checksum(facts), "facts": facts}
+            replace_file(default_folder() / FILE, json.dumps(stored))
 
     atexit.register(save)

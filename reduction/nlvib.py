@@ -29,6 +29,7 @@ import numpy as np
 
 from reduction.errors import ExchangeError
 from reduction.file.atomic_file import write_whole
+from reduction.file.matlab_elements import MatlabFileError, read_variables
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JointedSystem
 
@@ -87,22 +88,18 @@ def load_nlvib(path: Path | str) -> JointedSystem:
     JointError
         Numbers that describe no structure.
     """
-    from scipy.io import loadmat
-
     path = Path(path)
     if not path.is_file():
         raise ExchangeError(f'there is no file "{path}": check its name and folder')
     try:
-        # Not with mat_dtype: SciPy would then drop imaginary parts.
-        read = loadmat(path, simplify_cells=True)
-    except NotImplementedError:
+        data = path.read_bytes()
+        if data.startswith(b"MATLAB 7.3"):
+            raise ExchangeError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "system", "-v7")')
+        read = {value.name: value.simplified for value in read_variables(data)}
+    except (OSError, MatlabFileError) as error:
         raise ExchangeError(
-            f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "system", "-v7")'
+            f'"{path}" is no MATLAB file, or damaged ({error}): save it with save(file, "system", "-v7")'
         ) from None
-    except Exception as error:  # scipy raises a dozen kinds, depending on which byte is damaged
-        raise ExchangeError(
-            f'"{path}" is no MATLAB file, or damaged: save it with save(file, "system", "-v7")'
-        ) from error
     content = read.get("system")
     if not isinstance(content, dict):
         raise ExchangeError(

@@ -26,11 +26,22 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
         Stiffness of the structure without its joints, shape (r, r) [N/m].
     joints
         Joints of the structure; those that neither stick nor press add nothing.
+
+    Raises
+    ------
+    JointError
+        A joint whose stiffness overflows.
     """
     stuck = np.array(stiffness)
     for joint in joints:
-        for row, spring in zip(joint.directions, joint.stuck_stiffness, strict=True):
-            stuck += spring * np.outer(row, row)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for row, spring in zip(joint.directions, joint.stuck_stiffness, strict=True):
+                stuck += spring * np.outer(row, row)
+        if not np.isfinite(stuck).all():
+            raise JointError(
+                f'the joint "{joint.name}" is too stiff for any number: give smaller weights of its directions, or a '
+                "smaller stiffness"
+            )
     return stuck
 
 

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from hbsolve.limits.response_limits import limit_problem as limit_problem
     from hbsolve.limits.response_limits import response_limits as response_limits
     from hbsolve.stability.branch_stability import branch_stability as branch_stability
+    from hbsolve.stability.crossing_branch import crossing_branches as crossing_branches
     from hbsolve.stability.stability import stability as stability
     from hbsolve.steady_state import steady_state as steady_state
     from reduction.base_excitation import BaseExcitation as BaseExcitation
@@ -150,6 +151,7 @@ _HOME = {
     "steady_state": "hbsolve.steady_state:steady_state",
     "stability": "hbsolve.stability.stability:stability",
     "branch_stability": "hbsolve.stability.branch_stability:branch_stability",
+    "crossing_branches": "hbsolve.stability.crossing_branch:crossing_branches",
     "backbone": "hbsolve.backbone.backbone:backbone",
     "frequency_response": "hbsolve.continuation.response:frequency_response",
     "detached_curves": "hbsolve.continuation.detached:detached_curves",

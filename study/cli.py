@@ -18,6 +18,7 @@ from cyclopts import App, CycloptsError
 from pipeline.output import removed_if_empty
 from study import console
 from study.interruption import Interruption, end_process
+from study.run_record import recorded
 
 if TYPE_CHECKING:
     from study.run_context import Answer
@@ -35,6 +36,7 @@ class ExitCode(IntEnum):
 
 # Name, where it is, and the line in the list of commands.
 COMMANDS = (
+    ("new", "study.command.new:app", "Write a first case file of a blade, a rig, a part or matrices."),
     ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
     ("modes", "study.command.modes:app", "Compute natural frequencies, and draw the mode shapes of a blade or mesh."),
     ("reduce", "study.command.reduce:app", "Reduce a blade, a rig, your own part or matrices by Craig-Bampton."),
@@ -46,9 +48,13 @@ COMMANDS = (
     ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
+    ("calibrate", "study.command.calibrate:app", "Fit the calibration parameters of a case, and write them into it."),
     ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the mended model."),
-    ("undo", "study.command.undo:app", "Take the effect that was added last out of a case."),
+    ("undo", "study.command.undo:app", "Take the effect or the calibration that was written last out of a case."),
+    ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
+    ("runs", "study.command.runs:app", "List, compare and remove the runs of a folder."),
+    ("completion", "study.command.completion:app", "Print a script that completes commands in a shell."),
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )
 
@@ -121,8 +127,10 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
     """Run a command; whatever it raises becomes a message and an exit code."""
     interruption = Interruption()
     try:
-        with interruption.watched(), removed_if_empty(), console.plain_warnings():
+        with interruption.watched(), removed_if_empty(), console.plain_warnings(), recorded(words) as answers:
             answer = run()
+            if answer is not None:
+                answers.append((answer.exit_code, answer.document))
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)
     except KeyboardInterrupt:
@@ -148,9 +156,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
     if isinstance(error, BrokenPipeError):
         return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
     if isinstance(error, MemoryError):
-        return output.error(
-            ExitCode.FAILED, "computation", "out of memory; take fewer elements, or a machine with more memory"
-        )
+        return output.error(ExitCode.FAILED, "computation", console.OUT_OF_MEMORY)
     # Imported here because the package of InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
@@ -164,11 +170,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
         return output.error(ExitCode.FAILED, "computation", str(error))
     if (sentence := disk_failure(error)) is not None:
         return output.error(ExitCode.BAD_INPUT, "input", sentence)
-    file = console.write_traceback(error, words)
-    kind = f"{type(error).__name__}: {error}".strip(": ")
-    return output.error(
-        ExitCode.INTERNAL, "internal", f"a mistake of stickslip itself ({kind}); please report it with the file {file}"
-    )
+    return output.error(ExitCode.INTERNAL, "internal", console.report_mistake(error, words))
 
 
 def _help_line(words: Sequence[str]) -> str:

@@ -2,7 +2,6 @@
 
 import importlib.metadata
 import json
-import math
 import os
 import shlex
 import sys
@@ -13,11 +12,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
+from study.json_value import plain
+
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from casefile.errors import Problem
     from study.run_context import Answer
+
+
+#: What to do where memory is short.
+OUT_OF_MEMORY = "out of memory; take fewer elements, or a machine with more memory"
 
 
 class Output:
@@ -125,6 +130,13 @@ def plain_warnings() -> Iterator[None]:
         yield
 
 
+def report_mistake(error: BaseException, words: Sequence[str]) -> str:
+    """Sentence about a mistake of stickslip itself, whose traceback is written into a file."""
+    file = write_traceback(error, words)
+    kind = f"{type(error).__name__}: {error}".strip(": ")
+    return f"a mistake of stickslip itself ({kind}); please report it with the file {file}"
+
+
 def write_traceback(error: BaseException, words: Sequence[str]) -> str:
     """Write what is needed to find a mistake into a new file, and return its name; to standard error if none can be."""
     lines = [
@@ -151,19 +163,3 @@ def _print_rich(text: "RenderableType", stream: TextIO) -> None:
             raise BrokenPipeError
 
     Quitter(file=stream).print(text)
-
-
-def plain(value: Any) -> Any:
-    """Value as strict JSON: arrays become lists, numbers that are not finite become null."""
-    # Numbers first: a page holds a hundred thousand.
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):  # numpy's arrays and numbers
-        return plain(value.tolist())
-    return str(value)

@@ -133,6 +133,11 @@ class Options:
         Parameter(negative="", help="Python file with figures of your own, drawn beside the others; may be repeated."),
     ] = ()
 
+    trust: Annotated[
+        bool,
+        Parameter(negative="", help="Run the Python files that the case names, though they are not your own."),
+    ] = False
+
     def open(self, output: Path | None = None) -> RunContext:
         """Begin a run.
 
@@ -150,7 +155,11 @@ class Options:
         from pipeline.output import prepare_output
         from pipeline.progress import BarProgress, LineProgress, Progress, SilentProgress
         from pipeline.store import Store
+        from study.case.trust import trust_code
+        from study.run_record import note_output
 
+        if self.trust:
+            trust_code()
         prepared = None if output is None else prepare_output(output)
         if self.figures:
             from figure.registry import REGISTRY
@@ -158,6 +167,8 @@ class Options:
             for file in self.figures:
                 REGISTRY.load(file)
         store = Store(self.cache_folder, RunContext.warn)
+        if prepared is not None:
+            note_output(prepared, store.folder)
         place = "" if prepared is None else str(prepared.resolve())
         durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn, place)
         progress: Progress

@@ -70,6 +70,8 @@ def read_table(path: Path) -> CsvTable:
         It cannot be read, another separator or a decimal comma is used, a row has another number of fields.
     """
     file = path.name
+    if path.exists() and not path.is_file():
+        raise CampaignError(f"{file}: is a folder or a device; give one file")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:

@@ -311,6 +311,8 @@ def _held_out(table: TomlTable, level_factor: float) -> HeldOut:
 
 def _toml(folder: Path) -> dict[str, Any]:
     path = folder / MANIFEST
+    if path.exists() and not path.is_file():
+        raise CampaignError(f"{MANIFEST}: is a folder or a device; give a campaign with an ordinary file of that name")
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (FileNotFoundError, NotADirectoryError):
@@ -324,3 +326,7 @@ def _toml(folder: Path) -> dict[str, Any]:
         raise CampaignError(f"{MANIFEST}: cannot be read ({error.strerror}); check its permissions") from None
     except tomllib.TOMLDecodeError as error:
         raise CampaignError(f"{MANIFEST}: is no TOML: {error}; correct what stands there") from None
+    except RecursionError:
+        raise CampaignError(f"{MANIFEST}: its brackets are nested too deeply; correct them") from None
+    except ValueError:  # Python's own limit
+        raise CampaignError(f"{MANIFEST}: holds a number of thousands of digits; shorten it") from None

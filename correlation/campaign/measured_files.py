@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from correlation.campaign.campaign_path import find_file
 from correlation.campaign.toml_table import TomlTable
-from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile
 from correlation.file.read_file import read_file
 
@@ -36,13 +36,10 @@ class MeasuredFiles:
         Raises
         ------
         CampaignError
-            It is not there, or cannot be read.
+            It is not there, lies outside, or cannot be read.
         """
         if name not in self.known:
-            path = self.folder / name
-            if not path.is_file():
-                raise CampaignError(f'{name}: there is no such file in "{self.folder}"; mend its name in the manifest')
-            self.known[name] = read_file(path)
+            self.known[name] = read_file(find_file(self.folder, name))
         return self.known[name]
 
 

@@ -54,10 +54,11 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     harmonic = table.integers("harmonic", least=0)
     sensor = _index(table, "sensor", {name: number for number, name in enumerate(sensors)})
     test = _index(table, "test", {name: names.index(name) for name in tests})
-    value = table.numbers("real") + 1j * manifest.units.time_sign * table.numbers("imag")
-    value *= _unit_factors(table, manifest, sensor)
-    # A mean has no amplitude, and so no convention of one.
-    value[harmonic > 0] *= manifest.units.peak
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too large is refused below
+        value = table.numbers("real") + 1j * manifest.units.time_sign * table.numbers("imag")
+        value *= _unit_factors(table, manifest, sensor)
+        # A mean has no amplitude, and so no convention of one.
+        value[harmonic > 0] *= manifest.units.peak
     _refuse(table, "imag", (harmonic == 0) & (value.imag != 0), "a mean (harmonic 0) has no imaginary part: write 0")
     level, frequency = table.numbers("level"), table.numbers("frequency")
     force = table.numbers(FORCE) if FORCE in table.columns else level

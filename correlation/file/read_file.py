@@ -30,11 +30,8 @@ def read_file(path: Path) -> MeasuredFile:
     format_ = file_format(path)
     try:
         measured = format_.read(path)
-    except CampaignError as error:
-        if str(error).isprintable():
-            raise
-        shown = "".join(letter if letter.isprintable() else "·" for letter in str(error))
-        raise CampaignError(shown) from None
+    except CampaignError:
+        raise
     except MemoryError:
         raise CampaignError(f"{path.name}: needs more memory than there is; split the file, or add memory") from None
     except Exception as error:  # Libraries that parse damaged files fail in many ways.
@@ -58,8 +55,8 @@ def file_format(path: Path) -> MeasuredFileFormat:
     CampaignError
         No such file, an empty one, or one of no known format.
     """
-    if path.is_dir():
-        raise CampaignError(f"{path.name}: is a folder; give one file")
+    if path.exists() and not path.is_file():
+        raise CampaignError(f"{path.name}: is a folder or a device; give one file")
     try:
         with path.open("rb") as stream:
             head = stream.read(HEAD)

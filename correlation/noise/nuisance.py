@@ -324,11 +324,14 @@ def _share_patterns(model: Model) -> list[Tangent]:
 
 
 def parabolic_share(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts."""
-    if len(weights) < 3 or not weights.all():
+    """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts.
+
+    Zero too where some weights are zero or pull while others press.
+    """
+    if len(weights) < 3 or not ((weights > 0).all() or (weights < 0).all()):
         return np.zeros(len(weights))
     along = np.linspace(-1, 1, len(weights))
-    root = np.sqrt(weights)
+    root = np.sqrt(np.abs(weights))
     parabola = np.linalg.qr(root[:, None] * along[:, None] ** np.arange(3))[0][:, -1] / root
     return np.asarray(parabola / np.abs(parabola[[0, -1]]).max())
 

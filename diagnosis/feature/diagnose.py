@@ -23,7 +23,7 @@ from diagnosis.step import RunStep, compute_step
 from diagnosis.time_record.gate import PART, SURE, HeldOutGate
 
 #: As timed on ring-downs and loops.
-SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, places=1.0, left=1.0, intervals=1.0)
+SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
 
 FeatureDiagnosis: TypeAlias = Diagnosis[FeatureArrangement]
 

@@ -97,7 +97,7 @@ def fit_from_starts(
     fits
         Effects with their `quick_fit`.
     starts
-        Effects with the values that their other fits begin from.
+        Effects with the values that their other fits begin from, several for an effect if need be.
     run_step
         Looks up the stored result of a step, or computes it.
     """
@@ -105,9 +105,9 @@ def fit_from_starts(
         {score.effect.name: (score, fit) for score, fit in fits},
         {each.effect.name: each for each in scores},
     )
-    for effect, start in starts:
+    for number, (effect, start) in enumerate(starts):
         name, begin = effect.name, partial(fit_from, problem, effect, start)
-        fit = run_step(f"fit of {name} from another start", begin)
+        fit = run_step(f"fit of {name} from start {number}", begin)
         if name not in found or fit.chi2 < found[name][1].chi2:
             found[name] = (by_name[name], fit)
     return list(found.values())

@@ -15,7 +15,7 @@ from diagnosis.time_record.arrangement import RecordArrangement, arrange_records
 from diagnosis.time_record.gate import judge_records
 
 #: As timed on records of some thousand samples.
-SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, weights=1.0, places=1.0, left=1.0, intervals=1.0)
+SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
 
 RecordDiagnosis: TypeAlias = Diagnosis[RecordArrangement]
 

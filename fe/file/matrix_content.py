@@ -55,6 +55,36 @@ def both_triangles(matrix: sp.csr_array) -> sp.csr_array:
     return sp.csr_array(matrix + (lower + upper).T)
 
 
+def refuse_size(path: Path, rows: int) -> None:
+    """Refuse a number of rows or columns that a file cannot fill, before memory is taken for them.
+
+    Raises
+    ------
+    MatrixFileError
+        It has fewer bytes than rows.
+    """
+    size = path.stat().st_size
+    if abs(rows) > size:
+        raise MatrixFileError(
+            f'"{path}" announces {abs(rows)} rows or columns, but has {size} bytes: it is damaged, write it again'
+        )
+
+
+def refuse_cut_number(path: Path) -> None:
+    """Refuse a text whose last line has no end: its last number may be a part of one.
+
+    Raises
+    ------
+    MatrixFileError
+        It has none.
+    """
+    with path.open("rb") as stream:
+        if stream.seek(0, 2) and stream.seek(-1, 2) >= 0 and stream.read() not in {b"\n", b"\r"}:
+            raise MatrixFileError(
+                f'"{path}" may be cut short within its last number, since its last line has no end: write it again'
+            )
+
+
 #: "1.5-103" is 1.5e-103 where the exponent needed three digits.
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 

@@ -150,7 +150,7 @@ class _Walk:
             )
         refuse_stiffer_joints(balance)
         self.balance, self.branch, self.n_sample = balance, branch, n_sample
-        self.path, self.value = _path_of(balance, branch)
+        self.path, self.value = path_of(balance, branch)
         self.modes: LinearModes = linear_modes(balance)
 
     def motion(self, index: int) -> Real:
@@ -236,7 +236,7 @@ class _NoState(Exception):
     """No steady state was found between two points."""
 
 
-def _path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
+def path_of(balance: HarmonicBalance, branch: ResponseBranch) -> tuple[Path, Real]:
     """What the branch was continued over, and its value at each point."""
     frequency, level = branch.angular_frequency, branch.level
     if not len(frequency):

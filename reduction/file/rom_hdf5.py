@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fe.file.hdf5_file import find_hdf5_trap
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 from reduction.file.atomic_file import write_whole
@@ -67,6 +68,8 @@ class ModelFile:
         path, result = Path(path), None
         if not path.is_file():
             raise RomError(f'there is no {self.what} "{path}": check its name, or write it with `{self.writer}`')
+        if trap := find_hdf5_trap(path):
+            raise RomError(f'"{path}" is damaged, it {trap}: reduce the system again')
         try:
             with h5py.File(path, "r") as file:
                 kind, kind_version = file.attrs.get("format"), file.attrs.get("format_version")

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from fe.file.npz_archive import read_npz
 from reduction.errors import RomError
 from reduction.file.atomic_file import write_whole
 from reduction.file.npz import write_npz
@@ -63,14 +64,12 @@ def load_rom_npz(path: Path | str) -> ReducedModel:
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, list[int]], dict[str, str]]:
     """Arrays, boundary sets and provenance as the file has them."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            missing = [name for name in (*_ARRAYS, MARK, "provenance", "n_node") if name not in file]
-            if missing:
-                raise RomError(
-                    f'"{path}" is no reduced model, it has no {missing[0]}: give one that save_rom_npz wrote'
-                )
-            arrays = {name: file[name] for name in (*_ARRAYS, "n_node")}
-            return arrays, json.loads(file[MARK].item()), dict(json.loads(file["provenance"].item()))
+        held = read_npz(path)
+        missing = [name for name in (*_ARRAYS, MARK, "provenance", "n_node") if name not in held]
+        if missing:
+            raise RomError(f'"{path}" is no reduced model, it has no {missing[0]}: give one that save_rom_npz wrote')
+        arrays = {name: held[name] for name in (*_ARRAYS, "n_node")}
+        return arrays, json.loads(held[MARK].item()), dict(json.loads(held["provenance"].item()))
     except RomError:
         raise
     except Exception as error:  # a dozen kinds, depending on which byte is damaged

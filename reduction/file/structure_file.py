@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.format import MAGIC_PREFIX
 
+from fe.file.npz_archive import NpzError, ObjectArray, npz_headings, read_npz
 from reduction.array_input import ASYMMETRY, freeze_arrays, refuse_asymmetric, refuse_infinite
 from reduction.array_type import Matrix
 from reduction.errors import MatrixError
 from reduction.file.atomic_file import write_whole
+from reduction.file.matlab_elements import MatlabFileError, read_variables
 from reduction.file.npz import write_npz
 from reduction.file.rom_npz import MARK, load_rom_npz
 from reduction.rom import ReducedModel
@@ -54,7 +57,7 @@ def load_matrices(path: Path | str) -> StructureMatrices:
     Parameters
     ----------
     path
-        ``.npz`` or ``.mat`` (up to version 7) with the variables mass or M, stiffness or K and, if it has any,
+        ``.npz`` or ``.mat`` (versions 5 to 7) with the variables mass or M, stiffness or K and, if it has any,
         damping or C or D, in SI units; or a reduced model, ``.h5`` as `reduction.file.rom_hdf5.save_rom`
         writes it or ``.npz`` as `reduction.file.rom_npz.save_rom_npz` does.
 
@@ -69,7 +72,7 @@ def load_matrices(path: Path | str) -> StructureMatrices:
     path = Path(path)
     if path.is_dir():
         raise MatrixError(f'"{path}" is a folder: name the file with the matrices in it')
-    if not path.exists():
+    if not path.is_file():
         raise MatrixError(f'there is no file "{path}": check its name and folder')
     kind = path.suffix.lower()
     if kind in {".h5", ".hdf5"}:
@@ -115,42 +118,45 @@ def _of(rom: ReducedModel) -> StructureMatrices:
 
 
 def _npz(path: Path) -> dict[str, Any]:
+    wanted = {variable: name for name, group in NAMES.items() for variable in group}
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if not isinstance(file, np.lib.npyio.NpzFile):
-                raise MatrixError(f'"{path}" holds a single array: write it with np.savez(file, M=M, C=C, K=K)')
-            names = file.files
-            wanted = {name for group in NAMES.values() for name in group}
-            return {name: file[name] if name in wanted else None for name in names}
-    except MatrixError:
-        raise
-    except Exception as error:  # a dozen kinds, depending on which byte is damaged
-        if "Object arrays" in str(error):
-            raise MatrixError(
-                f'"{path}" holds Python objects, such as SciPy sparse matrices: save M.toarray(), or write a .mat file '
-                "with scipy.io.savemat, which keeps them sparse"
-            ) from None
-        raise _damaged(path, "np.savez") from error
+        headings = npz_headings(path)
+        for variable in wanted.keys() & headings:
+            shape, kind = headings[variable]
+            if not kind.hasobject:
+                _check_shape(f'"{path}": {variable}', wanted[variable], shape)
+        return {**dict.fromkeys(headings), **read_npz(path, wanted)}
+    except ObjectArray:
+        raise MatrixError(
+            f'"{path}" holds Python objects, such as SciPy sparse matrices: save M.toarray(), or write a .mat file '
+            "with scipy.io.savemat, which keeps them sparse"
+        ) from None
+    except NpzError as error:
+        if _is_single_array(path):
+            raise MatrixError(f'"{path}" holds a single array: write it with np.savez(file, M=M, C=C, K=K)') from None
+        raise _damaged(path, error, "np.savez") from None
+
+
+def _is_single_array(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(len(MAGIC_PREFIX)) == MAGIC_PREFIX
 
 
 def _mat(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat, matlab
-
+    data = path.read_bytes()
+    if data.startswith(b"MATLAB 7.3"):
+        raise MatrixError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "-v7")')
     try:
         # Square as MATLAB has it: a scalar stays a matrix of one row and one column.
-        # Not with mat_dtype: SciPy would then drop imaginary parts before they are seen here.
-        read = loadmat(path, squeeze_me=False)
-    except NotImplementedError:
-        raise MatrixError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "-v7")') from None
-    except (OSError, ValueError, TypeError, LookupError, EOFError, matlab.MatReadError) as error:
-        raise _damaged(path, "save -v7 or scipy.io.savemat") from error
-    return {name: value for name, value in read.items() if not name.startswith("__")}
+        return {value.name: value.content for value in read_variables(data)}
+    except MatlabFileError as error:
+        raise _damaged(path, error, "save -v7 or scipy.io.savemat") from None
 
 
-def _damaged(path: Path, writer: str) -> MatrixError:
+def _damaged(path: Path, reason: Exception, writer: str) -> MatrixError:
     size = path.stat().st_size
     return MatrixError(
-        f'"{path}" ({size} bytes) is cut short, damaged or of another kind: write it again with {writer}'
+        f'"{path}" ({size} bytes) is cut short, damaged or of another kind ({reason}): write it again with {writer}'
     )
 
 
@@ -164,11 +170,7 @@ def _matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | Non
     (variable,) = present
     label = f'"{path}": {variable}'
     value = variables[variable]
-    shape = tuple(np.shape(value))
-    if len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
-        raise MatrixError(f"{label} has shape {shape}: the {name} must be square, (r, r)")
-    if shape[0] > LARGEST:
-        raise MatrixError(f"{label} has {shape[0]} degrees of freedom, more than {LARGEST}: reduce the structure first")
+    _check_shape(label, name, tuple(np.shape(value)))
     dense = value.toarray() if hasattr(value, "toarray") else np.asarray(value)
     if dense.dtype.kind not in "fiucb":
         raise MatrixError(f"{label} holds {dense.dtype} instead of numbers: give a real matrix")
@@ -185,6 +187,13 @@ def _matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | Non
     if name != "damping":  # gyroscopic forces make one that is not symmetric
         refuse_asymmetric(dense, label, MatrixError)
     return dense
+
+
+def _check_shape(label: str, name: str, shape: tuple[int, ...]) -> None:
+    if len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
+        raise MatrixError(f"{label} has shape {shape}: the {name} must be square, (r, r)")
+    if shape[0] > LARGEST:
+        raise MatrixError(f"{label} has {shape[0]} degrees of freedom, more than {LARGEST}: reduce the structure first")
 
 
 def _check_definite(path: Path, mass: Matrix, stiffness: Matrix) -> None:

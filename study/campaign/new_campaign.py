@@ -1,6 +1,8 @@
 """``stickslip campaign new``: drafts the manifest of a folder of test files."""
 
+import os
 import re
+import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -255,10 +257,11 @@ def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:
 
 def _keep_readable(draft: Draft, folder: Path) -> list[str]:
     """Leave out entries that `read_campaign` refuses, one after the other; returns what it suspects."""
-    with tempfile.TemporaryDirectory() as trial:
-        for path in folder.iterdir():
-            if path.is_file() and path.name != MANIFEST:
-                (Path(trial) / path.name).symlink_to(path.resolve())
+    files = [path for path in folder.iterdir() if path.is_file() and path.name != MANIFEST]
+    # Within the folder, so that files have second names there: a campaign reads no file outside its own folder.
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
+        for path in files:
+            _name_again(path.resolve(), Path(trial) / path.name)
         while True:
             (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
             try:
@@ -268,6 +271,14 @@ def _keep_readable(draft: Draft, folder: Path) -> list[str]:
                     raise CampaignError(f"the draft cannot be read: {error}") from None
             if draft.is_empty:
                 raise _nothing(draft, folder)
+
+
+def _name_again(file: Path, name: Path) -> None:
+    """A second name of a file, or a copy where its disk gives none."""
+    try:
+        os.link(file, name)
+    except OSError:
+        shutil.copyfile(file, name)
 
 
 def _leave_out(draft: Draft, message: str) -> bool:

@@ -16,6 +16,7 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calib
 from study.case.added import apply_all, apply_by_name, read_added_effects
 from study.case.model import model_of_case
 from study.case.structure import Structure
+from study.case.trust import require_trust
 from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 
@@ -148,6 +149,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
                 raise ModelDefinitionError(
                     f'files[{number}]: there is no file "{folder / file}": check its name and folder'
                 )
+            require_trust([folder / file], opened.path)
     refined = []
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):

@@ -11,6 +11,8 @@ from casefile.validation import did_you_mean, require_different
 
 #: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
 LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12
+#: Points of a curve; more are a mistake in the step, and take days.
+MOST_POINTS = 100_000
 #: What a sweep may go over.
 PARAMETERS = ("frequency", "level")
 
@@ -48,7 +50,7 @@ class FrequencySweepTable(CaseModel):
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:
-        _check_ends(self.first, self.last, " Hz")
+        _check_ends(self.first, self.last, self.step, " Hz")
         return self
 
 
@@ -68,7 +70,7 @@ class LevelSweepTable(CaseModel):
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:
-        _check_ends(self.first, self.last, "")
+        _check_ends(self.first, self.last, self.step, "")
         return self
 
 
@@ -83,6 +85,11 @@ Sweep = Annotated[
 ]
 
 
-def _check_ends(first: float, last: float, unit: str) -> None:
+def _check_ends(first: float, last: float, step: float | None, unit: str) -> None:
     if first == last:
         raise ValueError(f"from and to are both {first:g}{unit}: give two different ends, in either order")
+    if step is not None and abs(last - first) > MOST_POINTS * step:
+        raise ValueError(
+            f"step = {step:g}{unit} gives a curve more than {MOST_POINTS} points: give one of at least "
+            f"{abs(last - first) / MOST_POINTS:.2g}{unit}, or leave step out"
+        )

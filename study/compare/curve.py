@@ -116,18 +116,18 @@ class Drawing:
     unit: str = "N"
 
     @classmethod
-    def of(cls, compared: Compared) -> "Drawing":
-        """Predict the lines of a comparison."""
+    def of(cls, compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]] | None = None) -> "Drawing":
+        """Curves of a comparison with its predicted lines by whether the contacts are absent; predicted by default."""
         everything, new = joined(compared.train, compared.held_out)
         free = everything.points.free
         misfit = {bool(item): everything.where(np.asarray(free == item)) for item in np.unique(free)}
         campaign, model = compared.campaign, compared.model
         sweeps, unit = find_sweep_directions(campaign), campaign.drive.unit
         units = {sensor.name: sensor.unit for sensor in campaign.sensors}
-        panels = {
-            item: make_panels(model, rows, predict_lines(model, rows, compared.prediction, sweeps), units, unit)
-            for item, rows in misfit.items()
+        lines = lines or {
+            item: predict_lines(model, rows, compared.prediction, sweeps) for item, rows in misfit.items()
         }
+        panels = {item: make_panels(model, rows, lines[item], units, unit) for item, rows in misfit.items()}
         return cls(misfit=misfit, panels=panels, held_out=frozenset(new), unit=unit)
 
     @property

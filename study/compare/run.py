@@ -100,11 +100,7 @@ def run_compare(
     require_noise(campaign, folder)
     read = require_loads(read_case(opened, campaign, run))
     setup = read.setup
-    # What was read counts, not from which folder.
-    measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
-    key = fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
-    step, seconds = name_step(15, calibrate)
-    compared = run.step(step, expected=seconds).run(comparison, key, setup, campaign, calibrate)
+    compared = find_comparison(setup, campaign, run, calibrate=calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title, stem = f"{setup.title}, calibrated" if calibrate else setup.title, f"{case.stem}_compare"
@@ -132,6 +128,20 @@ def run_compare(
     for file, content in files.items():
         replace_file(file, content)
     return replace(compared, files=(*files, *compared.files))
+
+
+def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> Compared:
+    """`compare` from the store of a run, or computed."""
+    step, seconds = name_step(15, calibrate)
+    key = comparison_key(setup, campaign, calibrate)
+    return run.step(step, expected=seconds).run(comparison, key, setup, campaign, calibrate)
+
+
+def comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
+    """Hash of all that a comparison depends on, code included."""
+    # What was read counts, not from which folder.
+    measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
+    return fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
 
 
 @stage("comparison", ignore=("setup", "campaign", "calibrate"))

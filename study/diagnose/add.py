@@ -65,9 +65,9 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     open_case(case)
     text, history = read_text(case), history_of(case)
     step = _given(case, history, name, values, run) if values else _diagnosed(case, history, text, name, run)
-    written = {effect: _written(values) for effect, values in step.pop("added").items()}
-    written[step["effect"]] = _written(step["values"])
-    new = edited(text, written, _written(step["calibrated"]), str(case))
+    written = {effect: as_written(values) for effect, values in step.pop("added").items()}
+    written[step["effect"]] = as_written(step["values"])
+    new = edited(text, written, as_written(step["calibrated"]), str(case))
     noted = Step(
         what=ADD,
         **step,
@@ -76,7 +76,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
         diff=difference(text, new, case.name),
         case_key=case_key(new),
     )
-    return _saved(case, history, noted, new)
+    return save_step(case, history, noted, new)
 
 
 def undo(case: Path) -> Step:
@@ -109,14 +109,14 @@ def undo(case: Path) -> Step:
     old = taken_back(last.case_before, last.case_after, text)
     if old is None or not _is_toml(old):
         raise LoopError(
-            f'{case}: the lines of "{last.effect}" were edited since it was added: take that edit back, or '
+            f'{case}: the lines of "{last.effect}" were edited since they were written: take that edit back, or '
             "remove them by hand"
         )
     noted = Step(
         what=UNDO, effect=last.effect, before=last.after, after=last.before, case_before=text, case_after=old,
         diff=difference(text, old, case.name), case_key=case_key(old),
     )  # fmt: skip
-    return _saved(case, history, noted, old)
+    return save_step(case, history, noted, old)
 
 
 def named(words: Sequence[str]) -> str:
@@ -199,7 +199,7 @@ def _given(case: Path, history: History, name: str, texts: Sequence[str], run: R
     return {"effect": effect.name, "values": values, "added": {}, "calibrated": {}}
 
 
-def _written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
+def as_written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
     """Values as the history has them."""
     return {key: Written(*value) for key, value in values.items()}
 
@@ -223,7 +223,7 @@ def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
     return read_case(case, read_campaign(folder) if is_there else None, run).setup
 
 
-def _saved(case: Path, history: History, step: Step, text: str) -> Step:
+def save_step(case: Path, history: History, step: Step, text: str) -> Step:
     """Write history and case, or neither."""
     longer = history.with_step(step)
     longer.save()
@@ -238,8 +238,8 @@ def _saved(case: Path, history: History, step: Step, text: str) -> Step:
 def _case(file: Path) -> dict[str, Any] | None:
     """Tables of a case file, one of an earlier schema included; None of any other file."""
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):
+        data = tomllib.loads(file.read_text(encoding="utf-8-sig")) if file.is_file() else {}
+    except (OSError, ValueError, RecursionError):
         return None
     described = any(isinstance(data.get(table), dict) for table in ("structure", "model"))
     return data if "schema" in data and described else None
@@ -254,6 +254,6 @@ def _refined(case: dict[str, Any]) -> list[str]:
 def _is_toml(text: str) -> bool:
     try:
         tomllib.loads(text.removeprefix("\ufeff"))
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return False
     return True

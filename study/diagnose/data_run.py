@@ -23,13 +23,13 @@ from study.compare.report import side_by_side
 from study.compare.result import Calibrated
 from study.compare.section.section import Section, Table
 from study.compare.sentence import Summary
-from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.report import ADVICE
 from study.diagnose.round import Steps, errors
 from study.diagnose.table import interval, write_up
+from study.json_value import plain
 from study.run_context import RunContext
 
 #: Rounds of ``--auto`` at most.

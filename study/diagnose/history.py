@@ -15,7 +15,7 @@ from geometry.errors import OutputError
 from pipeline.output import replace_file
 
 SCHEMA = 1
-DIAGNOSIS, ADD, UNDO = "diagnosis", "add", "undo"
+DIAGNOSIS, ADD, CALIBRATION, UNDO = "diagnosis", "add", "calibration", "undo"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class Step:
     Parameters
     ----------
     what
-        `DIAGNOSIS`, `ADD` or `UNDO`.
+        `DIAGNOSIS`, `ADD`, `CALIBRATION` or `UNDO`.
     when
         Local time, ISO 8601.
     case_key
@@ -61,7 +61,7 @@ class Step:
     campaign
         Folder of the campaign.
     effect
-        Name of the effect that was added, or taken back.
+        Name of the effect that was added, or taken back; `CALIBRATION` where values alone were fitted.
     values, calibrated
         Values of the effect and calibration factors as written into the case, each with half its 95 % interval.
     before, after
@@ -114,10 +114,10 @@ class History:
 
     @property
     def standing(self) -> tuple[Step, ...]:
-        """Effects that were added and not taken back."""
+        """Effects that were added, and calibrations, that were not taken back."""
         steps: list[Step] = []
         for step in self.steps:
-            if step.what == ADD:
+            if step.what in {ADD, CALIBRATION}:
                 steps.append(step)
             elif step.what == UNDO and steps:
                 steps.pop()
@@ -149,6 +149,11 @@ class History:
         write_beside(self.file, f"{text}\n")
 
 
+def history_file(case: Path) -> Path:
+    """Where the history of a case file is."""
+    return case.with_name(f"{case.stem}.history.json")
+
+
 def history_of(case: Path) -> History:
     """The history of a case file; empty if it has none.
 
@@ -157,7 +162,9 @@ def history_of(case: Path) -> History:
     CaseError
         A history that is damaged.
     """
-    file = case.with_name(f"{case.stem}.history.json")
+    file = history_file(case)
+    if file.exists() and not file.is_file():
+        raise _damaged(file, "is a folder or a device")
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["schema"] != SCHEMA:
@@ -167,7 +174,7 @@ def history_of(case: Path) -> History:
         return History(file=file)
     except OSError as error:
         raise _damaged(file, f"cannot be read ({error.strerror})") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise _damaged(file, "is damaged") from None
 
 

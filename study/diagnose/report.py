@@ -15,7 +15,7 @@ from diagnosis.resonator import Resonator
 from geometry.plain_number import plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
-from study.diagnose.history import ADD, Errors, Step
+from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import tell_law
 from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
@@ -254,9 +254,14 @@ def errors_in_words(values: Errors) -> str:
 
 
 def step_in_words(step: Step, case: Path) -> str:
-    """Report of `add` or `undo`."""
+    """Report of `add`, `calibrate` or `undo`."""
     values = ", ".join(str(value) for value, _ in step.values.values())
-    lines = [f'{case}: "{step.effect}" ({values}) added' if step.what == ADD else f'{case}: "{step.effect}" taken back']
+    done = {
+        ADD: f'"{step.effect}" ({values}) added',
+        CALIBRATION: f"{len(step.calibrated)} fitted factors written",
+        UNDO: f'"{step.effect}" taken back',
+    }
+    lines = [f"{case}: {done[step.what]}"]
     if step.before is not None and step.after is not None:
         lines += [f"  before  {errors_in_words(step.before)}", f"  after   {errors_in_words(step.after)}"]
         if step.what == ADD:

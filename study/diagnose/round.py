@@ -36,6 +36,9 @@ from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped
 
 T = TypeVar("T")
 
+#: Called with the name of a step and its result.
+Watch = Callable[[str, Any], None]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Round:
@@ -82,6 +85,7 @@ def diagnose_case(
     store: Store | None = None,
     progress: Progress | None = None,
     announce: Callable[[str], None] | None = None,
+    watch: Watch | None = None,
 ) -> Round:
     """Diagnose a case.
 
@@ -102,6 +106,8 @@ def diagnose_case(
         Shows the phases.
     announce
         Receives a sentence if campaigns are to be simulated.
+    watch
+        Receives the name and result of each step as it is found; what it raises ends the diagnosis.
 
     Raises
     ------
@@ -127,7 +133,7 @@ def diagnose_case(
             without=without,
             extra=setup.effects,
             thresholds=thresholds,
-            run_step=shown.watched(run_step),
+            run_step=tell(watch, shown.watched(run_step)),
             report=shown.report,
         )
         drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
@@ -136,6 +142,19 @@ def diagnose_case(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
         law=describe_law(law),
     )  # fmt: skip
+
+
+def tell(watch: Watch | None, run_step: RunStep) -> RunStep:
+    """The same steps, whose results a function receives."""
+    if watch is None:
+        return run_step
+
+    def find(name: str, make: Callable[[], T]) -> T:
+        value = run_step(name, make)
+        watch(name, value)
+        return value
+
+    return find
 
 
 def bootstrap(

@@ -15,13 +15,13 @@ from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
-from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosed, run_data_diagnosis
-from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
+from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
-from study.diagnose.round import Round, Steps, diagnose_case, errors
+from study.diagnose.round import Round, Steps, Watch, diagnose_case, errors
 from study.diagnose.table import write_up
+from study.json_value import plain
 from study.kind.registry import open_case
 from study.run_context import RunContext
 
@@ -107,6 +107,7 @@ def diagnose_file(
     without: Sequence[str] = (),
     auto: bool = False,
     trials: int = 0,
+    watch: Watch | None = None,
 ) -> Diagnosed:
     """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
     if not len(campaign.measurement):
@@ -130,6 +131,7 @@ def diagnose_file(
             run.warn(str(suspicion))
     rounds: list[Round] = []
     while True:
+        key = case_key(read_text(case))
         result = diagnose_case(
             setup,
             campaign,
@@ -138,9 +140,10 @@ def diagnose_file(
             announce=None if run is None else run.note,
             store=None if run is None else run.store,
             progress=None if run is None else run.progress,
+            watch=watch,
         )
         rounds.append(result)
-        record(result, case, folder)
+        record(result, case, folder, key)
         best = result.best
         stop = result.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
         if not auto or stop or best is None or best.effect is None:
@@ -149,7 +152,7 @@ def diagnose_file(
         setup = require_loads(read_case(case, campaign, run)).setup
 
 
-def record(result: Round, case: Path, campaign: Path) -> Step:
+def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths.
 
     Parameters
@@ -158,8 +161,10 @@ def record(result: Round, case: Path, campaign: Path) -> Step:
         The round.
     case, campaign
         Its file and folder.
+    key
+        Hash of the case as it was diagnosed; of the file as it is by default.
     """
-    history, key = history_of(case), case_key(read_text(case))
+    history, key = history_of(case), key or case_key(read_text(case))
     before, drawn = errors(result.diagnosis.before), errors(result.drawn)
     added = {item.effect.name for item in result.setup.added}
     # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
@@ -204,7 +209,7 @@ def full_document(diagnosed: Diagnosed | DataDiagnosed) -> dict[str, Any]:
     return {
         **document(diagnosed.last),
         "rounds": [document(result) for result in diagnosed.rounds],
-        "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, UNDO}],
+        "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, CALIBRATION, UNDO}],
         "files": [str(file) for file in diagnosed.files],
     }
 

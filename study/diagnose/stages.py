@@ -56,22 +56,37 @@ def list_sides(result: Round, stage: Stage) -> list[Side]:
 
 def waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
-    now = errors(result.diagnosis.before)
-    steps = [_step("as drawn", errors(result.drawn))]
+    best, present = result.best, [item.effect.name for item in result.setup.added]
+    steps = list_known_errors(history, present, errors(result.drawn), errors(result.diagnosis.before))
+    if best is not None and best.effect is not None:
+        steps.append(make_step(f"+ {best.effect.name}", errors(best), proposed=True))
+    return steps
+
+
+def list_known_errors(history: History, present: Sequence[str], drawn: Errors, now: Errors) -> list[WaterfallStep]:
+    """Errors of the model as drawn, of each step that the history knows, and of the fitted model.
+
+    Parameters
+    ----------
+    history
+        History of the case.
+    present
+        Names of the effects that were added.
+    drawn, now
+        Errors of the model as drawn, and with all its values fitted.
+    """
+    steps = [make_step("as drawn", drawn)]
     last = history.last_diagnosis
-    present = [item.effect.name for item in result.setup.added]
     known = [step for step in history.standing if step.after and step.drawn and step.effect in present]
     if not present:
-        steps.append(_step("calibrated", now))
+        steps.append(make_step("calibrated", now))
     else:
         if last is not None and last.accepted is not None:
-            steps.append(_step("calibrated", last.accepted))
-        steps += [_step(f"+ {step.effect}", step.after) for step in known[:-1] if step.after]
+            steps.append(make_step("calibrated", last.accepted))
+        steps += [make_step(f"+ {step.effect}", step.after) for step in known[:-1] if step.after]
         # Whatever the history does not know of is in the last one.
         rest = [name for name in present if name not in [step.effect for step in known[:-1]]]
-        steps.append(_step("".join(f"+ {name} " for name in rest).strip(), now))
-    if result.best is not None and result.best.effect is not None:
-        steps.append(_step(f"+ {result.best.effect.name}", errors(result.best), proposed=True))
+        steps.append(make_step("".join(f"+ {name} " for name in rest).strip(), now))
     return steps
 
 
@@ -80,5 +95,6 @@ def falls(steps: Sequence[WaterfallStep]) -> str:
     return f"held-out error from {plain(100 * steps[0].held_out, 3)} to {plain(100 * steps[-1].held_out, 3)} %"
 
 
-def _step(name: str, values: Errors, proposed: bool = False) -> WaterfallStep:
+def make_step(name: str, values: Errors, proposed: bool = False) -> WaterfallStep:
+    """One bar of the chart of errors."""
     return WaterfallStep(name=name, proposed=proposed, **vars(values))

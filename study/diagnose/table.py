@@ -112,7 +112,7 @@ def digits(value: float, count: int) -> str:
 
 def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"."""
-    size, unit = _unit(value, parameter)
+    size, unit = split_unit(value, parameter)
     half = INTERVAL * deviation / size
     number = digits(value / size, worth(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
@@ -124,7 +124,7 @@ def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
     """A strength with a few digits; "none" if it is infinite."""
     if not np.isfinite(value):
         return "none"
-    size, unit = _unit(value, parameter)
+    size, unit = split_unit(value, parameter)
     return f"{digits(value / size, count)} {unit}".rstrip()
 
 
@@ -157,7 +157,10 @@ def strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
 
 
 def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
-    """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval."""
+    """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval.
+
+    Without an effect those of `stickslip calibrate`.
+    """
     added = {
         effect.name: {
             key_of(parameter): _written(value, deviation, parameter)
@@ -165,10 +168,10 @@ def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
         }
         for effect, numbers in _effects(setup, refit)
     }
-    assert refit.effect is not None
+    name = "" if refit.effect is None else refit.effect.name
     return {
-        "effect": refit.effect.name,
-        "values": added.pop(refit.effect.name),
+        "effect": name,
+        "values": added.pop(name, {}),
         "added": added,
         "calibrated": {
             name: Written(float(f"{value:.6g}"), f"{INTERVAL * deviation:.2g}")
@@ -190,11 +193,11 @@ def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float,
 
 
 def _written(value: float, deviation: float, parameter: EffectParameter) -> Written:
-    text, (size, unit) = text_of(value, parameter), _unit(value, parameter)
+    text, (size, unit) = text_of(value, parameter), split_unit(value, parameter)
     return Written(text if unit else float(text), f"{INTERVAL * deviation / size:.2g} {unit}".rstrip())
 
 
-def _unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
+def split_unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
     """Unit in which a value is written, and its size [SI]."""
     unit = text_of(value, parameter).partition(" ")[2]
     return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit

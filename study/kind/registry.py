@@ -20,6 +20,7 @@ from reduction.joint_law.registry import LAWS, Joint
 from study.case.joint_table import joint_table
 from study.case.structure import Structure
 from study.case.tables import Case, PluginsTable, StructureTable
+from study.case.trust import require_trust
 from study.run_context import Answer, RunContext
 
 
@@ -193,7 +194,10 @@ def _load_plugins(path: Path) -> None:
     case = load_case(path, _Plugins)
     for number, file in enumerate(case.plugins.files):
         with at_key(case, "plugins", "files", number):
-            load_plugin(path.parent / file)
+            found = path.parent / file
+            if found.is_file():
+                require_trust([found], path)
+            load_plugin(found)
 
 
 class _Plugins(CaseModel):

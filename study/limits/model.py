@@ -22,6 +22,7 @@ from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
 from study.case.sweep_table import FrequencySweepTable, LevelSweepTable
 from study.limits.table import EVERYTHING, FORCES, MOST_POINTS, LimitsTable
+from study.solve.frequency_range import warn_of_high_frequency
 from study.solve.model import SolveModel
 from study.solve.result import find_main_harmonic
 
@@ -120,6 +121,7 @@ def make_limit_search(
         An output, contact, frequency or level that there is not, or contacts whose limits cannot be searched for.
     """
     omega, levels = list_limit_points(case, table, sweep)
+    warn_of_high_frequency(model.system, omega)
     if model.level_power:
         with located(case, "load", 0):
             raise BalanceError(

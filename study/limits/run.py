@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hbsolve.matlab import make_matlab_file
 from pipeline.output import replace_file
+from study.case.model_doubt import warn_of_model
 from study.case.setup import read_case
 from study.kind.registry import OpenCase, open_case
 from study.limits.curve import found_limits
@@ -95,7 +96,9 @@ def read_limited_case(path: Path, run: RunContext) -> tuple[OpenCase, SolveModel
     if case.sweep is None and table.frequencies is None and table.first is None and table.last is None:
         require_sweep(opened)
     list_limit_points(case, table, case.sweep)
-    return opened, make_vibrating_model(read_case(opened, run=run))
+    read = read_case(opened, run=run)
+    warn_of_model(case, read.model.system, swept=table.frequencies is None and table.first is None)
+    return opened, make_vibrating_model(read)
 
 
 def warn_of_narrow_resonance(search: LimitSearch, table: LimitsTable, run: RunContext) -> None:

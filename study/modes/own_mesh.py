@@ -47,11 +47,14 @@ class OwnMesh:
         InputError
             What is missing or contradicts itself, by its option.
         """
+        import numpy as np
+
         from casefile.quantity import LENGTH, MATERIAL_DENSITY, YOUNGS_MODULUS
         from fe.errors import SupportError
         from fe.file.file_material import describe_material, list_differences, read_file_material
         from fe.file.mesh_file import read_mesh
         from fe.material import STEEL, Material
+        from study.case.model_doubt import warn_of_size
 
         if not source.is_file():
             raise InputError(
@@ -79,6 +82,7 @@ class OwnMesh:
             )
         mesh = read_mesh(source, length_unit_in_metre=unit)
         known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
+        warn_of_size(float(np.ptp(mesh.points, axis=0).max()), unit)
         if self.free and self.fix:
             raise SupportError("--free and --fix contradict each other: leave one out")
         if not self.free and not self.fix:

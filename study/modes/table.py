@@ -11,6 +11,7 @@ from fe.dense_modes import RIGID, compute_dense_modes
 from pipeline.output import replace_file
 from reduction.jointed_system import JointedSystem, modal_damping
 from reduction.stuck import stick_at_rest
+from study.case.model_doubt import warn_of_model
 from study.case.setup import read_case
 from study.kind.registry import OpenCase
 from study.run_context import Answer, RunContext
@@ -33,6 +34,7 @@ def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     """
     assert run.output is not None
     system = read_case(opened, run=run).model.system
+    warn_of_model(opened.case, system, swept=False)
     columns = compute_frequency_columns(system, n_mode)
     file = run.output / f"{opened.path.stem}_modes.csv"
     names = list(columns)

@@ -1,14 +1,16 @@
 """HTML of a page from its template, with style, plotly.js and data in one file."""
 
+import base64
+import hashlib
 import importlib.metadata
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from study.console import plain
+from study.json_value import plain
 
 STYLE = Path(__file__).with_name("style.css")
 COMMON = Path(__file__).with_name("common.js")
@@ -36,13 +38,39 @@ def render_page(
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"typeset": set_in_type, **filters}
+    content = json.dumps(_without_tags(plain(data)), ensure_ascii=False, separators=(",", ":"))
+    content = content.replace("<", "\\u003c")  # which would end the element that it stands in
+    scripts = {
+        "plotly": _script_safe(_read_plotly()),
+        "data": f"const DATA = {content};",
+        "script": COMMON.read_text(encoding="utf-8") + script.read_text(encoding="utf-8"),
+    }
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         version=importlib.metadata.version("stickslip"),
+        policy=content_policy(scripts.values()),
         style=STYLE.read_text(encoding="utf-8"),
-        plotly=_script_safe(_read_plotly()),
-        data=_script_safe(json.dumps(plain(data), ensure_ascii=False, separators=(",", ":"))),
-        script=COMMON.read_text(encoding="utf-8") + script.read_text(encoding="utf-8"),
+        **scripts,
         **values,
+    )
+
+
+def content_policy(scripts: Iterable[str] = ()) -> str:
+    """What a browser lets a page do: run these scripts and no other, show pictures of its own, load and send nothing.
+
+    Parameters
+    ----------
+    scripts
+        Whole texts of the script elements of the page.
+
+    References
+    ----------
+    Content Security Policy Level 3, W3C Working Draft: hashes of inline scripts.
+    """
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
+    allowed = " ".join(f"'sha256-{each}'" for each in hashes) or "'none'"
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; "
+        "base-uri 'none'; form-action 'none'"
     )
 
 
@@ -61,5 +89,14 @@ def _read_plotly() -> str:
 
 
 def _script_safe(text: str) -> str:
-    """Text that cannot end the script element that it stands in."""
-    return text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    """JavaScript that cannot end the script element that it stands in."""
+    return re.sub(r"<(/script|!--)", r"<\\\1", text, flags=re.IGNORECASE).replace("\r\n", "\n")
+
+
+def _without_tags(data: Any) -> Any:
+    """Data whose texts hold no tags, which plotly.js would obey: names come from files."""
+    if isinstance(data, str):
+        return re.sub(r"<(?=[A-Za-z/!])", "\u2039", data)
+    if isinstance(data, Mapping):
+        return {key: _without_tags(value) for key, value in data.items()}
+    return [_without_tags(value) for value in data] if isinstance(data, list | tuple) else data

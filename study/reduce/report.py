@@ -9,6 +9,7 @@ import numpy as np
 
 from fe.mode_check import ModeCheck
 from reduction.assembly import ReducedAssembly
+from study.case.model_doubt import warn_of_frequency
 from study.reduce.comparison import ComparedReduction
 from study.run_context import Answer
 
@@ -40,6 +41,7 @@ def report_reduction(
     facts
         Further entries of the document.
     """
+    warn_of_frequency(float(result.frequency[0]) if len(result.frequency) else 0.0)
     names = [str(file) for file in files]
     table = zip(result.frequency, result.rom_frequency, result.rom_error, strict=True)
     lines = [

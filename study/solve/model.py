@@ -16,6 +16,7 @@ from study.case.setup import ReadCase, require_loads
 from study.case.sweep_table import LevelSweepTable
 from study.kind.registry import OpenCase
 from study.solve.curve import Curve, Row
+from study.solve.frequency_range import warn_of_high_frequency
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,6 +102,8 @@ def make_solve_model(read: ReadCase) -> SolveModel:
     require_sweep(read.opened)
     model, sweep = make_vibrating_model(read), read.opened.case.sweep
     assert sweep is not None
+    frequencies = sweep.frequencies if isinstance(sweep, LevelSweepTable) else (sweep.first, sweep.last)
+    warn_of_high_frequency(model.system, [2 * pi * item for item in frequencies])
     return replace(
         model,
         curves=_curves(read, "N" if model.in_newtons else ""),

@@ -17,6 +17,7 @@ from hbsolve.contact_motion import contact_motion
 from hbsolve.matlab import make_matlab_file
 from pipeline.checkpoint import Checkpoint
 from pipeline.output import replace_file
+from study.case.model_doubt import warn_of_model
 from study.case.setup import read_case
 from study.kind.registry import Extras, open_case
 from study.run_context import RunContext
@@ -80,6 +81,7 @@ def run_solve(path: Path, run: RunContext) -> tuple[Solved, Extras | None]:
     opened = open_case(path)
     require_sweep(opened)  # before what takes minutes
     read = read_case(opened, run=run)
+    warn_of_model(opened.case, read.model.system, swept=True)
     with located(opened.case, "structure"):
         # Refuses what no case key shows, such as a body that nothing holds.
         solved = solved_curves(make_solve_model(read), path.stem, opened.title, run)

@@ -148,7 +148,9 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     own = {f"{each.name} by its own covariance" for each in heavy.refits}
     # The mass moves the resonance by many widths: other starts are sought.
     starts = pickle.loads(kept.results["starts under response control"])
-    begun = {"starts under response control", "branches"} | {f"fit of {e.name} from another start" for e, _ in starts}
+    begun = {"starts under response control", "branches"} | {
+        f"fit of {effect.name} from start {number}" for number, (effect, _) in enumerate(starts)
+    }
     begun_from = {effect.name for effect, _ in starts}
     costs = {f"cost of {name}" for name in {name.removeprefix("fit of ") for name in fits} | begun_from}
     # Those that are too far behind are fitted to the end, and not weighed.

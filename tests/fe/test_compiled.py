@@ -73,6 +73,20 @@ def test_a_file_that_a_power_cut_left_is_compiled_again(run: Runner, suffix: str
     assert run() == ("1", "")
 
 
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_file_with_a_changed_bit_is_compiled_again(run: Runner, suffix: str) -> None:
+    run()
+    (file,) = run.files(suffix)
+    for share in (0.0, 0.3, 0.6, 0.999):
+        content = bytearray(file.read_bytes())
+        content[int(share * len(content))] ^= 0x10
+        file.write_bytes(content)
+        hits, said = run()
+        assert hits == "0"
+        assert "damaged" in said
+    assert run() == ("1", "")
+
+
 def test_where_no_folder_can_be_written_the_remedy_is_named_and_nothing_stays(run: Runner, tmp_path: Path) -> None:
     temporary = tmp_path / "temporary"
     temporary.mkdir()

@@ -62,6 +62,15 @@ def test_a_matlab_file_of_a_curve_has_its_complex_coefficients(curve: ResponseBr
         curve.save_matlab(tmp_path / "missing" / "curve.mat")
 
 
+def test_the_same_curve_is_the_same_matlab_file_at_any_time(
+    curve: ResponseBranch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    curve.save_matlab(tmp_path / "now.mat")
+    monkeypatch.setattr("time.asctime", lambda: "Thu Jan  1 00:00:00 1970")
+    curve.save_matlab(tmp_path / "then.mat")
+    assert (tmp_path / "now.mat").read_bytes() == (tmp_path / "then.mat").read_bytes()
+
+
 def test_limits_as_a_table_and_a_matlab_file_are_the_same_numbers(limits: ResponseLimits, tmp_path: Path) -> None:
     table = limits.to_pandas()
     assert len(table) == 4

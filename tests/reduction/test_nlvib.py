@@ -223,7 +223,7 @@ def test_an_empty_name_is_none(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (named(np.array(["a", 1.0], dtype=object)), r"nonlinear_elements\{1\}: its name is of ndarray, no text"),
+        (named(np.array(["a", 1.0], dtype=object)), r"nonlinear_elements\{1\}: its name is of list, no text"),
         (named(np.ones(2)), r"nonlinear_elements\{1\}: its name is of ndarray, no text"),
         (named(7.0), "its name is of float, no text"),
         ({"x": 1.0}, 'no struct "system"'),

@@ -136,3 +136,10 @@ def test_a_ratio_of_one_is_refused() -> None:
 def test_a_structure_without_an_elastic_mode_is_refused() -> None:
     with pytest.raises(JointError, match="with all contacts stuck no mode is elastic"):
         stuck_damping(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), 0.01)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_joint_whose_stiffness_is_beyond_all_numbers_is_refused() -> None:
+    joint = JenkinsElement(name="wall", direction=[1e308], tangential_stiffness=1.0, limit_force=1.0)
+    with pytest.raises(JointError, match='joint "wall" is too stiff'):
+        stuck_stiffness(np.eye(1), [joint])

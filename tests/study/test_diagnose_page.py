@@ -24,6 +24,7 @@ from study.diagnose.page import contents
 from study.diagnose.report import LAW_FILE, document
 from study.diagnose.run import Diagnosed, diagnose_file
 from study.diagnose.stages import waterfall
+from study.page.html import content_policy
 from study.run_context import silent_run
 from tests.diagnosis.missing_law.chain import SECOND, arranged, play
 
@@ -77,7 +78,7 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> No
     page = References()
     page.feed(text)
     assert page.found == ["data:,"]
-    assert "default-src 'none'" in text
+    assert "default-src 'none'" in html.unescape(text)
     assert len([script for script in page.scripts if "plotly.js v" in script[:300]]) == 1
     words = " ".join(page.words)
     assert re.search(r"mass at tip \((5\.9|6\.)\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
@@ -166,8 +167,10 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, 
     page = tmp_path / "page.html"
     text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Whatever goes wrong in the page is shown in it.
-    catch = "<script>addEventListener('error', (e) => document.body.append('FAILED ' + e.message));</script>"
-    page.write_text(text.replace("<main>", f"{catch}<main>"), encoding="utf-8")
+    catch = "addEventListener('error', (e) => document.body.append('FAILED ' + e.message));"
+    (allowed,) = re.findall(r"'sha256-[^']*'", content_policy([catch]))
+    text = text.replace(html.escape("script-src "), html.escape(f"script-src {allowed} "), 1)
+    page.write_text(text.replace("<main>", f"<script>{catch}</script><main>"), encoding="utf-8")
     # The browser's sockets stand in its folder of temporary files, and the path of a socket must be short.
     with tempfile.TemporaryDirectory(dir="/tmp") as profile:
         done = subprocess.run(

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import re
 import signal
 import subprocess
@@ -19,6 +18,7 @@ from hbsolve.limits.result import load_limits
 from hbsolve.limits.several_result import join_limits, load_several_limits
 from study import cli
 from study.shipped_cases import LIMITS
+from tests.slow import slow
 
 #: Two pads on two masses that are joined by a spring; nothing shakes the plates on which they rub.
 CASE = """\
@@ -246,7 +246,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.skipif(not os.environ.get("STICKSLIP_SLOW"), reason="takes a minute: set STICKSLIP_SLOW=1 to run it")
+@slow
 def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(at_home: Path) -> None:
     wedge(at_home, WEDGE.format(samples=2, population=2) + 'objective = "all"\ncontact = "ground 2"\n')
     (at_home / "driver.py").write_text(DRIVER)

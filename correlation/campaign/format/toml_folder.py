@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from correlation.campaign.campaign_path import find_file
 from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.load_cell import combine_load_cells
 from correlation.campaign.manifest import MANIFEST, Manifest, RecordEntry, read_manifest
@@ -80,7 +81,9 @@ def _tables(
             tidy.setdefault(file, []).append(test.name)
     mistakes = Mistakes()
     number = {test.name: place for place, test in enumerate(manifest.tests)}
-    tables = [mistakes.attempt(partial(read_csv, folder / file, manifest, names), None) for file, names in tidy.items()]
+    tables = [
+        mistakes.attempt(partial(_read_tidy, folder, file, manifest, names), None) for file, names in tidy.items()
+    ]
     suspicions: list[Suspicion] = []
     first = 0
     for run in manifest.runs:
@@ -106,6 +109,10 @@ def _tables(
     mistakes.attempt(partial(_check_runs, manifest, measurement), None)
     mistakes.refuse()
     return measurement, tuple(suspicions)
+
+
+def _read_tidy(folder: Path, file: str, manifest: Manifest, tests: Collection[str]) -> Measurement:
+    return read_csv(find_file(folder, file), manifest, tests)
 
 
 def _check_runs(manifest: Manifest, measurement: Measurement) -> None:

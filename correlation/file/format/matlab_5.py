@@ -6,9 +6,9 @@ import numpy as np
 
 from correlation.errors import CampaignError
 from correlation.file.arrays.collection import Collection, listed_units
-from correlation.file.arrays.matlab_elements import MatlabFileError, MatlabValue, read_variables
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES, MeasuredFileFormat
+from reduction.file.matlab_elements import MatlabFileError, MatlabValue, read_variables
 
 
 def recognise(head: bytes) -> bool:
@@ -46,7 +46,7 @@ def _add(collection: Collection, name: str, value: MatlabValue, facts: dict[str,
         for index, record in zip(element_indices(value.shape), value.records, strict=False):
             _add_fields(collection, name if len(value.records) == 1 else f"{name}({index})", record)
     else:
-        collection.facts[name] = f"not read: {value.other}"
+        collection.facts[name] = f"not read: {value.other or 'a sparse matrix'}"
 
 
 def _add_fields(collection: Collection, name: str, record: dict[str, MatlabValue]) -> None:

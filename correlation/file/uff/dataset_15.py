@@ -43,9 +43,10 @@ def read_nodes(dataset: Dataset, units: FileUnits) -> dict[int, Node]:
             if coordinates is None or len(coordinates) != 3:
                 raise dataset.error(following, f'"{dataset.text(following).strip()[:60]}" are not three coordinates')
             point = coordinates
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused here
+            point = point * units.metre
         if not all(map(math.isfinite, point)) or int(number) <= 0:
             raise dataset.error(row, f'"{dataset.text(row).strip()[:60]}" is no node with three coordinates')
-        point = point * units.metre
         if int(number) in nodes and not np.array_equal(nodes[int(number)], point):
             raise dataset.error(row, f"node {number} stands twice, at different places; remove one")
         nodes[int(number)] = point

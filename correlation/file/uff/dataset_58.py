@@ -174,7 +174,8 @@ def _text_values(
         )
     table = numbers[:needed].reshape(count, -1) if count else numbers[:0].reshape(0, parts + (not even))
     ordinate = table[:, -parts:]
-    values = ordinate[:, 0] + 1j * ordinate[:, 1] if parts == 2 else ordinate[:, 0]
+    with np.errstate(invalid="ignore"):  # an infinite number stays what it is, for whoever uses it to refuse
+        values = ordinate[:, 0] + 1j * ordinate[:, 1] if parts == 2 else ordinate[:, 0]
     return None if even else table[:, 0], values
 
 

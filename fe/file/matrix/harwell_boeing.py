@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals
+from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_cut_number, refuse_size
 from fe.file.registry import FileFormat
 
 _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
@@ -44,6 +44,8 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
             f'"{path}" has no Harwell-Boeing heading: write it with HBMAT in its ASCII form'
         ) from None
     _check_kind(path, kind)
+    for announced in (n_row, n_column, n_entry):
+        refuse_size(path, announced)
     first = 5 if len(counts) > 4 and counts[4] > 0 else 4
     blocks = np.cumsum([first, n_start, n_index, n_value])
     try:
@@ -55,6 +57,8 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
             for k, count in ((0, n_column + 1), (1, n_entry))
         )
         values = reals(_entries(lines[blocks[2] : blocks[3]], widths[2], n_entry))
+    except OverflowError:
+        raise MatrixFileError(f'"{path}" holds a column start or a row beyond 64 bits: write it again') from None
     except (ValueError, LookupError) as error:
         raise MatrixFileError(f'"{path}" does not hold the numbers that its heading announces: {error}') from None
     expected = (n_column + 1, n_entry, n_entry)
@@ -63,6 +67,7 @@ def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
             f'"{path}" holds {len(starts)} column starts, {len(rows)} rows and {len(values)} values, but its heading '
             f"announces {expected[0]}, {n_entry} and {n_entry}: it is cut short, write it again"
         )
+    refuse_cut_number(path)
     inside = starts[0] == 0 and starts[-1] == n_entry and not (np.diff(starts) < 0).any()
     if not inside or (n_entry and not 0 <= rows.min() <= rows.max() < n_row):
         raise MatrixFileError(f'"{path}" has column starts or rows outside its {n_row} x {n_column} matrix')

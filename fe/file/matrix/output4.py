@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals
+from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals, refuse_size
 from fe.file.registry import FileFormat
 
 _PACKED = 65536
@@ -48,7 +48,7 @@ def read_output4(path: Path) -> Mapping[str, FileMatrix]:
         return {name: FileMatrix(matrix=matrix) for name, matrix in found}
     except MatrixFileError:
         raise
-    except (ValueError, LookupError, struct.error, StopIteration):
+    except (ValueError, LookupError, struct.error, StopIteration, RuntimeError):
         raise MatrixFileError(
             f'"{path}" ({len(raw)} bytes) is cut short, damaged or no OUTPUT4 file of 32-bit words: write it again, '
             "best as text (FORM=FORMATTED)"
@@ -63,6 +63,8 @@ def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], string
     n_column, n_row, form, kind = heading
     if kind not in _REAL:
         raise MatrixFileError(f'"{path}": {name} is complex (type {kind}): give losses as a damping matrix')
+    for announced in (n_row, n_column):
+        refuse_size(path, announced)
     rows = [np.arange(row, row + len(values)) for row, _, values in strings]
     cols = [np.full(len(values), column) for _, column, values in strings]
     data = [values for _, _, values in strings]

@@ -1,6 +1,7 @@
 """Sparse matrices in ``.npz`` files of `scipy.sparse.save_npz`."""
 
 from collections.abc import Mapping
+from math import prod
 from pathlib import Path
 
 import scipy.sparse as sp
@@ -8,7 +9,11 @@ import scipy.sparse as sp
 from fe.errors import MatrixFileError
 from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, real_matrix
+from fe.file.npz_archive import npz_headings, read_npz
 from fe.file.registry import FileFormat
+
+#: A matrix has at least one stored number for so many of its rows.
+_ROWS_PER_NUMBER = 8
 
 
 def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:
@@ -20,7 +25,15 @@ def read_scipy_npz(path: Path) -> Mapping[str, FileMatrix]:
         A complex matrix, or a file that is damaged or of another kind.
     """
     try:
+        held = sum(prod(shape) for shape, _ in npz_headings(path).values())
+        rows = [int(length) for length in read_npz(path, {"shape"})["shape"]]
+        if max(rows) > _ROWS_PER_NUMBER * held:
+            raise MatrixFileError(f'"{path}" announces {max(rows)} rows or columns, but holds {held} numbers')
         matrix = sp.load_npz(path)
+        if hasattr(matrix, "check_format"):
+            matrix.check_format(full_check=True)  # compiled code trusts indices
+    except MatrixFileError:
+        raise
     except Exception:  # a dozen kinds, depending on which byte is damaged
         raise MatrixFileError(f'"{path}" is no sparse matrix: write it with scipy.sparse.save_npz') from None
     return {"": real_matrix(path, matrix)}

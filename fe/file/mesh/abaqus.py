@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.file.calculix_deck import mesh_text
+from fe.file.dof_table import LARGEST_LABEL
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.registry import FileFormat, FileMaterial
@@ -41,6 +42,8 @@ OTHER_TYPES = (
 )
 #: Keywords that make or move nodes and elements by rule: skipping them would lose parts of the mesh in silence.
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
+#: Members of a set in one line: more than any machine meshes.
+MOST_GENERATED = 20_000_000
 FLATTEN = 'write the deck "flat", without parts and instances, from the program that made it'
 
 
@@ -96,7 +99,7 @@ def read_inp(path: Path) -> FileMesh:
         if reader is not None:
             try:
                 reader(deck, block)
-            except ValueError as error:
+            except (ValueError, OverflowError) as error:
                 if isinstance(error, MeshError):
                     raise
                 raise deck.damaged(f"a line of *{block.keyword} is cut short or no number ({error})") from error
@@ -228,8 +231,13 @@ def _set(deck: _Deck, block: _Block) -> None:
     members = _members(deck, sets, block.parameters.get(block.keyword, ""), block.keyword)
     if "GENERATE" in block.parameters:
         for line in block.lines:
-            first, last, *step = (int(entry) for entry in line.rstrip(",").split(","))
-            members.append(np.arange(first, last + 1, *step))
+            first, last, step = ([*(int(entry) for entry in line.rstrip(",").split(",")), 1])[:3]
+            if not (0 < first <= last <= LARGEST_LABEL and step > 0 and (last - first) // step < MOST_GENERATED):
+                raise deck.damaged(
+                    f'*{block.keyword}, GENERATE gives "{line}": give first, last and step of at most {MOST_GENERATED} '
+                    "members"
+                )
+            members.append(np.arange(first, last + 1, step))
         return
     entries = block.entries()
     numbers = [int(entry) for entry in entries if entry.isdigit()]

@@ -20,12 +20,19 @@ from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
 from fe.file.registry import FileFormat
 from fe.mesh import Mesh
+from geometry.rehearsal import rehearse
 
 #: Gmsh's triangle or quadrangle by its number of nodes, and its point.
 GMSH_FACES = {3: 2, 4: 3, 6: 9, 8: 16}
 GMSH_POINT = 15
 #: Versions of the format that are read.
 VERSIONS = ("4.1", "2.2", "2.1", "2")
+#: Largest number of a node or element in a file of any size: its tables then take less than a gigabyte.
+LARGEST_NUMBER = 100_000_000
+#: A whole number of nine digits or more among the first ones of a line.
+WHOLE_NUMBER = re.compile(rb"^[ \t]*(?:\d{1,8}[ \t]+){0,30}(\d{9,})\b", re.MULTILINE)
+#: What is read of a binary file in a second on any machine [byte/s], and the memory for each of its bytes [-].
+SPEED, MEMORY = 5e6, 50
 DIMENSION_NAMES = ("point", "curve", "surface", "volume")
 
 
@@ -39,6 +46,7 @@ def read_msh(path: Path) -> FileMesh:
     """
     _refuse_version(path)
     _refuse_double_names(path)
+    _refuse_wild_number(path)
     with _entities_without_group_allowed():
         found = read_with_meshio(path, "gmsh")
     blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells)
@@ -153,6 +161,25 @@ def _refuse_version(path: Path) -> None:
     version = second[0].decode("ascii", "replace")
     if version not in VERSIONS:
         raise MeshError(f"mesh file {path} is of MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
+
+
+def _refuse_wild_number(path: Path) -> None:
+    """Meshio takes memory for the largest label, and looks for as many blocks as are announced."""
+    with path.open("rb") as file:
+        is_binary = file.readline(100) and file.readline(100).split()[1:2] == [b"1"]
+    if is_binary:
+        trap = rehearse(lambda: read_with_meshio(path, "gmsh"), path, speed=SPEED, memory=MEMORY)
+        if trap:
+            raise MeshError(f"mesh file {path} is damaged, it {trap}: write it again")
+        return
+    text = path.read_bytes()
+    limit = max(LARGEST_NUMBER, len(text))
+    wild = next((found for found in WHOLE_NUMBER.finditer(text) if int(found[1][:20]) > limit), None)
+    if wild is not None:
+        raise MeshError(
+            f"mesh file {path} holds the number {int(wild[1][:20])}, which counts or names nothing in a file of "
+            f"{len(text)} bytes: write it again with nodes and elements numbered from 1"
+        )
 
 
 def _refuse_double_names(path: Path) -> None:

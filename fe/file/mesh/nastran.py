@@ -45,8 +45,11 @@ def read_bdf(path: Path) -> FileMesh:
             f'mesh file {path} has elements in fields of 16 characters ("{starred[:8].strip()}"): write it with fields '
             "of 8 (grid points may keep 16)"
         )
-    if not any(line.strip().upper().startswith("BEGIN BULK") for line in lines):
+    begin = next((number for number, line in enumerate(lines) if line.strip().upper().startswith("BEGIN BULK")), None)
+    if begin is None:
         raise MeshError(f'mesh file {path} has no line "BEGIN BULK": write it with one, and with ENDDATA at its end')
+    if not any(line.startswith("ENDDATA") for line in lines[begin:]):  # meshio would look for it for ever
+        raise MeshError(f'mesh file {path} has no line "ENDDATA" behind "BEGIN BULK": it is cut short, write it again')
     found = read_with_meshio(path, "nastran")
     if np.any(np.asarray(found.point_data.get("nastran:ref", 0)) != 0):
         raise MeshError(
@@ -91,8 +94,8 @@ def _node_sets(path: Path, lines: list[str], label: Indices) -> dict[str, Indice
             continue
         first, kind = SET_CARDS[card]
         try:
-            members.setdefault(f"{kind}_{int(fields[1])}", []).extend(_listed(fields[first:]))
-        except ValueError as error:
+            members.setdefault(f"{kind}_{int(fields[1])}", []).extend(_listed(fields[first:], label))
+        except (ValueError, LookupError, OverflowError) as error:
             raise MeshError(f"mesh file {path} has a {card} card that cannot be read ({error}): mend it") from None
     found = {}
     for name, numbers in members.items():
@@ -163,13 +166,14 @@ def _cards(lines: list[str]) -> Iterator[list[str]]:
         yield card
 
 
-def _listed(fields: list[str]) -> list[int]:
-    """Numbers, and all those of "3 THRU 9"."""
+def _listed(fields: list[str], label: Indices) -> list[int]:
+    """Numbers, and those of "3 THRU 9" that are labels of grid points."""
     found: list[int] = []
     filled = [field for field in fields if field and not field.startswith("+")]
     for k, field in enumerate(filled):
         if field.upper() == "THRU":
-            found.extend(range(found[-1] + 1, int(filled[k + 1])))
+            # The last one follows as a number; few of a long range may be grid points.
+            found.extend(label[(label > found[-1]) & (label < int(filled[k + 1]))].tolist())
         else:
             found.append(int(field))
     return found

@@ -32,12 +32,14 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
     points, size = misfit.points, misfit.size
     frequency, levels = np.unique(points.frequency), np.unique(points.level)[::-1]
     groups: list[dict[str, Any]] = []
+    places: list[dict[str, Any]] = []
     labels: list[str] = []
     rows: list[NDArray[np.float64]] = []
     for sensor, harmonic in keys(misfit):
         words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
         if rows:
             labels.append("")
+            places.append({})
             rows.append(np.full(len(frequency), np.nan))
         groups.append({"label": words, "first": len(rows), "last": len(rows) + len(levels) - 1})
         for level in levels.tolist():
@@ -46,10 +48,12 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
             np.fmax.at(line, np.searchsorted(frequency, points.frequency[at]), size[at])
             rows.append(line)
             labels.append(f"{words}, {level:g} {drawing.unit}")
+            places.append({"sensor": sensor, "harmonic": harmonic, "level": level})
     return {
         "configuration": configuration(free),
         "frequency": [f"{value:.5g}" for value in frequency],
         "labels": labels,
+        "places": places,
         "groups": groups,
         "image": bin_image(np.array(rows), STEPS),
         "values": [round_list(line, 4) for line in rows],

@@ -20,6 +20,7 @@ from fe.mesher.tetrahedra import TetRule
 from fe.sparse.factor import Symmetric
 from geometry.errors import MissingSoftware, SelectorError
 from geometry.face_selector import FaceSelector
+from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_io import check_complete
 from pipeline.output import replace_file
 from reduction.base_excitation import BaseMotion
@@ -27,6 +28,7 @@ from reduction.errors import JointError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
+from study.case.model_doubt import warn_of_size
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
 from study.case.tables import Case
 from study.kind.part.material import find_part_material
@@ -208,6 +210,7 @@ def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
             replace(rule, near={name: rule.near[name]}).check_names(file.name, selectors)
     with at_key(case, "structure", "file"):
         solid = run.step("reading the solid").run(solid_summary, file)
+    warn_of_size(solid.longest, 1 / MILLIMETRES_PER_METRE)
     for note in solid.healing:
         run.note(f"{file}: {note}")
     with _at_selector(case):
@@ -248,6 +251,7 @@ def _file(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
     assert table.length_unit is not None
     with at_key(case, "structure", "file"):
         mesh = read_mesh(folder / table.file, table.length_unit)
+    warn_of_size(float(np.ptp(mesh.points, axis=0).max()), table.length_unit)
     if HEX8.cell_type in mesh.cells:
         run.warn(f"{table.file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes")
     check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {table.file} are")

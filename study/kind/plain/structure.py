@@ -13,6 +13,7 @@ from casefile.errors import CaseError
 from casefile.table import Mistakes
 from correlation.errors import ModelDefinitionError
 from correlation.model import DIRECTIONS, Dof, Part
+from fe.file.npz_archive import NpzError, read_npz
 from geometry.errors import InputError
 from reduction.errors import JointError, MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
@@ -87,9 +88,11 @@ def _read(file: Path, tables: Sequence[DofTable]) -> Structure:
     )
 
 
-def _arrays(file: Path) -> dict[str, NDArray[np.generic]]:
-    with np.load(file, allow_pickle=False) as opened:
-        return {name: opened[name] for name in opened.files}
+def _arrays(file: Path) -> Mapping[str, NDArray[np.generic]]:
+    try:
+        return read_npz(file)
+    except NpzError as error:
+        raise MatrixError(f'"{file}" is damaged: {error}; write it again with np.savez') from None
 
 
 def _is_matrix(name: str) -> bool:

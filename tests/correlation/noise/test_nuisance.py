@@ -290,6 +290,13 @@ def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, 
     np.testing.assert_array_equal(parabolic_share(np.array(weights)), 0.0)
 
 
+@pytest.mark.filterwarnings("error")
+def test_contacts_that_pull_share_as_those_that_press_and_of_both_kinds_nothing() -> None:
+    press = np.array([1.0, 4.0, 2.0])
+    np.testing.assert_array_equal(parabolic_share(-press), parabolic_share(press))
+    np.testing.assert_array_equal(parabolic_share(np.array([1.0, -4.0, 2.0])), 0.0)
+
+
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
     field, n_level = SHARED[number], len(paper.LEVELS)

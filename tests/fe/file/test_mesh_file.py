@@ -480,3 +480,28 @@ def test_two_groups_of_one_name_are_refused(tmp_path: Path) -> None:
     path.write_text(f"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{names}")
     with pytest.raises(MeshError, match=r'several physical groups called "top" \(a surface and a volume\): rename one'):
         read_mesh(path)
+
+
+DECK = "*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+
+
+@pytest.mark.parametrize(
+    "line", ["1, 2000000000", "1, 99999999999999999999", "-5, 5", "5, 1", "1, 5, 0", "1, 5, -1", "1, x", "1"]
+)
+def test_a_generated_set_that_no_mesh_has_is_refused_before_memory_is_taken(tmp_path: Path, line: str) -> None:
+    (tmp_path / "m.inp").write_text(f"{DECK}*NSET, NSET=A, GENERATE\n{line}\n")
+    with pytest.raises(MeshError, match=r"GENERATE gives|\*NSET is cut short"):
+        read_mesh(tmp_path / "m.inp")
+
+
+@pytest.mark.parametrize("number", ["2000000000", "9" * 5000])
+def test_a_number_of_a_gmsh_file_that_its_bytes_cannot_fill_is_refused(tmp_path: Path, number: str) -> None:
+    mesh = mesh_blocks([Block.box([(0, 2), (0, 1), (0, 1)], (2, 1, 1), {})], HEX8)
+    write_mesh(mesh, tmp_path / "m.msh")
+    text = (tmp_path / "m.msh").read_text()
+    line = next(line for line in text.splitlines() if line.startswith("1 12 1 12"))
+    for old, new in ((line, f"{number} 12 1 12"), (line, f"1 12 1 {number}"), ("\n11\n", f"\n{number}\n")):
+        assert old in text
+        (tmp_path / "m.msh").write_text(text.replace(old, new))
+        with pytest.raises(MeshError, match="counts or names nothing"):
+            read_mesh(tmp_path / "m.msh")

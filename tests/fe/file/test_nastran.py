@@ -73,7 +73,9 @@ def test_a_brick_of_twenty_nodes_is_read_in_its_order(tmp_path: Path) -> None:
         ("GRID,13,,", "GRID,13,9,", "coordinate system of their own: write them in the basic one"),
         ("+             17      18      19      20\n", "", "tetra cells of 4 nodes|cannot be read"),
         ("SET1,4,12,THRU,14,11", "SET1,4,twelve", "has a SET1 card that cannot be read"),
-        ("ENDDATA", "", r"cannot be read as Nastran bulk data \(.bdf\)"),
+        ("SET1,4,12,THRU,14,11", "SET1,4,THRU,14", "has a SET1 card that cannot be read"),
+        ("SET1,4,12,THRU,14,11", "SET1,4,12,THRU", "has a SET1 card that cannot be read"),
+        ("ENDDATA", "", 'has no line "ENDDATA"'),
         ('8"foot"', '8"body"', 'two properties called "body": rename one'),
     ],
 )
@@ -87,3 +89,17 @@ def test_bulk_data_is_not_written(tmp_path: Path) -> None:
     mesh = read_mesh(written(tmp_path, TETRA))
     with pytest.raises(MeshError, match=r'the suffix ".bdf", which is unknown: use one of .inp, .msh, .vtu'):
         write_mesh(mesh, tmp_path / "out.bdf")
+
+
+@pytest.mark.parametrize("text", ["BEGIN BULK\n", "BEGIN BULK", TETRA.partition("ENDDATA")[0], "ENDDATA\nBEGIN BULK\n"])
+def test_a_file_without_an_end_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(MeshError, match="ENDDATA"):
+        read_mesh(written(tmp_path, text))
+
+
+def test_a_range_of_two_thousand_million_nodes_takes_those_that_there_are(tmp_path: Path) -> None:
+    wide = TETRA.replace("SET1,4,12,THRU,14,11", "SET1,4,12,THRU,2000000000")
+    (tmp_path / "wide.bdf").write_text(wide)
+    assert wide != TETRA
+    mesh = read_mesh(tmp_path / "wide.bdf")
+    assert len(mesh.node_sets["set_4"]) == 9  # all but grid point 11

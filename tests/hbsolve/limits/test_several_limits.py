@@ -13,6 +13,7 @@ from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import SeveralProgress, several_limits
 from reduction.jointed_system import JointedSystem
+from tests.slow import slow
 
 OMEGA = 2 * np.pi * 284.0 * np.array([0.97, 0.985, 0.995])
 LEVELS = [1.0, 3.0]
@@ -86,6 +87,7 @@ def test_no_objective_is_refused(balance: HarmonicBalance) -> None:
         several_limits(problem, {}, OMEGA, LEVELS)
 
 
+@slow
 def test_each_level_is_searched_in_its_own_box(balance: HarmonicBalance, objectives: dict[str, Objective]) -> None:
     problem = limit_problem(balance, objectives["tip"])
     radius = problem.box.radius

@@ -40,6 +40,7 @@ from reduction.jointed_system import (
     ValanisJoint,
     ViscousDamper,
 )
+from tests.slow import slow
 from transient.state import start_from
 from transient.stepper import Stepper
 
@@ -238,7 +239,7 @@ CONTACTS = {
 }
 
 
-@pytest.mark.parametrize("frequency", [0.9, 1.5])
+@pytest.mark.parametrize("frequency", [0.9, pytest.param(1.5, marks=slow)])
 @pytest.mark.parametrize("name", [*SMOOTH, *CONTACTS])
 def test_multipliers_are_those_of_the_integration_in_time(name: str, frequency: float) -> None:
     system = (SMOOTH | CONTACTS)[name]

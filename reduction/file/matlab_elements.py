@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 HEADER = 128
@@ -17,7 +18,7 @@ NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8
 ENCODINGS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 MATRIX, COMPRESSED = 14, 15
 CELL, STRUCT, OBJECT, CHAR, SPARSE, FIRST_NUMBER, LAST_NUMBER = 1, 2, 3, 4, 5, 6, 15
-OTHER = {SPARSE: "a sparse matrix", 16: "a function", 17: "an object", 18: "an object"}
+OTHER = {16: "a function", 17: "an object", 18: "an object"}
 IS_COMPLEX = 0x800
 DEEPEST = 30
 
@@ -44,6 +45,8 @@ class MatlabValue:
         Elements of a cell in MATLAB's order.
     records
         Structures in MATLAB's order, by their fields.
+    sparse
+        Sparse matrix, shape `shape`.
     other
         What it is if it is none of these.
     """
@@ -54,7 +57,33 @@ class MatlabValue:
     texts: list[str] | None = None
     elements: list["MatlabValue"] | None = None
     records: list[dict[str, "MatlabValue"]] | None = None
+    sparse: sp.csc_array | None = None
     other: str = ""
+
+    @property
+    def content(self) -> Any:
+        """Numbers, sparse matrix, row of characters, or list of elements, as they are; else the words of `other`."""
+        if self.numbers is not None:
+            return self.numbers
+        if self.sparse is not None:
+            return self.sparse
+        if self.texts is not None:
+            return self.texts[0] if len(self.texts) == 1 else self.texts
+        if self.elements is not None:
+            return self.elements
+        return self.other if self.records is None else self.records
+
+    @property
+    def simplified(self) -> Any:
+        """`content` with plain values in place of arrays of one element, at any depth."""
+        if self.numbers is not None:
+            return self.numbers.item() if self.numbers.size == 1 else np.squeeze(self.numbers)
+        if self.elements is not None:
+            return [element.simplified for element in self.elements]
+        if self.records is not None:
+            records = [{name: value.simplified for name, value in record.items()} for record in self.records]
+            return records[0] if len(records) == 1 else records
+        return self.content
 
 
 @dataclass(kw_only=True)
@@ -163,6 +192,8 @@ def _value(elements: _Elements) -> MatlabValue:
         return MatlabValue(name=name, shape=shape, texts=_texts(elements, shape, count))
     if FIRST_NUMBER <= kind <= LAST_NUMBER:
         return MatlabValue(name=name, shape=shape, numbers=_numbers(elements, shape, count, is_complex))
+    if kind == SPARSE:
+        return MatlabValue(name=name, shape=shape, sparse=_sparse(elements, shape, is_complex))
     if kind in OTHER:
         return MatlabValue(name=name, shape=shape, other=OTHER[kind])
     raise MatlabFileError(f"a value is of the unknown class {kind}")
@@ -177,6 +208,20 @@ def _numbers(elements: _Elements, shape: tuple[int, ...], count: int, is_complex
         raise MatlabFileError(f"an array of shape {shape} has more values than it says")
     values = parts[0] + 1j * parts[1] if is_complex else parts[0]
     return values.reshape(shape, order="F")
+
+
+def _sparse(elements: _Elements, shape: tuple[int, ...], is_complex: bool) -> sp.csc_array:
+    rows, starts = (elements.numbers().astype(np.int64) for _ in range(2))
+    if len(shape) != 2 or len(starts) != shape[1] + 1:
+        raise MatlabFileError(f"a sparse matrix of shape {shape} has {len(starts)} starts of columns")
+    # MATLAB may store more places than it uses.
+    used = int(starts[-1])
+    parts = [elements.numbers()[:used] for _ in range(1 + is_complex)]
+    inside = starts[0] == 0 and (np.diff(starts) >= 0).all() and ((rows[:used] >= 0) & (rows[:used] < shape[0])).all()
+    if not inside or any(len(part) != used for part in (rows[:used], *parts)):
+        raise MatlabFileError(f"a sparse matrix of shape {shape} has rows or values that are not there")
+    values = parts[0] + 1j * parts[1] if is_complex else parts[0]
+    return sp.csc_array((values.astype(values.dtype.newbyteorder("=")), rows[:used], starts), shape=shape)
 
 
 def _texts(elements: _Elements, shape: tuple[int, ...], count: int) -> list[str]:

@@ -1,0 +1,360 @@
+"""Faults of machine and user at every long command: what is finished is neither lost nor computed again.
+
+Each fault is followed by the same command without it, whose files must be those of a run that nothing happened to, and
+which must not compute again what was stored. Faults are
+
+- SIGINT, SIGTERM and SIGKILL at random moments;
+- a full disk (a small tmpfs) for results and for the cache, a read-only one for results, a folder of results that
+  vanishes while the command runs;
+- two processes at once with one folder of results and one cache;
+- a changed byte in every stored file; results of another version with a sound checksum;
+- few file handles; a worker process that is killed.
+
+    python -m benchmarks.faults [--count MOMENTS] [--only WORD ...]        (as root, for the disks)
+"""
+
+import argparse
+import hashlib
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+SEED = 33
+#: Longest run of any command here [s].
+LONGEST = 900
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+#: Exit codes of a run that was interrupted: by a signal that Python heard, or none, or did not live to hear.
+INTERRUPTED = {3, 0, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT}
+#: Times of writing, which CAD kernel and reduced models put into their files.
+TIMES = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\+00:00)?")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """A command on a small case.
+
+    Parameters
+    ----------
+    words
+        Words after `stickslip`.
+    changes
+        Replacements of lines, by shipped file.
+    files
+        Shipped files that the case needs.
+    """
+
+    words: tuple[str, ...]
+    files: tuple[str, ...]
+    changes: Mapping[str, Sequence[tuple[str, str]]] = field(default_factory=dict)
+
+
+CHAIN = ("solve_chain.toml", "solve_chain.npz")
+COMMANDS = {
+    "solve": Command(
+        words=("solve", "solve_chain.toml"), files=CHAIN,
+        changes={"solve_chain.toml": [(r"levels = .*", "levels = [1, 4]")]},
+    ),
+    "sweep": Command(
+        words=("sweep", "solve_chain.toml", "zeta=0.9,1.1,1.3"), files=CHAIN,
+        changes={"solve_chain.toml": [(r"levels = .*", "levels = [2]"), (r'step = .*', 'step = "2 Hz"')]},
+    ),
+    "limits": Command(
+        words=("limits", "wedge_damper.toml"), files=("wedge_damper.toml", "wedge_damper.npz"),
+        changes={"wedge_damper.toml": [
+            (r"levels = .*", "levels = [0.4]"), (r"step = .*", 'step = "18 Hz"'), (r"samples = 100.*", "samples = 4"),
+            (r"block = 7.*", "block = 1\npopulation = 4"),
+        ]},
+    ),
+    "reduce": Command(
+        words=("reduce", "blade.toml"), files=("blade.toml",),
+        changes={"blade.toml": [
+            ("hex20", "hex8"), ("elements_through_thickness = 2", "elements_through_thickness = 1"),
+            ("modes = 150", "modes = 20"),
+        ]},
+    ),
+}  # fmt: skip
+
+
+class Bench:
+    """One command in a folder of its own, with the files of an undisturbed run.
+
+    Parameters
+    ----------
+    name
+        Name of the command.
+    folder
+        Scratch folder.
+    """
+
+    def __init__(self, name: str, folder: Path) -> None:
+        self.name, self.command = name, COMMANDS[name]
+        self.folder, self.cache, self.out = folder, folder / "cache", folder / "out"
+        for file in self.command.files:
+            shutil.copy(ROOT / "study" / "cases" / file, folder)
+        for file, changes in self.command.changes.items():
+            text = (folder / file).read_text(encoding="utf-8")
+            for old, new in changes:
+                text = re.sub(old, new, text)
+            (folder / file).write_text(text, encoding="utf-8")
+        self.clean()
+        begin = time.perf_counter()
+        done = self.run()
+        self.seconds = time.perf_counter() - begin
+        if done.returncode:
+            raise RuntimeError(f"{name}: {done.stderr}")
+        self.wanted = self.digests()
+
+    def start(self, **options: object) -> "subprocess.Popen[str]":
+        """Start the command."""
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "STICKSLIP_CACHE": str(self.cache)}
+        words = [sys.executable, "-m", "stickslip", *self.command.words, "--out", str(self.out), "--quiet"]
+        return subprocess.Popen(
+            words, cwd=self.folder, env=environment, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            **options,  # type: ignore[call-overload]
+        )  # fmt: skip
+
+    def run(self, **options: object) -> "subprocess.CompletedProcess[str]":
+        """Run the command to its end."""
+        process = self.start(**options)
+        _, errors = process.communicate(timeout=LONGEST)
+        return subprocess.CompletedProcess(self.command.words, process.returncode, "", errors)
+
+    def clean(self) -> None:
+        """Forget results and cache."""
+        for place in (self.cache, self.out):
+            shutil.rmtree(place, ignore_errors=True)
+
+    def digests(self) -> dict[str, str]:
+        """Hashes of the result files, but for times of writing."""
+        return {
+            str(file.relative_to(self.out)): hashlib.sha256(_content(file)).hexdigest()
+            for file in sorted(self.out.rglob("*")) if file.is_file()
+        }  # fmt: skip
+
+    def stored(self) -> dict[Path, int]:
+        """Stored results and when they were written [ns]."""
+        return {file: file.stat().st_mtime_ns for file in (self.cache / "objects").rglob("*.npz")}
+
+    def judge(self, before: Mapping[Path, int] | None = None) -> str:
+        """What is wrong after the command has run again; empty if nothing is."""
+        done = self.run()
+        if done.returncode or "Traceback" in done.stderr:
+            return f"the same command ends with {done.returncode}: {done.stderr.strip()[-200:]}"
+        found = self.digests()
+        if found != self.wanted:
+            other = sorted({*found.items()} ^ {*self.wanted.items()})
+            return f"other files: {', '.join(dict.fromkeys(name for name, _ in other))}"
+        after = self.stored()
+        again = [file.name for file, written in (before or {}).items() if after.get(file) != written]
+        return f"{len(again)} stored results were computed again" if again else ""
+
+
+def _content(file: Path) -> bytes:
+    if file.suffix == ".h5":
+        import h5py
+
+        parts: list[bytes] = []
+        with h5py.File(file) as opened:
+            opened.visititems(lambda name, node: parts.append(
+                name.encode() + (np.asarray(node[()]).tobytes() if isinstance(node, h5py.Dataset) else b"")
+            ))  # fmt: skip
+        return b"".join(parts)
+    return TIMES.sub(b"", file.read_bytes())
+
+
+def _ends_well(code: int, errors: str, codes: set[int]) -> str:
+    if code not in codes or "Traceback" in errors or "mistake of stickslip" in errors:
+        return f"ended with {code}: {errors.strip()[-200:]}"
+    return ""
+
+
+def signals(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """Signals at random moments, at most `count` of each."""
+    for number in range(count * len(SIGNALS)):
+        which = SIGNALS[number % len(SIGNALS)]
+        bench.clean()
+        moment = draw.uniform(0.1, bench.seconds)
+        process = bench.start(start_new_session=True)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(moment)
+        with suppress(ProcessLookupError):
+            # A terminal sends Ctrl-C to all processes of the command; others send to the first alone.
+            (os.killpg if which == signal.SIGINT else os.kill)(process.pid, which)
+        _, errors = process.communicate(timeout=LONGEST)
+        before = bench.stored()
+        words = _ends_well(process.returncode, "" if which == signal.SIGKILL else errors, INTERRUPTED)
+        yield which.name, words or bench.judge(before)
+
+
+@contextmanager
+def disk(place: Path, options: str) -> Iterator[None]:
+    """A small disk in place of a folder."""
+    place.mkdir(exist_ok=True)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(place)], check=True)
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+def disks(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """Full, read-only and vanished places."""
+    for _ in range(count):
+        for what, place in (("full disk for results", bench.out), ("full disk for the cache", bench.cache)):
+            bench.clean()
+            with disk(place, f"size={draw.choice((4, 16, 64))}k"):
+                done = bench.run()
+                words = _ends_well(done.returncode, done.stderr, {0, 2} if place == bench.cache else {2, 0})
+                # A disk that all fits on is no fault.
+                told = done.returncode == 0 or "cannot be written" in done.stderr
+            shutil.rmtree(place, ignore_errors=True)
+            yield what, words or ("" if told else f"no sentence: {done.stderr[-200:]}") or bench.judge()
+        bench.clean()
+        with disk(bench.out, "size=64k,ro"):
+            done = bench.run()
+        yield "read-only folder", _ends_well(done.returncode, done.stderr, {2}) or bench.judge()
+        bench.clean()
+        process = bench.start()
+        time.sleep(draw.uniform(0.3 * bench.seconds, 0.9 * bench.seconds))
+        shutil.rmtree(bench.out, ignore_errors=True)
+        _, errors = process.communicate(timeout=LONGEST)
+        yield "folder vanishes", _ends_well(process.returncode, errors, {0, 2}) or bench.judge()
+
+
+def two_at_once(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """Two processes with one folder and one cache."""
+    for _ in range(count):
+        bench.clean()
+        first = bench.start()
+        time.sleep(draw.uniform(0, 0.3 * bench.seconds))
+        second = bench.run()
+        _, errors = first.communicate(timeout=LONGEST)
+        both = ((first.returncode, errors), (second.returncode, second.stderr))
+        words = "".join(_ends_well(code, text, {0}) for code, text in both)
+        yield "two processes", words or bench.judge(bench.stored())
+
+
+def damage(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """A changed byte in every stored file, and results of another version."""
+    for _ in range(count):
+        bench.clean()
+        bench.run()
+        for file in bench.cache.rglob("*"):
+            if file.is_file() and (content := bytearray(file.read_bytes())):
+                content[draw.randrange(len(content))] ^= 1 << draw.randrange(8)
+                file.write_bytes(content)
+        yield "a byte of every stored file", bench.judge()
+        for file in (bench.cache / "objects").rglob("*.npz"):
+            _make_older(file)
+        yield "an older cache", bench.judge()
+
+
+def _make_older(file: Path) -> None:
+    """Give a record a class that there is no more, under a sound checksum."""
+    with zipfile.ZipFile(file) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    members["tree.json"] = re.sub(rb'"(hbsolve|reduction|fe|study)\.', rb'"\1.gone.', members["tree.json"])
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(zipfile.ZipInfo(name), content)
+        archive.comment = bytes(64)
+    body = file.read_bytes()[:-64]
+    file.write_bytes(body + hashlib.sha256(body).hexdigest().encode())
+
+
+def few_handles(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """Fewer open files than a run needs, or hardly enough."""
+    for _ in range(count):
+        bench.clean()
+        most = draw.choice((16, 24, 40, 64))
+
+        def limit(most: int = most) -> None:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+
+        done = bench.run(preexec_fn=limit)
+        yield "few file handles", _ends_well(done.returncode, done.stderr, {0, 1, 2}) or bench.judge(bench.stored())
+
+
+def killed_worker(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """A process of the pool is killed, where the command has one by then."""
+    for _ in range(count):
+        bench.clean()
+        process, end, killed = bench.start(), time.monotonic() + bench.seconds, False
+        time.sleep(draw.uniform(0.2, 0.6) * bench.seconds)
+        while not killed and time.monotonic() < end and process.poll() is None:
+            for child in _workers(process.pid):
+                with suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGKILL)
+                    killed = True
+                    break
+            time.sleep(0.1)
+        _, errors = process.communicate(timeout=LONGEST)
+        before = bench.stored()
+        words = _ends_well(process.returncode, errors, {0, 1} if killed else {0}) or bench.judge(before)
+        yield "a worker is killed" if killed else "no worker to kill", words
+
+
+def _workers(process: int) -> list[int]:
+    """Processes that a process has started, and those have, from the last to the first."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError, IndexError):
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[1]) == process:
+                found += [*_workers(int(folder.name)), int(folder.name)]
+    return found
+
+
+FAULTS: Mapping[str, Callable[[Bench, int, random.Random], Iterator[tuple[str, str]]]] = {
+    "signals": signals, "disks": disks, "two processes": two_at_once, "damage": damage, "few handles": few_handles,
+    "killed worker": killed_worker,
+}  # fmt: skip
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table; 1 if anything was lost, computed again or ended in a traceback."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=17, help="moments of each fault")
+    parser.add_argument("--only", nargs="*", default=[], help="commands or faults")
+    given = parser.parse_args(arguments)
+    names = [name for name in COMMANDS if name in given.only] or [*COMMANDS]
+    faults = [name for name in FAULTS if name in given.only] or [*FAULTS]
+    table: Counter[tuple[str, str, str]] = Counter()
+    for name in names:
+        with tempfile.TemporaryDirectory() as folder:
+            bench = Bench(name, Path(folder))
+            print(f"# {name}: {bench.seconds:.0f} s undisturbed", flush=True)
+            for fault in faults:
+                for what, words in FAULTS[fault](bench, given.count, random.Random(f"{SEED} {name} {fault}")):
+                    table[name, what, "wrong" if words else "right"] += 1
+                    if words:
+                        print(f"{name}, {what}: {words}", flush=True)
+    kinds = list(dict.fromkeys(what for _, what, _ in table))
+    print("| fault | " + " | ".join(names) + " |\n|---" + "|---" * len(names) + "|")
+    for what in kinds:
+        cells = (
+            f"{table[name, what, 'right']}/{sum(table[name, what, each] for each in ('right', 'wrong'))}"
+            for name in names
+        )
+        print(f"| {what} | " + " | ".join(cells) + " |")
+    return int(any(outcome == "wrong" for _, _, outcome in table))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,169 @@
+"""Damaged files of every format that the program reads: each gives the right data or one sentence.
+
+A process of its own reads the files of a format one after the other; a parent watches it. The outcome of a file is
+
+right     what was read, or another value where a value was damaged; a file that was cut must be refused or give all
+          that was written where its format announces how much that is, and one with a checksum all of it anyway
+sentence  an `InputError` of printable text
+wrong     another exception, a value that was not written, or a warning of Python
+crash     the process ended
+hang      more than 5 s of processor time
+memory    1 GB more than the sound file needed and twenty times its bytes
+outside   a file that was written, moved or removed, or a program that was started
+
+    python -m benchmarks.reader_mutants [--count N] [--first NUMBER] [--only WORD ...] [--keep FOLDER]
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import selectors
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+OUTCOMES = ("right", "sentence", "wrong", "crash", "hang", "memory", "outside")
+#: Processor time of one file [s], and how often it is looked at [s].
+LONGEST, LOOK = 5.0, 0.2
+RESULT = "#result "
+
+
+def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, str]]:
+    """Number, outcome and reason of each damaged file of a format.
+
+    Parameters
+    ----------
+    name
+        Format, as `benchmarks.reader_samples` calls it.
+    numbers
+        Numbers of the files, which are the seeds of their damage.
+    folder
+        Scratch folder.
+    """
+    waiting = list(numbers)
+    while waiting:
+        where = folder / "work"
+        shutil.rmtree(where, ignore_errors=True)
+        where.mkdir()
+        command = [
+            sys.executable,
+            "-m",
+            "benchmarks.reader_process",
+            name,
+            str(where),
+            str(waiting[0]),
+            str(numbers.stop),
+        ]
+        # Its own words may not fill a pipe that nobody empties.
+        with (
+            (folder / "errors").open("w") as errors,
+            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, bufsize=1) as process,
+        ):
+            ended = ""
+            for outcome in _outcomes(process):
+                if isinstance(outcome, str):
+                    ended = outcome
+                    break
+                yield outcome
+                waiting = [number for number in waiting if number > outcome[0]]
+            process.kill()
+        if waiting and ended != "again":
+            words = (folder / "errors").read_text(errors="replace").strip()[-300:]
+            yield waiting.pop(0), ended or "crash", " ".join(words.split())
+
+
+def _outcomes(process: "subprocess.Popen[str]") -> Iterator[tuple[int, str, str] | str]:
+    """Outcomes that a process tells; last "hang" where it stays busy, and "again" where it asks for a new one."""
+    assert process.stdout is not None
+    spent = _processor_time(process.pid)
+    started = False
+    with selectors.DefaultSelector() as selector:
+        selector.register(process.stdout, selectors.EVENT_READ)
+        while True:
+            if selector.select(LOOK):
+                line = process.stdout.readline()
+                if not line:
+                    return
+                if line.startswith(RESULT):
+                    number, outcome, reason = json.loads(line.removeprefix(RESULT))
+                    if outcome == "again":
+                        yield "again"
+                        return
+                    started, spent = True, _processor_time(process.pid)
+                    if outcome != "ready":
+                        yield number, outcome, reason
+            elif started and _processor_time(process.pid) - spent > LONGEST:
+                yield "hang"
+                return
+
+
+def _processor_time(process: int) -> float:
+    with contextlib.suppress(OSError):
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+    return 0.0
+
+
+def run(names: list[str], numbers: range, keep: Path | None) -> dict[str, Counter[str]]:
+    """Outcomes by format; prints what is neither right nor a sentence."""
+    table: dict[str, Counter[str]] = {}
+    for name in names:
+        table[name] = Counter()
+        begin = time.perf_counter()
+        with tempfile.TemporaryDirectory() as folder:
+            for number, outcome, reason in watch(name, numbers, Path(folder)):
+                table[name][outcome] += 1
+                if outcome not in {"right", "sentence"}:
+                    print(f"{name} {number}: {outcome}: {reason[:300]}", flush=True)
+                    if keep is not None:
+                        _keep(keep, name, number, Path(folder))
+        print(f"# {name}: {dict(table[name])} {time.perf_counter() - begin:.0f} s", flush=True)
+    return table
+
+
+def _keep(folder: Path, name: str, number: int, scratch: Path) -> None:
+    from benchmarks.reader_process import damaged_bytes
+    from benchmarks.reader_samples import samples
+
+    sample = samples()[name]
+    folder.mkdir(parents=True, exist_ok=True)
+    sound = scratch / "keep" / sample.file
+    sound.parent.mkdir(parents=True, exist_ok=True)
+    sample.write(sound)
+    kept = folder / f"{name.replace(' ', '_').replace(',', '')}_{number}_{sound.name}"
+    kept.write_bytes(damaged_bytes(sound.read_bytes(), name, number)[0])
+
+
+def format_table(table: dict[str, Counter[str]]) -> str:
+    """The outcomes as a table in Markdown."""
+    lines = ["| format | " + " | ".join(OUTCOMES) + " |", "|---" * (len(OUTCOMES) + 1) + "|"]
+    for name, counts in table.items():
+        lines.append(f"| {name} | " + " | ".join(str(counts[outcome]) for outcome in OUTCOMES) + " |")
+    return "\n".join(lines)
+
+
+def main(arguments: Any = None) -> int:
+    """Print the table; 1 if any outcome is neither right nor a sentence."""
+    from benchmarks.reader_samples import samples
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--keep", type=Path)
+    given = parser.parse_args(arguments)
+    names = [name for name in samples() if not given.only or any(word in name for word in given.only)]
+    table = run(names, range(given.first, given.first + given.count), given.keep)
+    print(format_table(table))
+    return int(any(counts[outcome] for counts in table.values() for outcome in OUTCOMES[2:]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

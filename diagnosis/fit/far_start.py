@@ -1,0 +1,33 @@
+"""Starts of fits far from the vanishing strength, for effects whose derivative there says little about them.
+
+A contact that slips at the vanishing strength may stick at a larger one, and no derivative sees the way there.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis.candidate.effect import Effect, EffectParameter
+from diagnosis.effect import EFFECTS
+from diagnosis.fit.calibration import Vector
+from diagnosis.fit.fit_parameter import Values
+from diagnosis.fit.problem import Problem
+from diagnosis.fit.refit import MOST_RUGGED
+
+
+def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
+    """The fitted values with far strengths of the first few effects that act through stick and slip alone."""
+    kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
+    starts: list[tuple[Effect, Values]] = []
+    for effect in [each for each in effects if each.kind in kinds][:MOST_RUGGED]:
+        rest = [each.vanishes for each in effect.parameters[1:]]
+        strengths = list_far_strengths(effect.parameters[0])
+        starts += [(effect, np.array([*problem.fit.values, strength, *rest])) for strength in strengths]
+    return starts
+
+
+def list_far_strengths(parameter: EffectParameter) -> Vector:
+    """Both bounds of a strength and what is halfway to them, of a ratio in logarithms, shape (4,) [its unit]."""
+    bounds, vanishes = np.array([parameter.lower, parameter.upper]), parameter.vanishes
+    halfway = np.sqrt(bounds * vanishes) if vanishes > 0 else bounds / 2
+    return np.concatenate([bounds, halfway])

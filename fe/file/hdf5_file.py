@@ -1,0 +1,77 @@
+"""HDF5 files of unknown origin: their library is let in only when a rehearsal has shown that it comes out again."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from geometry.rehearsal import rehearse
+
+#: What the slowest disk gives [byte/s].
+SPEED = 5e6
+#: Arrays are read one after the other; compressed ones are a thousand times as large as their bytes at most [-].
+MEMORY = 1100
+#: References of one array that are followed at most.
+MOST = 100_000
+
+
+def find_hdf5_trap(path: Path) -> str | None:
+    """Why an HDF5 file must not be opened in this process, as the end of a sentence; None if it may.
+
+    A damaged file may end the library, keep it in a loop, or announce arrays that no memory holds.
+    """
+    import h5py  # noqa: F401  # before the process copies itself
+
+    return rehearse(lambda: _read_all(path), path, speed=SPEED, memory=MEMORY)
+
+
+def _read_all(path: Path) -> None:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        visited: set[Any] = set()
+        waiting: list[Any] = [file]
+        while waiting:
+            node = waiting.pop()
+            if node not in visited:
+                visited.add(node)
+                _attempt(_read_attributes, node)
+                if isinstance(node, h5py.Group):
+                    _attempt(_take_members, node, waiting)
+                elif isinstance(node, h5py.Dataset):
+                    _attempt(_read_array, file, node)
+
+
+def _read_attributes(node: Any) -> None:
+    for key in node.attrs:
+        _attempt(node.attrs.__getitem__, key)
+
+
+def _take_members(group: Any, waiting: list[Any]) -> None:
+    """Add the members of a group that are not in another file."""
+    import h5py
+
+    for key in group:
+        if not isinstance(_attempt(group.get, key, None, False, True), h5py.ExternalLink):
+            member = _attempt(group.__getitem__, key)
+            waiting += [] if member is None else [member]
+
+
+def _read_array(file: Any, node: Any) -> None:
+    import h5py
+
+    values = node[()]
+    if h5py.check_ref_dtype(node.dtype) is not None:
+        for reference in values.reshape(-1)[:MOST]:
+            _attempt(file.__getitem__, reference)
+
+
+def _attempt(act: Callable[..., Any], *arguments: Any) -> Any:
+    """What an act gives; None if it fails, for that is no trap."""
+    try:
+        return act(*arguments)
+    except MemoryError:
+        raise
+    except Exception as error:
+        if "allocat" in str(error):  # as HDF5 says it
+            raise MemoryError from error
+        return None

@@ -1,0 +1,110 @@
+"""A file that ends or stops the native code that reads it: reading is rehearsed in a process of its own.
+
+The CAD kernel and HDF5 trust counts and addresses in their files: a damaged one can end the program without a word, or
+keep it for ever. No check from outside sees that before. So the program copies itself (`fork`, some ten milliseconds),
+and the copy reads the file first, with limits of processor time and memory; what it read is thrown away. If the copy
+lives, the file is read again here.
+
+A copy that waits without working, as one may where another thread held a lock, says nothing of the file: it is given up
+after a while, and the file is read.
+"""
+
+import contextlib
+import os
+import resource
+import signal
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+#: Processor time that any file may take [s], and memory beyond what the program has [byte].
+LEAST_SECONDS, LEAST_MEMORY = 2, 1 << 30
+#: A copy that has taken so many times its processor time waits for something [-].
+PATIENCE = 10
+#: Exit code of a copy that ran out of memory.
+_NO_MEMORY = 3
+
+
+def rehearse(read: Callable[[], object], file: Path, *, speed: float, memory: float) -> str | None:
+    """Read a file in a process of its own.
+
+    Parameters
+    ----------
+    read
+        Function that reads it; what it returns or raises does not matter.
+    file
+        The file; its size sets the limits.
+    speed
+        Bytes that are read in a second of processor time at least [byte/s].
+    memory
+        Memory that reading may take for each byte of the file, beside `LEAST_MEMORY` [-].
+
+    Returns
+    -------
+    Why the file must not be read in this process, as the end of a sentence with the file as its subject; None if it
+    may.
+    """
+    size = file.stat().st_size
+    seconds, most = LEAST_SECONDS + int(size / speed), LEAST_MEMORY + int(memory * size)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of Python, about threads: see above
+        child = os.fork()
+    if not child:
+        _read_and_end(read, seconds, most)
+    try:
+        status = _wait(child, PATIENCE * seconds)
+    except BaseException:  # such as Ctrl-C
+        _end(child)
+        raise
+    if status is None:
+        _end(child)
+        return None
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        if number == signal.SIGXCPU:
+            return f"keeps its reader busy for more than {seconds} s"
+        ended_from_outside = number in {signal.SIGKILL, signal.SIGTERM, signal.SIGINT}
+        return None if ended_from_outside else f"ends its reader ({signal.Signals(number).name})"
+    if os.WEXITSTATUS(status) == _NO_MEMORY:
+        return f"needs more than {most / 1e9:.3g} GB to be read"
+    return None
+
+
+def _read_and_end(read: Callable[[], object], seconds: int, memory: int) -> None:
+    code = 0
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE):
+            signal.signal(number, signal.SIG_DFL)
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(nowhere, stream)
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + LEAST_SECONDS))
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + memory, resource.RLIM_INFINITY))
+        read()
+    except MemoryError:
+        code = _NO_MEMORY
+    except BaseException:
+        pass  # reading again gives the same, with a sentence
+    finally:
+        os._exit(code)
+
+
+def _wait(child: int, seconds: float) -> int | None:
+    """Status of a process when it ends; None if it does not in this time."""
+    end, pause = time.monotonic() + seconds, 0.0005
+    while time.monotonic() < end:
+        found, status = os.waitpid(child, os.WNOHANG)
+        if found:
+            return status
+        time.sleep(pause)
+        pause = min(1.5 * pause, 0.05)
+    return None
+
+
+def _end(child: int) -> None:
+    with contextlib.suppress(ProcessLookupError, ChildProcessError):
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)

@@ -1,0 +1,287 @@
+"""What can be done on the bench, each as one call that answers with what the page shows and with named numbers.
+
+The page, its worker process and an exported script make the same calls::
+
+    bench = Bench(Path("beam.toml"), Path("campaign"), run)
+    bench.compare().numbers
+    bench.diagnose()
+    bench.add("mass at tip")
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from correlation.campaign.measurement import Campaign
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+from correlation.metric.misfit import whole
+from diagnosis.fit.fit_parameter import Unknowns, Values
+from diagnosis.threshold.detection_threshold import compute_linear_thresholds
+from pipeline.output import replace_file
+from study.bench.line import Lines, find_lines, list_unknowns, move_lines
+from study.bench.view.candidate import show_diagnosis, show_scores
+from study.bench.view.comparison import list_errors, show_comparison, show_moved
+from study.bench.view.history import list_numbers, show_errors, show_history
+from study.bench.view.parameter import show_fitted, show_parameters
+from study.bench.view.structure import show_structure
+from study.case.setup import Setup, read_case, require_loads
+from study.compare.result import Compared
+from study.compare.run import comparison_key, find_comparison
+from study.compare.suspicions import require_noise
+from study.diagnose.add import LoopError, add, undo
+from study.diagnose.calibrate import calibrate_case, screen_file
+from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
+from study.diagnose.round import Steps, errors
+from study.diagnose.run import diagnose_file
+from study.diagnose.stages import waterfall
+from study.run_context import RunContext, silent_run
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """Answer of a call.
+
+    Parameters
+    ----------
+    numbers
+        Named numbers and words, the same whenever the same is done.
+    views
+        Parts of the page that are new, as plain data.
+    """
+
+    numbers: Mapping[str, float | str]
+    views: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Comparison:
+    """A comparison with its lines, and the text of the case that it is of."""
+
+    text: str
+    setup: Setup
+    compared: Compared
+    unknowns: Unknowns
+    values: Values
+    lines: Mapping[str, Lines]
+
+
+class Bench:
+    """A case beside a campaign.
+
+    Parameters
+    ----------
+    case, folder
+        A case file and a campaign.
+    run
+        Store and progress; by default nothing is stored or shown.
+    without
+        Kinds of effects to leave out.
+    """
+
+    def __init__(self, case: Path, folder: Path, run: RunContext | None = None, without: Sequence[str] = ()) -> None:
+        self.case, self.folder = Path(case), Path(folder)
+        self.run, self.without = run or silent_run(), tuple(without)
+        self._comparison: _Comparison | None = None
+
+    def compare(self) -> Result:
+        """Compare the case with the measurements, as `stickslip compare` does.
+
+        Raises
+        ------
+        CaseError, CampaignError
+            With what is wrong in them.
+        """
+        self._comparison = found = self._compare()
+        compared, history = found.compared, history_of(self.case)
+        with self.run.progress.step("page", expected=2):
+            views = show_comparison(compared, found.lines)
+            views["verdict"]["seen"] = hash_text(found.text)
+            views["parameters"] = show_parameters(found.setup, found.unknowns, found.values, history)
+            views["structure"] = show_structure(compared.model)
+        views["history"] = show_history(history)
+        numbers = {"training deviations [-]": whole(compared.train).whitened}
+        if compared.held_out is not None:
+            numbers["held-out deviations [-]"] = whole(compared.held_out).whitened
+        lines = {name == "free": (each.points, each.prediction.value) for name, each in found.lines.items()}
+        return Result(numbers={**numbers, **list_errors(compared, lines)}, views=views)
+
+    def screen(self) -> Result:
+        """Screen the effects, which is the first part of `stickslip diagnose`.
+
+        Raises
+        ------
+        CaseError, CampaignError, EffectError
+            With what is wrong in them.
+        """
+        screened = screen_file(self.case, self.folder, self.run, self.without)
+        history = history_of(self.case)
+        drawn, now = errors(screened.drawn), errors(screened.before)
+        added = [item.effect.name for item in screened.setup.added]
+        unknowns, fit = screened.before.fit.unknowns, screened.before.fit
+        best = screened.scores[0] if screened.scores else None
+        views = {
+            "candidates": {
+                "rows": show_scores(screened.scores),
+                "verdict": None,
+                "chance": float(compute_linear_thresholds(screened.scores).gain),
+            },
+            "errors": show_errors(history, added, drawn, now),
+            "fitted": show_fitted(unknowns.names, unknowns.parameters, fit.values, fit.deviation),
+            "is_diagnosed": self._is_diagnosed(screened.setup),
+        }
+        numbers: dict[str, float | str] = {**list_numbers(drawn, now)}
+        if best is not None:
+            numbers |= {"best by first order": best.effect.name, "chi^2 falls by [-]": best.gain}
+        return Result(numbers=numbers, views=views)
+
+    def diagnose(self) -> Result:
+        """Diagnose the case as `stickslip diagnose` does, and note the verdict in its history.
+
+        Raises
+        ------
+        CaseError, CampaignError, EffectError
+            With what is wrong in them.
+        """
+        campaign = read_campaign(self.folder)
+        diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
+        shown = show_diagnosis(diagnosed.last)
+        best = diagnosed.last.best
+        before = errors(diagnosed.last.diagnosis.before)
+        after = None if best is None or best.effect is None else errors(best)
+        views = {
+            "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},
+            "history": show_history(diagnosed.history),
+            "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
+        }
+        return Result(
+            numbers={"finding": shown["finding"], "verdict": shown["sentence"], **list_numbers(before, after)},
+            views=views,
+        )
+
+    def add(self, effect: str, values: Sequence[str] = (), seen: str | None = None) -> Result:
+        """Write an effect into the case, as `stickslip add` does.
+
+        Parameters
+        ----------
+        effect, values
+            As there: the values of the last diagnosis by default.
+        seen
+            `hash_text` of the case as it was seen; by default any is taken.
+
+        Raises
+        ------
+        LoopError
+            The case is another one than was seen; and as `stickslip add`.
+        """
+        self._require_seen(seen)
+        return self._written(add(self.case, effect, values, self.run))
+
+    def undo(self, count: int = 1, seen: str | None = None) -> Result:
+        """Take steps back, as `stickslip undo` does; `seen` as in `add`.
+
+        Raises
+        ------
+        LoopError
+            The case is another one than was seen; and as `stickslip undo`.
+        """
+        self._require_seen(seen)
+        if count < 1:
+            raise LoopError(f"{count} steps cannot be taken back: give 1 or more")
+        for _ in range(count):
+            step = undo(self.case)
+        return self._written(step)
+
+    def calibrate(self, seen: str | None = None) -> Result:
+        """Write the fitted calibration parameters into the case, as `stickslip calibrate` does; `seen` as in `add`.
+
+        Raises
+        ------
+        LoopError
+            The case is another one than was seen; and as `stickslip calibrate`.
+        """
+        self._require_seen(seen)
+        return self._written(calibrate_case(self.case, self.folder, self.run, self.without))
+
+    def move(self, values: Mapping[str, float]) -> Result:
+        """Exact curves with other values of some parameters; the case stays as it is.
+
+        Parameters
+        ----------
+        values
+            Values by the names of parameters [SI; factors -].
+
+        Raises
+        ------
+        LoopError
+            A parameter that the case does not have.
+        """
+        found = self._comparison
+        if found is None or found.text != read_text(self.case):
+            self._comparison = found = self._compare()
+        moved = np.array(found.values)
+        for name, value in values.items():
+            if name not in found.unknowns.names:
+                raise LoopError(f'"{name}" is no parameter of {self.case}: there are {", ".join(found.unknowns.names)}')
+            moved[found.unknowns.names.index(name)] = value
+        with self.run.progress.step("exact curves", expected=3):
+            lines = move_lines(found.compared, found.lines, found.unknowns, moved)
+            shown, numbers = show_moved(found.compared, lines)
+        return Result(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
+
+    def edit(self, text: str) -> Result:
+        """Replace the case by another text, as an editor does."""
+        replace_file(self.case, text.encode("utf-8"))
+        return Result(numbers={})
+
+    def _compare(self) -> _Comparison:
+        text = read_text(self.case)
+        campaign = self._read_campaign()
+        read = require_loads(read_case(self.case, campaign, self.run))
+        compared = find_comparison(read.setup, campaign, self.run)
+        unknowns, values = list_unknowns(read.setup, campaign)
+        key = comparison_key(read.setup, campaign)
+        step = self.run.step("curves and their sensitivities", expected=10)
+        lines = step.run(find_lines, key, compared, unknowns, values)
+        return _Comparison(
+            text=text, setup=read.setup, compared=compared, unknowns=unknowns, values=values, lines=lines
+        )
+
+    def _read_campaign(self) -> Campaign:
+        with self.run.progress.step("campaign", expected=1):
+            campaign = read_campaign(self.folder)
+        if not len(campaign.measurement):
+            raise CampaignError(
+                f"{self.folder} has no steady states, which the bench draws: stickslip compare shows its other data"
+            )
+        require_noise(campaign, self.folder)
+        return campaign
+
+    def _is_diagnosed(self, setup: Setup) -> bool:
+        """Whether a diagnosis of the case as it is now is stored, so that it takes no time."""
+        key = case_key(read_text(self.case))
+        if not any(step.what == DIAGNOSIS and step.case_key == key for step in history_of(self.case).steps):
+            return False
+        without = tuple(sorted({*setup.without, *self.without}))
+        return Steps(self.run.store, setup, read_campaign(self.folder), without).is_stored("places")
+
+    def _require_seen(self, seen: str | None) -> None:
+        if seen is not None and hash_text(read_text(self.case)) != seen:
+            raise LoopError(
+                f"{self.case.name} was changed since the page showed it, by hand or in another page, and nothing was "
+                "written: look at it as it is now, and click again"
+            )
+
+    def _written(self, step: Step) -> Result:
+        return Result(
+            numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
+        )
+
+
+def hash_text(text: str) -> str:
+    """Hash of the text of a case, by which a page tells whether it is still the one that it shows."""
+    return sha256(text.encode("utf-8")).hexdigest()

@@ -1,0 +1,129 @@
+"""Predicted lines of a comparison that move with the parameters: their sensitivities, and the exact lines elsewhere."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign
+from correlation.feature.observation import find_sweep_directions
+from correlation.metric.misfit import Misfit
+from correlation.prediction import Points, Prediction, Predictor
+from diagnosis.fit.fit_parameter import Unknowns, Values
+from diagnosis.fit.tangent import differentiate
+from fe.blas_threads import on_one_blas_thread
+from pipeline.store import stage
+from study.case.setup import Setup
+from study.compare.curve import LINE_TOLERANCE, joined, refine_points
+from study.compare.result import Compared
+from study.compare.unknown_gain import set_gains
+
+#: Step of a difference for a parameter that moves points, as a share of its size [-].
+STEP = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lines:
+    """Lines of one configuration, at the values of the case.
+
+    Parameters
+    ----------
+    prediction
+        Coefficients and states at the points of the lines, shape (k,).
+    slopes
+        Derivatives of the coefficients with respect to the parameters, shape (k, p); NaN without a state.
+    """
+
+    prediction: Prediction
+    slopes: Complex[NDArray[np.complex128], "k p"]
+
+    @property
+    def points(self) -> Points:
+        """Points of the lines."""
+        return self.prediction.points
+
+
+def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
+    """Parameters that can be moved, and their values in the case, shape (p,).
+
+    Parameters
+    ----------
+    setup
+        The case, with the sensors of the campaign.
+    campaign
+        Campaign, whose unknown gains are found first.
+    """
+    setup = set_gains(setup, campaign).setup
+    effects = [item.effect for item in setup.added]
+    calibration = [(item, item.deviation) for item in setup.accepted]
+    unknowns = Unknowns.from_effects(setup.model, calibration, effects)
+    values = [setup.calibrated.get(item.name, 1.0) for item in setup.accepted]
+    values += [float(value) for item in setup.added for value in item.values]
+    return unknowns, np.array(values, dtype=np.float64)
+
+
+@stage("lines that move", ignore=("compared", "unknowns", "values"))
+def find_lines(key: str, compared: Compared, unknowns: Unknowns, values: Values) -> dict[str, Lines]:
+    """Lines of each configuration with their slopes, "free" and "jointed"; the key is that of the comparison."""
+    del key
+    return {
+        "free" if free else "jointed": _lines(predictor, compared.prediction, unknowns, values)
+        for free, predictor in make_predictors(compared).items()
+    }
+
+
+def make_predictors(compared: Compared) -> dict[bool, Predictor]:
+    """Predictor of the lines of each configuration, by whether the contacts are absent."""
+    everything, _ = joined(compared.train, compared.held_out)
+    sweeps, result = find_sweep_directions(compared.campaign), {}
+    for free in np.unique(everything.points.free):
+        points = refine_points(everything.where(np.asarray(everything.points.free == free)).points)
+        swept = sweeps if points.sweep.any() else ()
+        result[bool(free)] = Predictor(points=points, sweeps=swept, tolerance=LINE_TOLERANCE)
+    return result
+
+
+@on_one_blas_thread
+def move_lines(
+    compared: Compared, lines: Mapping[str, Lines], unknowns: Unknowns, values: Values
+) -> dict[bool, tuple[Points, Complex[NDArray[np.complex128], " k"]]]:
+    """Exact lines at other values of the parameters, by whether the contacts are absent."""
+    model = unknowns.compose(unknowns.clipped(values))
+    result = {}
+    for free, predictor in make_predictors(compared).items():
+        before = lines["free" if free else "jointed"].prediction
+        result[free] = predictor.points, predictor.vary(model, before)
+    return result
+
+
+def at_measured(misfit: Misfit, points: Points, line: Complex[NDArray[np.complex128], " k"]) -> Misfit:
+    """Misfit with the predictions that lie on some lines; rows whose point is on none keep theirs."""
+
+    def rows(of: Points) -> list[tuple[bool, float, float, str, int, int]]:
+        columns = (of.free, of.level, of.frequency, of.sensor, of.harmonic, of.sweep)
+        return list(zip(*(column.tolist() for column in columns), strict=True))
+
+    found = dict(zip(rows(points), line.tolist(), strict=True))
+    value = [found.get(row, old) for row, old in zip(rows(misfit.points), misfit.predicted.tolist(), strict=True)]
+    predicted = np.array(value, dtype=np.complex128)
+    # A sensor without a phase reads moduli.
+    modulus = ~misfit.phased & (misfit.points.harmonic > 0)
+    return replace(misfit, predicted=np.where(modulus, np.abs(predicted), predicted))
+
+
+def _lines(predictor: Predictor, near: Prediction, unknowns: Unknowns, values: Values) -> Lines:
+    model = unknowns.compose(values)
+    prediction = predictor.predict(model, near)
+    changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+    slopes = np.full((len(predictor.points), len(changes)), np.nan, dtype=np.complex128)
+    known = [change for change in changes if change is not None]
+    if known:
+        slopes[:, [change is not None for change in changes]] = predictor.derivatives(model, prediction, known)
+    for number, change in enumerate(changes):
+        if change is None:
+            moved = unknowns.moved(values, number, STEP)
+            there = predictor.vary(unknowns.compose(moved), prediction)
+            slopes[:, number] = (there - prediction.value) / (moved[number] - values[number])
+    return Lines(prediction=prediction, slopes=slopes)

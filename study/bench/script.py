@@ -1,0 +1,102 @@
+"""What was clicked as commands, as Python, and as a script that does it once more on a copy of the case."""
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+#: Keys of a call that say nothing of what is done.
+PRIVATE = frozenset({"seen"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """Something that was done.
+
+    Parameters
+    ----------
+    name, arguments
+        Call of `study.bench.bench.Bench`.
+    numbers
+        What it answered.
+    when
+        Local time, ISO 8601.
+    """
+
+    name: str
+    arguments: Mapping[str, Any]
+    numbers: Mapping[str, Any]
+    when: str = ""
+
+
+def command_of(entry: Entry, case: Path, folder: Path, without: Sequence[str] = ()) -> str:
+    """Command that does the same; a comment where the page alone does it."""
+    left_out = ["--without", *without] if without else []
+    given = entry.arguments
+    words: list[str]
+    if entry.name == "add":
+        values = [word for value in given.get("values", ()) for word in ("--value", value)]
+        words = ["add", given["effect"], "--case", str(case), *values]
+    elif entry.name == "undo":
+        once = _join(["undo", "--case", str(case)])
+        return "; ".join([once] * int(given.get("count", 1)))
+    elif entry.name == "screen":
+        return f"{_join(['diagnose', str(case), str(folder), *left_out])}  # its screening alone"
+    elif entry.name == "move":
+        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: curves alone"
+    elif entry.name == "edit":
+        return f"# {case.name} was edited by hand"
+    elif entry.name == "compare":
+        words = ["compare", str(case), str(folder)]
+    else:
+        words = [entry.name, str(case), str(folder), *left_out]
+    return _join(words)
+
+
+def python_of(entry: Entry) -> str:
+    """Call in Python that does the same."""
+    given = {key: value for key, value in entry.arguments.items() if key not in PRIVATE and value not in ((), [], None)}
+    return f"bench.{entry.name}({', '.join(f'{key}={value!r}' for key, value in given.items())})"
+
+
+def script_of(
+    entries: Sequence[Entry], case: Path, folder: Path, without: Sequence[str], text: str, history: str
+) -> str:
+    """Script that repeats all entries on a copy of the case, and prints their numbers.
+
+    Parameters
+    ----------
+    entries
+        What was done, oldest first.
+    case, folder, without
+        As in `study.bench.bench.Bench`.
+    text, history
+        Case file and its history as they were before the first entry.
+    """
+    calls = "".join(f"        show({python_of(entry)})\n" for entry in entries)
+    return f'''\
+"""What was done to {case.name} in `stickslip bench`, once more on a copy of the case: it prints the same numbers.
+
+Run it with the Python of stickslip. What was computed then is found in the cache; without it all is computed again.
+"""
+
+from pathlib import Path
+
+from study.bench.repeat import copy_beside, open_bench, show
+
+CASE = Path({str(case.resolve())!r})
+CAMPAIGN = Path({str(folder.resolve())!r})
+WITHOUT = {tuple(without)!r}
+TEXT = {text!r}
+HISTORY = {history!r}
+
+# Below, because some cases are computed in several processes, which read this file as well.
+if __name__ == "__main__":
+    with copy_beside(CASE, TEXT, HISTORY) as case:
+        bench = open_bench(case, CAMPAIGN, WITHOUT)
+{calls}'''
+
+
+def _join(words: Sequence[str]) -> str:
+    return shlex.join(["stickslip", *words])

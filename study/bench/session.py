@@ -1,0 +1,248 @@
+"""State of an open bench: what the pages show, what is computed, and what was done; without any network.
+
+The truth is in the case file, its history and the stored results; a session is lost without loss.
+"""
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Protocol
+
+from study.bench.script import Entry, command_of, python_of, script_of
+from study.bench.work import CALLS, Place
+
+#: Calls that write the case, and those whose answers are of the case as it was when they began.
+WRITING, READING = frozenset({"add", "undo", "calibrate"}), frozenset({"compare", "screen", "diagnose", "move"})
+#: Files of a campaign folder that are looked at.
+MOST_FILES = 2000
+#: Sentences to the user.
+CANCELLED = "Cancelled. What was finished is stored: the same goes on from there."
+ENDED = (
+    "The computation ended by itself, most often for lack of memory. Nothing is lost: what was finished is stored, and "
+    "the same goes on from there."
+)
+BUSY = "{name} is running: wait for it or cancel it, then click again. Nothing was written."
+
+
+class Caller(Protocol):
+    """A worker: see `study.bench.worker.Worker`."""
+
+    def call(self, number: int, name: str, arguments: Mapping[str, Any]) -> None:
+        """Ask for a call of the bench."""
+
+    def end(self) -> None:
+        """End the process."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Call:
+    """A call that waits or runs."""
+
+    number: int
+    name: str
+    arguments: Mapping[str, Any]
+
+
+@dataclass
+class Session:
+    """What is known of a case and a campaign that are open.
+
+    Parameters
+    ----------
+    place
+        Case, campaign and store.
+    worker
+        Worker, whose messages go to `receive`.
+    clock
+        Seconds; another one in tests.
+    """
+
+    place: Place
+    worker: Caller
+    clock: Callable[[], float] = time.monotonic
+    revision: int = 0
+    views: dict[str, tuple[int, bytes]] = field(default_factory=dict)
+    entries: list[Entry] = field(default_factory=list)
+    queue: list[Call] = field(default_factory=list)
+    running: Call | None = None
+    steps: list[Mapping[str, Any]] = field(default_factory=list)
+    message: dict[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        self._count = 0
+        self._began = self.clock()
+        self._text = self._text_of_call = self._first = read_text(self.place.case) or ""
+        self._first_history = read_text(self.place.case.with_name(f"{self.place.case.stem}.history.json")) or ""
+        self._campaign = sign_folder(self.place.folder)
+
+    def begin(self) -> None:
+        """Ask for what a page shows first."""
+        self._ask("compare", {})
+        self._ask("screen", {})
+
+    def ask(self, name: str, arguments: Mapping[str, Any]) -> None:
+        """Take a click: start the call, let it wait, or refuse it in a sentence."""
+        self.message = None
+        if name not in CALLS:
+            self._tell("error", f'there is no call "{name}": reload the page')
+        elif name in WRITING and self._occupied:
+            self._tell("error", BUSY.format(name=self._occupied))
+        elif name == "move":
+            self.queue = [call for call in self.queue if call.name != "move"]
+            self._ask(name, arguments)
+        elif not any(call.name == name for call in self._all if name in READING):
+            self._ask(name, arguments)
+        self._bump()
+
+    def cancel(self) -> None:
+        """End what runs, and forget what waits."""
+        if self.running is None and not self.queue:
+            return
+        self.worker.end()
+        self.running, self.queue, self.steps = None, [], []
+        self._tell("note", CANCELLED)
+
+    def receive(self, message: Mapping[str, Any]) -> None:
+        """Take a message of the worker."""
+        kind = message["kind"]
+        if kind == "progress":
+            self.steps = list(message["steps"]) if self.running is not None else []
+        elif kind == "warning":
+            self._tell("note", message["sentence"])
+        elif kind == "ended":
+            self.running, self.queue, self.steps = None, [], []
+            self._tell("error", ENDED)
+        elif self.running is not None and message["number"] == self.running.number:
+            self.running, self.steps = None, []
+            if kind == "failed":
+                self._tell("error", message["sentence"])
+                self.queue = [call for call in self.queue if call.name in WRITING]
+            else:
+                self._take(message)
+            self._start()
+        self._bump()
+
+    def look(self) -> None:
+        """Look whether case or campaign were changed by anybody else."""
+        text, campaign = read_text(self.place.case), sign_folder(self.place.folder)
+        if self.running is not None and self.running.name in WRITING:
+            return  # its own change
+        if text is not None and text != self._text:
+            self._text = text
+            self.entries.append(self._entry("edit", {"text": text}, {}))
+            self._tell(
+                "note", f"{self.place.case.name} was edited by hand or in another page: this is it as it is now."
+            )
+            self._again()
+        if campaign and campaign != self._campaign:
+            self._campaign = campaign
+            self._tell("note", f"The campaign in {self.place.folder} was replaced: this is the new one.")
+            self._again()
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What a page asks for again and again; the parts that it draws are fetched by their versions."""
+        case, folder = self.place.case, self.place.folder
+        running = self.running
+        return {
+            "revision": self.revision,
+            "case": case.name,
+            "campaign": folder.name,
+            "busy": None if running is None else {"name": running.name, "seconds": self.clock() - self._began},
+            "steps": self.steps,
+            "waiting": [call.name for call in self.queue],
+            "message": self.message,
+            "versions": {name: version for name, (version, _) in self.views.items()},
+            "log": [
+                {
+                    "command": command_of(entry, case, folder, self.place.without),
+                    "python": python_of(entry),
+                    "numbers": dict(entry.numbers),
+                    "when": entry.when,
+                    "name": entry.name,
+                }
+                for entry in self.entries
+            ],
+        }
+
+    @property
+    def script(self) -> str:
+        """Script that repeats what was done."""
+        place = self.place
+        return script_of(self.entries, place.case, place.folder, place.without, self._first, self._first_history)
+
+    @property
+    def _all(self) -> list[Call]:
+        return [*([] if self.running is None else [self.running]), *self.queue]
+
+    @property
+    def _occupied(self) -> str:
+        """Name of what runs or waits and must end before the case is written; empty if there is nothing."""
+        return next((call.name for call in self._all if call.name != "move"), "")
+
+    def _take(self, message: Mapping[str, Any]) -> None:
+        name, views = message["name"], message["views"]
+        if name in READING and self._text != self._text_of_call:
+            return  # of a case that is another one by now
+        entry = self._entry(name, message["arguments"], message["numbers"])
+        if name == "move" and self.entries and self.entries[-1].name == "move":
+            self.entries.pop()
+        self.entries.append(entry)
+        for part, document in views.items():
+            encoded = json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
+            self.views[part] = (self.views.get(part, (0, b""))[0] + 1, encoded)
+        if name in WRITING:
+            self._text = read_text(self.place.case) or self._text
+            self._again()
+        elif name == "screen" and views["is_diagnosed"]:
+            self._ask("diagnose", {})
+
+    def _again(self) -> None:
+        """Ask anew for what depends on case and campaign."""
+        self.queue = [call for call in self.queue if call.name in WRITING]
+        self.begin()
+
+    def _ask(self, name: str, arguments: Mapping[str, Any]) -> None:
+        self._count += 1
+        self.queue.append(Call(number=self._count, name=name, arguments=arguments))
+        self._start()
+
+    def _start(self) -> None:
+        if self.running is None and self.queue:
+            self.running = self.queue.pop(0)
+            self._began, self._text_of_call = self.clock(), self._text
+            self.worker.call(self.running.number, self.running.name, self.running.arguments)
+        self._bump()
+
+    def _entry(self, name: str, arguments: Mapping[str, Any], numbers: Mapping[str, Any]) -> Entry:
+        now = datetime.now().astimezone().isoformat(timespec="seconds")
+        return Entry(name=name, arguments=arguments, numbers=numbers, when=now)
+
+    def _tell(self, tone: str, text: str) -> None:
+        self.message = {"tone": tone, "text": text}
+        self._bump()
+
+    def _bump(self) -> None:
+        self.revision += 1
+
+
+def read_text(file: Path) -> str | None:
+    """Text of a file as it is on the disk; None if it cannot be read now."""
+    try:
+        return file.read_bytes().decode("utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def sign_folder(folder: Path) -> str:
+    """Names, sizes and times of the files of a folder, as a hash; empty if it cannot be read now."""
+    try:
+        files = sorted(file for file in folder.rglob("*") if file.is_file())[:MOST_FILES]
+        facts = [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    except OSError:
+        return ""
+    return sha256(json.dumps(facts).encode()).hexdigest() if facts else ""

@@ -1,0 +1,1 @@
+"""What the page of the bench draws, as plain data: one file per part of the page."""

@@ -1,0 +1,109 @@
+"""Candidate effects for the page: physics, gain or probability, strength, and what each is confused with."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from diagnosis.candidate.effect import EffectParameter
+from diagnosis.screening import Score
+from study.case.added import text_of
+from study.diagnose.doubt import list_doubts
+from study.diagnose.report import advice, headline, threshold_in_words
+from study.diagnose.round import Round
+from study.diagnose.table import Row, interval, rows
+
+#: Cosine of two effects' changes from which a page names them as confused, and how many it names.
+CONFUSED, MOST = 0.6, 3
+
+
+def show_scores(scores: Sequence[Score]) -> list[dict[str, Any]]:
+    """Candidates of a screening, best first: numbers to first order."""
+    confused = find_confused(scores)
+    return [
+        _candidate(score, confused) | {
+            "gain": score.gain,
+            "is_fitted": False,
+            "strength": _strength(score),
+            "value": _value(score.strength, score.effect.parameters),
+        }
+        for score in scores
+    ]  # fmt: skip
+
+
+def show_diagnosis(result: Round) -> dict[str, Any]:
+    """Verdict and candidates of a diagnosis: those named first, then those that were fitted, then the others."""
+    verdict = result.diagnosis.verdict
+    scores = {score.effect.name: score for score in result.diagnosis.scores}
+    confused = find_confused(result.diagnosis.scores)
+    order = [each.effect.name for each in verdict.effects if each.effect is not None]
+    # Of one effect alone the verdict says all.
+    chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
+    return {
+        "finding": verdict.finding.value,
+        "sentence": headline(result),
+        "doubts": list_doubts(result),
+        "advice": advice(result),
+        "threshold": threshold_in_words(result),
+        "chance": float(result.diagnosis.thresholds.gain),
+        "candidates": [_fitted(row, scores[row.effect.name], confused, chance) for row in rows(result)],
+        "untestable": [{"name": item.name, "reason": item.reason} for item in result.diagnosis.catalogue.untestable],
+    }
+
+
+def find_confused(scores: Sequence[Score]) -> dict[str, list[list[Any]]]:
+    """Names of the effects that change the data most nearly as each does, with their cosines."""
+    seen = [score for score in scores if score.direction.any()]
+    if not seen:
+        return {}
+    directions = np.array([score.direction for score in seen])
+    cosines = np.abs(directions @ directions.T)
+    np.fill_diagonal(cosines, 0.0)
+    result = {}
+    for score, line in zip(seen, cosines, strict=True):
+        near = [int(other) for other in np.argsort(-line)[:MOST] if line[other] > CONFUSED]
+        result[score.effect.name] = [[seen[other].effect.name, round(float(line[other]), 3)] for other in near]
+    return result
+
+
+def _candidate(score: Score, confused: Mapping[str, list[list[Any]]]) -> dict[str, Any]:
+    effect = score.effect
+    return {
+        "name": effect.name,
+        "kind": effect.kind,
+        "physics": effect.physics,
+        "signature": effect.signature,
+        "absorbed": score.absorbed,
+        "confused": confused.get(effect.name, []),
+        "expected": score.gain,
+        "probability": None,
+        "held_out": None,
+        "is_named": False,
+    }
+
+
+def _fitted(
+    row: Row, score: Score, confused: Mapping[str, list[list[Any]]], chance: Mapping[str, float]
+) -> dict[str, Any]:
+    is_fitted = row.gain is not None
+    return _candidate(score, confused) | {
+        "gain": row.fall,
+        "is_fitted": is_fitted,
+        "is_named": row.named,
+        "strength": row.in_words,
+        "probability": chance.get(row.effect.name),
+        "held_out": None if row.errors is None else row.errors.held_out,
+        "value": [] if is_fitted else _value(score.strength, row.effect.parameters),
+    }
+
+
+def _strength(score: Score) -> str:
+    parameter = score.effect.parameters[0]
+    typical = abs(parameter.typical - parameter.vanishes)
+    return interval(score.strength, typical / score.size if score.size else np.inf, parameter)
+
+
+def _value(strength: float, parameters: Sequence[EffectParameter]) -> list[str]:
+    """Values with which an effect that was not fitted can be added: its strength to first order, typical others."""
+    rest = [parameter.typical for parameter in parameters[1:]]
+    return [text_of(value, parameter) for value, parameter in zip([strength, *rest], parameters, strict=True)]

@@ -1,0 +1,98 @@
+"""Measured families over predictions with residuals, the map of the misfit, and what the comparison says in words."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from correlation.metric.misfit import whole
+from correlation.prediction import Points
+from figure.style import choose_family_colours
+from study.bench.line import Lines, at_measured
+from study.compare.curve import Coefficients, Drawing, Panel, find_rows, joined
+from study.compare.result import Compared
+from study.compare.section.misfit import misfit_sections
+from study.compare.section.response import response_sections
+from study.compare.sentence import summarise
+from study.page.number import round_list
+
+#: Significant digits of the lines, and of their slopes.
+DIGITS, SLOPE_DIGITS = 6, 4
+
+
+def show_comparison(compared: Compared, lines: Mapping[str, Lines]) -> dict[str, Any]:
+    """Parts of the page: "verdict", "responses" and "map".
+
+    Parameters
+    ----------
+    compared
+        Comparison of the case as its file says it.
+    lines
+        Its lines that move, by configuration.
+    """
+    points = {free: (each.points, each.prediction.value) for free, each in _by_free(lines).items()}
+    drawing = Drawing.of(compared, points)
+    (responses,), (misfit,) = response_sections(compared, drawing), misfit_sections(compared, drawing)
+    data = {**responses.data, "dark_colours": choose_family_colours(len(responses.data["levels"]), dark=True)}
+    panels = [panel for listed in drawing.panels.values() for panel in listed if panel.curves]
+    free_of = [free for free, listed in drawing.panels.items() for panel in listed if panel.curves]
+    for shown, panel, free in zip(data["panels"], panels, free_of, strict=True):
+        shown["sensor"] = panel.key[0]
+        for group, curve in zip(shown["groups"], _lines(panel, _by_free(lines)[free]), strict=True):
+            group |= curve
+    summary = summarise(compared)
+    return {
+        "verdict": {
+            "title": compared.title,
+            "campaign": compared.campaign.title,
+            "tone": summary.tone,
+            "tag": summary.tag,
+            "sentences": list(summary.sentences),
+            "cards": [list(card) for card in summary.cards],
+            "suspicions": [{"where": item.where, "sentence": item.sentence} for item in compared.suspicions],
+        },
+        "responses": data,
+        "map": dict(misfit.data),
+    }
+
+
+def show_moved(
+    compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]]
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Exact lines at other values of the parameters for the page, in the order of its panels; and the errors there."""
+    drawing = Drawing.of(compared, lines)
+    panels = [panel for listed in drawing.panels.values() for panel in listed if panel.curves]
+    shown = [[_complex(curve.line) for curve in panel.curves] for panel in panels]
+    return {"panels": shown}, list_errors(compared, lines)
+
+
+def list_errors(compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]]) -> dict[str, float]:
+    """Median errors of amplitude [%] and phase [deg] of training data and held-out levels beside some lines."""
+    misfit, _ = joined(compared.train, compared.held_out)
+    for points, line in lines.values():
+        misfit = at_measured(misfit, points, line)
+    share = whole(misfit)
+    return {
+        "median error of the amplitude [%]": 100 * share.amplitude_error,
+        "median error of the phase [deg]": float(np.degrees(share.phase_error)),
+    }
+
+
+def _by_free(lines: Mapping[str, Lines]) -> dict[bool, Lines]:
+    return {name == "free": each for name, each in lines.items()}
+
+
+def _lines(panel: Panel, lines: Lines) -> list[dict[str, Any]]:
+    """Line and slopes of each curve of a panel, in its unit."""
+    points, result = lines.points, []
+    for curve in panel.curves:
+        rows = find_rows(points, *panel.key, curve.level)
+        rows = rows[points.sweep[rows] == curve.sweep]
+        slopes = panel.factor(points.force[rows])[:, None] * lines.slopes[rows]
+        result.append({"value": _complex(curve.line), "slopes": [_complex(slope, SLOPE_DIGITS) for slope in slopes.T]})
+    return result
+
+
+def _complex(values: Coefficients, digits: int = DIGITS) -> list[list[float | None]]:
+    """Real and imaginary parts."""
+    return [round_list(values.real, digits), round_list(values.imag, digits)]

@@ -1,0 +1,54 @@
+"""What was done to a case, for the page: a list to go back in, and the errors of each step."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from study.diagnose.history import Errors, History
+from study.diagnose.stages import list_known_errors
+
+
+def show_history(history: History) -> list[dict[str, Any]]:
+    """Steps, oldest first; `back` is how many times `undo` takes a standing step back, zero of all others."""
+    standing = history.standing
+    # A standing step is one of the steps themselves, and no copy.
+    back = {id(step): len(standing) - place for place, step in enumerate(standing)}
+    return [
+        {
+            "what": step.what,
+            "when": step.when,
+            "effect": step.effect,
+            "values": [str(pair[0]) for pair in step.values.values()],
+            "sentence": step.sentence,
+            "before": None if step.before is None else step.before.document,
+            "after": None if step.after is None else step.after.document,
+            "diff": list(step.diff)[2:],
+            "back": back.get(id(step), 0),
+        }
+        for step in history.steps
+    ]
+
+
+def show_errors(history: History, present: Sequence[str], drawn: Errors, now: Errors) -> list[dict[str, Any]]:
+    """Errors on training and held-out data after each step: as drawn, calibrated, and with each effect.
+
+    Parameters
+    ----------
+    history
+        History of the case.
+    present
+        Names of the effects in the case.
+    drawn, now
+        Errors of the model as drawn, and with all its values fitted anew.
+    """
+    return [vars(step) for step in list_known_errors(history, present, drawn, now)]
+
+
+def list_numbers(before: Errors | None, after: Errors | None) -> dict[str, float]:
+    """Errors of a step as named numbers; those that are not known are left out."""
+    sides = {"before": before, "after": after}
+    return {
+        f"{words} error {side} [%]": 100 * value
+        for side, item in sides.items()
+        if item is not None
+        for words, value in (("training", item.training), ("held-out", item.held_out))
+    }

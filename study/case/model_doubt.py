@@ -1,0 +1,132 @@
+"""What is odd about a model as a whole: a first natural frequency that no structure has, or a sweep far below it.
+
+A slip of a unit in a mesh, in matrices or in a sweep makes a sound model of something that nobody meant.
+"""
+
+import warnings
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from casefile.plausibility import BODY_SIZE, FIRST_FREQUENCY
+from geometry.errors import InputWarning
+from reduction.jointed_system import JointedSystem
+from reduction.stuck import stick_at_rest, stuck_stiffness
+from study.case.sweep_table import FrequencySweepTable
+from study.case.tables import Case
+
+#: Frequencies of rigid motions, over the frequency of the next mode [-].
+RIGID = 1e-3
+#: A sweep below this share of the first natural frequency shows a spring, and no vibration [-].
+QUASI_STATIC = 0.01
+#: Degrees of freedom up to which all natural frequencies are found: some seconds.
+MOST_DOFS = 1500
+#: Units of length that files have, by their size [m].
+UNITS = {1.0: "m", 1e-3: "mm", 1e-6: "um", 0.0254: "inch"}
+#: Slips of units, and by how much the true frequencies are higher [-].
+SLIPS = (
+    (1e9**0.5, "a density in kg/m^3 that was taken for kg/mm^3"),
+    (1e12**0.5, "a density in kg/m^3 in a model in mm, tonne, s"),
+    (1e3**0.5, "stiffness in N/mm beside a mass in kg"),
+    (1e-3**0.5, "a mass in tonne beside a stiffness in N/m"),
+    (1e-12**0.5, "a density in tonne/mm^3 in a model in m, kg, s"),
+)
+
+
+def natural_frequencies(system: JointedSystem) -> Float[NDArray[np.float64], " mode"]:
+    """Frequencies of the elastic modes with the contacts as they are at rest, and with all closed, ascending [Hz]."""
+    if len(system.mass) > MOST_DOFS:
+        return np.zeros(0)
+    joined = (join(system.stiffness, system.joints) for join in (stick_at_rest, stuck_stiffness))
+    try:
+        return np.sort(np.concatenate([_elastic(system.mass, stiffness) for stiffness in joined]))
+    except scipy.linalg.LinAlgError:  # a mass that is not definite; those who compute with it say so
+        return np.zeros(0)
+
+
+def _elastic(
+    mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]
+) -> Float[NDArray[np.float64], " mode"]:
+    squared = scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
+    frequency = np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
+    # The last large jump among the six motions of a rigid body, if there is one, lies below the first elastic mode.
+    rigid = np.flatnonzero(frequency[1:7] * RIGID > frequency[:-1][:6])
+    return frequency[rigid[-1] + 1 if len(rigid) else 0 :]
+
+
+def frequency_doubt(frequency: float) -> str:
+    """What is odd about the first natural frequency [Hz] of a structure; empty if nothing is.
+
+    Parameters
+    ----------
+    frequency
+        Positive, or zero where none is known.
+    """
+    low, high = FIRST_FREQUENCY.usual
+    if frequency <= 0 or low <= frequency <= high:
+        return ""
+    # The slips that lead to the most usual frequencies, from a tall building to a small blade.
+    meant = " or ".join(what for factor, what in SLIPS if 1.0 <= frequency * factor <= 1e4)
+    return (
+        f"mode 1 is at {frequency:.2g} Hz, but {FIRST_FREQUENCY.usual_of} have {low:g} to {high:.0e} Hz: "
+        + (f"{meant}?" if meant else "check the units of mass and stiffness")
+    )  # fmt: skip
+
+
+def sweep_doubt(natural: Float[NDArray[np.float64], " mode"], first: float, last: float) -> str:
+    """What is odd about a range of frequencies [Hz] below the natural ones of a model; empty if nothing is.
+
+    `study.solve.frequency_range` doubts what lies above them.
+    """
+    low, high = sorted((first, last))
+    if not len(natural) or high >= QUASI_STATIC * natural[0]:
+        return ""
+    return (
+        f"{low:.4g} to {high:.4g} Hz lie far below the first natural frequency, {natural[0]:.4g} Hz, so that nothing "
+        "resonates: check the unit of the frequencies, and those of the structure"
+    )
+
+
+def warn_of_model(case: Case[Any], system: JointedSystem, *, swept: bool) -> None:
+    """Warn of what is odd about the model of a case, with file and line.
+
+    Parameters
+    ----------
+    case
+        The case.
+    system
+        Its structure with joints.
+    swept
+        Whether the frequencies of ``[sweep]`` are computed.
+    """
+    natural = natural_frequencies(system)
+    table, doubt = "structure", frequency_doubt(float(natural[0]) if len(natural) else 0.0)
+    if not doubt and swept and isinstance(case.sweep, FrequencySweepTable):
+        table, doubt = "sweep", sweep_doubt(natural, case.sweep.first, case.sweep.last)
+    if doubt:
+        told = doubt if case.source is None else str(case.source.problem((table,), doubt))
+        warnings.warn(told, InputWarning, stacklevel=2)
+
+
+def warn_of_frequency(frequency: float) -> None:
+    """Warn of a first natural frequency [Hz] that no structure has."""
+    if doubt := frequency_doubt(frequency):
+        warnings.warn(doubt, InputWarning, stacklevel=2)
+
+
+def warn_of_size(longest: float, unit: float) -> None:
+    """Warn of a body that is longer or shorter than those that are shaken.
+
+    Parameters
+    ----------
+    longest
+        Longest side of the box around it [m].
+    unit
+        Unit of length of its file [m].
+    """
+    text = f"{longest / unit:g} {UNITS[unit]}" if unit in UNITS else ""
+    if doubt := BODY_SIZE.doubt(longest, text):
+        warnings.warn(f"the longest side of the body: {doubt}", InputWarning, stacklevel=2)

@@ -1,0 +1,104 @@
+"""Python files that a case names are programs: those of others are run only when the user has said so, once.
+
+One's own is a file that nobody else can have changed: it belongs to the user (or the system), as does its folder, and
+others may not write to either. Git asks the same of a repository (`safe.directory`). What was trusted is remembered by
+its content.
+"""
+
+import hashlib
+import json
+import os
+import stat
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from pathlib import Path
+
+from geometry.errors import InputError
+from pipeline.cache_folder import default_folder
+from pipeline.output import replace_file
+
+#: Whether the user has said `--trust`.
+_TRUSTS: ContextVar[bool] = ContextVar("trusts the code of cases", default=False)
+FILE = "trusted_code.json"
+
+
+class UntrustedCode(InputError):
+    """A Python file that a case names, and that belongs to somebody else."""
+
+
+def trust_code(trusts: bool = True) -> None:
+    """Trust all Python files that cases name from now on, as ``--trust`` does."""
+    _TRUSTS.set(trusts)
+
+
+@contextmanager
+def trusting() -> Iterator[None]:
+    """`trust_code` within a block."""
+    token = _TRUSTS.set(True)
+    try:
+        yield
+    finally:
+        _TRUSTS.reset(token)
+
+
+def require_trust(files: Sequence[Path], case: Path) -> None:
+    """Refuse files of a case that are not the user's own and that the user does not trust; asks once, at a terminal.
+
+    Parameters
+    ----------
+    files
+        Existing Python files.
+    case
+        Case file that names them.
+
+    Raises
+    ------
+    UntrustedCode
+        The user does not trust them, or cannot be asked.
+    """
+    known = _remembered()
+    marks = {_mark(file): file for file in files if not is_own(file)}
+    foreign = [file for mark, file in marks.items() if mark not in known]
+    if not foreign:
+        return
+    listed = ", ".join(str(file) for file in foreign)
+    if not (_TRUSTS.get() or _agrees(f"{case} runs Python code that is not your own: {listed}. Run it? [y/N] ")):
+        raise UntrustedCode(
+            f"{case} names Python code that belongs to somebody else or that others may change ({listed}): read it, "
+            "and then add --trust, or trust_code() of study.case.trust in Python"
+        )
+    with suppress(OSError):  # then it is asked again
+        default_folder().mkdir(parents=True, exist_ok=True)
+        replace_file(default_folder() / FILE, json.dumps(sorted({*known, *marks})))
+
+
+def is_own(file: Path) -> bool:
+    """Whether a file and its folder belong to the user or the system, and nobody else may write to them."""
+    for place in (file.resolve(), file.resolve().parent):
+        found = place.stat()
+        others_write = found.st_mode & stat.S_IWOTH and not (place.is_dir() and found.st_mode & stat.S_ISVTX)
+        if found.st_uid not in {os.getuid(), 0} or others_write:
+            return False
+    return True
+
+
+def _agrees(question: str) -> bool:
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return False
+    sys.stderr.write(question)
+    sys.stderr.flush()
+    return sys.stdin.readline().strip().lower() in {"y", "yes"}
+
+
+def _mark(file: Path) -> str:
+    return hashlib.sha256(str(file.resolve()).encode() + b"\0" + file.read_bytes()).hexdigest()
+
+
+def _remembered() -> set[str]:
+    try:
+        marks = json.loads((default_folder() / FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return set()
+    return {mark for mark in marks if isinstance(mark, str)} if isinstance(marks, list) else set()

@@ -1,0 +1,60 @@
+"""``stickslip bench``: case and measurements in the browser."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from pipeline.blas_threads import one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+app = command_app(
+    "bench",
+    """Opens a case and a measurement campaign in the browser: measured families over predictions with residuals, where
+    the model fails, which effects it may lack, and its parameters as sliders. Add, Undo and Calibrate write the case
+    as `stickslip add`, `undo` and `calibrate` do. All that was clicked can be exported as a script that gives the same
+    numbers. The server answers this computer alone, to whom knows the token in its address; the page loads nothing
+    from elsewhere. Ctrl-C ends it, and nothing is lost. See docs/bench.md.""",
+    examples=["stickslip bench beam.toml campaign", "stickslip bench beam.toml campaign --port 8350 --no-browser"],
+)
+
+
+@app.default
+def bench(
+    case: Annotated[Path, Parameter(help="Case file.")],
+    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    /,
+    *,
+    port: Annotated[int, Parameter(help="Port on this computer; 0 for one that is free.")] = 0,
+    browser: Annotated[bool, Parameter(help="Open the browser.")] = True,
+    without: Annotated[
+        tuple[str, ...],
+        Parameter(
+            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
+        ),
+    ] = (),
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Open the bench."""
+    one_thread_by_default()
+    from study.bench.server import serve_bench
+    from study.bench.work import Place
+    from study.kind.registry import open_case
+
+    open_case(case)  # a mistake of the file is told at once
+    addresses: list[str] = []
+
+    def opened(address: str) -> None:
+        addresses.append(address)
+        # Without it there is no page: it is printed whatever else is not.
+        sys.stderr.write(f"stickslip: the bench is at {address} (Ctrl-C ends it)\n")
+        sys.stderr.flush()
+        if browser:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    place = Place(case=case, folder=campaign, without=without, cache=options.cache_folder)
+    serve_bench(place, port, opened=opened)
+    return Answer(document={"case": str(case), "address": addresses[0]}, text="The bench is closed; nothing is lost.")

@@ -1,0 +1,41 @@
+"""``stickslip calibrate``: fitted calibration parameters, written into the case."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from pipeline.blas_threads import one_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+app = command_app(
+    "calibrate",
+    """Fits the calibration parameters of a case, and the effects that were added to it, to the training data of a
+    campaign, and writes their values into the case. Comments and layout of the file stay. The step is noted in
+    CASE.history.json, and `stickslip undo` takes it back.""",
+    examples=["stickslip calibrate beam.toml campaign"],
+)
+
+
+@app.default
+def calibrate(
+    case: Annotated[Path, Parameter(help="Case file.")],
+    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    /,
+    *,
+    without: Annotated[
+        tuple[str, ...],
+        Parameter(
+            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, as `diagnose`."
+        ),
+    ] = (),
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Calibrate a case."""
+    one_thread_by_default()
+    from study.diagnose.calibrate import calibrate_case
+    from study.diagnose.report import step_in_words
+    from study.diagnose.run import step_document
+
+    step = calibrate_case(case, campaign, options.open(), without)
+    return Answer(document={"case": str(case), **step_document(step)}, text=step_in_words(step, case))

@@ -1,0 +1,192 @@
+"""``stickslip runs``: the runs of a folder, listed, compared and removed."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+if TYPE_CHECKING:
+    from study.run_record import RunRecord
+
+app = command_app(
+    "runs",
+    """Of each run that writes files a record is kept: its words, hashes of the files that they name, version, machine,
+    time and answer. `runs` lists those with output folders in a folder and below, the newest of each command and
+    folder. `runs compare A B` shows which numbers of two answers differ. `runs clean FOLDER` lists the files that the
+    last run wrote into an output folder, and removes them with --yes, except those that were changed since. The stored
+    stages, which make a second run instant, are those of `stickslip cache`.""",
+    examples=["stickslip runs", "stickslip runs compare solved solved_2", "stickslip runs clean solved --yes"],
+)
+
+#: Differences that are printed.
+MOST = 40
+#: Numbers that differ by less are round-off [-].
+ROUND_OFF = 1e-12
+#: A file that is younger than its record by less was written by the run [s].
+WRITTEN = 2.0
+
+
+@app.default
+def runs(
+    folder: Annotated[Path, Parameter(help="Where to look; the current folder by default.")] = Path(),
+    /,
+    *,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """List runs."""
+    from geometry.errors import InputError
+    from study.command.cache import spoken_size
+    from study.run_record import find_records
+
+    if not folder.is_dir():
+        raise InputError(f"{folder} is no folder: name one that holds output folders")
+    records = find_records(options.cache_folder, folder)
+    items: list[dict[str, Any]] = [
+        {
+            "folder": os.path.relpath(record.output),
+            "command": list(record.command),
+            "finished": record.finished,
+            "seconds": record.seconds,
+            "bytes": sum(file.stat().st_size for file in _files(record)),
+            "inputs_changed": _changed_inputs(record),
+        }
+        for record in records
+    ]
+    if not items:
+        return Answer(document={"runs": []}, text=f"no runs in {folder.resolve()} or below")
+    lines = [
+        f"{item['finished'][:16].replace('T', ' ')}  {item['seconds']:8.1f} s  {spoken_size(item['bytes']):>8}  "
+        f"{item['folder']:20}  {' '.join(item['command'])}"
+        + (f"  (changed since: {', '.join(item['inputs_changed'])})" if item["inputs_changed"] else "")
+        for item in items
+    ]
+    return Answer(document={"runs": items}, text="\n".join(["finished (UTC)          took      size  folder", *lines]))
+
+
+@app.command(name="compare")
+def compare(
+    first: Annotated[Path, Parameter(help="Output folder of a run.")],
+    second: Annotated[Path, Parameter(help="That of another one.")],
+    /,
+    *,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Show which numbers of two answers differ."""
+    from study.run_record import newest_record
+
+    records = newest_record(options.cache_folder, first), newest_record(options.cache_folder, second)
+    # Names of files differ with their folder.
+    answers = [{name: value for name, value in record.answer.items() if name != "files"} for record in records]
+    leaves = [dict(_leaves(answer)) for answer in answers]
+    keys = [key for key in {**leaves[0], **leaves[1]} if not _alike(leaves[0].get(key), leaves[1].get(key))]
+    keys.sort(key=lambda key: -_change(leaves[0].get(key), leaves[1].get(key)))
+    context = [
+        f"{name}: {getattr(records[0], name)} | {getattr(records[1], name)}"
+        for name in ("version", "machine")
+        if getattr(records[0], name) != getattr(records[1], name)
+    ]
+    context += [
+        f"{name}: another content"
+        for name in records[0].inputs.keys() & records[1].inputs.keys()
+        if records[0].inputs[name] != records[1].inputs[name]
+    ]
+    document = {
+        "first": str(first),
+        "second": str(second),
+        "context": context,
+        "compared": len({**leaves[0], **leaves[1]}),
+        "different": [{"key": key, "first": leaves[0].get(key), "second": leaves[1].get(key)} for key in keys],
+    }
+    return Answer(document=document, text=_in_words(document))
+
+
+@app.command(name="clean")
+def clean(
+    *folders: Annotated[Path, Parameter(help="Output folder of a run.")],
+    yes: Annotated[bool, Parameter(negative="", help="Remove them; otherwise they are only listed.")] = False,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Remove the files that runs wrote."""
+    from geometry.errors import InputError
+    from study.command.cache import spoken_size
+    from study.run_record import newest_record
+
+    if not folders:
+        raise InputError("name the output folders whose runs are to be removed")
+    records = [newest_record(options.cache_folder, folder) for folder in folders]
+    removed: list[Path] = []
+    kept: list[Path] = []
+    for record in records:
+        written = record.path.stat().st_mtime + WRITTEN
+        for file in _files(record):
+            (removed if file.stat().st_mtime <= written else kept).append(file)
+    size = sum(file.stat().st_size for file in removed)
+    if yes:
+        for file in (*removed, *(record.path for record in records)):
+            file.unlink()
+        for folder in {Path(record.output) for record in records}:
+            if folder != Path.cwd() and not any(folder.iterdir()):
+                folder.rmdir()
+    lines = [*map(str, removed), *(f"{file} stays: it was changed after the run" for file in kept)]
+    lines.append(f"{'removed' if yes else 'would remove'} {len(removed)} files, {spoken_size(size)}")
+    if not yes:
+        lines.append("add --yes to remove them")
+    document = {"removed": yes, "files": list(map(str, removed)), "kept": list(map(str, kept)), "bytes": size}
+    return Answer(document=document, text="\n".join(lines))
+
+
+def _files(record: "RunRecord") -> list[Path]:
+    """The files that a run wrote and that are there."""
+    output = Path(record.output)
+    # A record that was tampered with names no file outside its folder.
+    return [output / name for name in record.files if Path(name).name == name and (output / name).is_file()]
+
+
+def _changed_inputs(record: "RunRecord") -> list[str]:
+    from study.run_record import digest
+
+    return [name for name, known in record.inputs.items() if digest(Path(record.folder) / name) != known]
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Numbers and words of a document by their path."""
+    if isinstance(value, Mapping):
+        for name, item in value.items():
+            yield from _leaves(item, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, Sequence) and not isinstance(value, str):
+        for number, item in enumerate(value):
+            yield from _leaves(item, f"{key}[{number}]")
+    else:
+        yield key, value
+
+
+def _change(first: Any, second: Any) -> float:
+    """Relative difference of two numbers; of anything else, more than that of any numbers."""
+    if not all(isinstance(value, int | float) for value in (first, second)):
+        return float("inf")
+    largest = max(abs(first), abs(second))
+    return abs(first - second) / largest if largest else 0.0
+
+
+def _alike(first: Any, second: Any) -> bool:
+    return bool(first == second) or _change(first, second) <= ROUND_OFF
+
+
+def _in_words(document: Mapping[str, Any]) -> str:
+    different = document["different"]
+    lines = [*document["context"], f"{len(different)} of {document['compared']} values differ"]
+    for item in different[:MOST]:
+        change = _change(item["first"], item["second"])
+        share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"
+        lines.append(f"  {item['key']}: {_short(item['first'])} | {_short(item['second'])}{share}")
+    if len(different) > MOST:
+        lines.append(f"  and {len(different) - MOST} more: --json has all")
+    return "\n".join(lines)
+
+
+def _short(value: Any) -> str:
+    return f"{value:.8g}" if isinstance(value, float) else str(value)

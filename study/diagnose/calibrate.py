@@ -1,0 +1,96 @@
+"""``stickslip calibrate``: write the fitted calibration parameters and the values of the added effects into a case."""
+
+from pathlib import Path
+
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+from study.case.setup import read_case, require_loads
+from study.compare.suspicions import require_held_out, require_repeats
+from study.diagnose.add import LoopError, as_written, save_step
+from study.diagnose.edit import difference, edited
+from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
+from study.diagnose.round import errors
+from study.diagnose.screen import Screened, screen_case
+from study.diagnose.table import write_up
+from study.kind.registry import open_case
+from study.run_context import RunContext
+
+
+def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> Step:
+    """Fit the calibration parameters and the added effects of a case, and write their values into it.
+
+    Parameters
+    ----------
+    case, folder
+        A case file and a campaign.
+    run
+        Store and progress; a screening or diagnosis of the same case with this store has done the fit already.
+    without
+        Kinds of effects to leave out; they only tell which stored screening is the same.
+
+    Returns
+    -------
+    The step in the history.
+
+    Raises
+    ------
+    LoopError
+        The case has nothing to fit, or was edited meanwhile.
+    CaseError, CampaignError, OutputError
+        With what is wrong in the case, the campaign or the folder.
+    """
+    text = read_text(case)
+    return write_calibration(case, folder, screen_file(case, folder, run, without), text)
+
+
+def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> Screened:
+    """`screen_case` of a case file and a campaign folder.
+
+    Raises
+    ------
+    CaseError, CampaignError
+        With what is wrong in them; a campaign without steady states, repeats or held-out data.
+    """
+    open_case(case)  # mistakes of the file itself come first
+    with run.progress.step("campaign", expected=1):
+        campaign = read_campaign(folder)
+    if not len(campaign.measurement):
+        raise CampaignError(f"{folder} has no steady states, by which effects are screened: add a test with levels")
+    require_held_out(campaign, folder)
+    require_repeats(campaign, folder)
+    setup = require_loads(read_case(case, campaign, run)).setup
+    return screen_case(setup, campaign, without=without, store=run.store, progress=run.progress)
+
+
+def write_calibration(case: Path, folder: Path, screened: Screened, text: str) -> Step:
+    """Write a fit into a case, and note it in the history.
+
+    Parameters
+    ----------
+    case, folder
+        Its file and campaign.
+    screened
+        The fit.
+    text
+        Text of the file when it was read for the fit.
+
+    Raises
+    ------
+    LoopError
+        The case has nothing to fit, or another text now.
+    """
+    values = write_up(screened.setup, screened.before)
+    if not values["calibrated"] and not values["added"]:
+        raise LoopError(f"{case}: there is no calibration parameter to fit: give one in [accepted]")
+    if read_text(case) != text:
+        raise LoopError(f"{case}: was edited during the fit, which is not written: calibrate again")
+    added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
+    new = edited(text, added, as_written(values["calibrated"]), str(case))
+    drawn, after = errors(screened.drawn), errors(screened.before)
+    step = Step(
+        what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
+        before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,
+        accepted=None if screened.setup.added else after, case_before=text, case_after=new,
+        diff=difference(text, new, case.name), case_key=case_key(new),
+    )  # fmt: skip
+    return save_step(case, history_of(case), step, new)

@@ -1,0 +1,1 @@
+"""`stickslip new`: a first case file that loads and solves at once."""

@@ -1,0 +1,109 @@
+"""What a first case is made of: the words of its structure, and what they were made from."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from study.campaign.question import Answers, Marked, Question
+from study.run_context import RunContext
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wishes:
+    """What the user said about a new case.
+
+    Parameters
+    ----------
+    path
+        The case file that is written.
+    files
+        Files of the structure: a STEP or mesh file, matrices.
+    fix
+        Faces, sets or nodes that are fixed.
+    given
+        Other values by the name of their option, as text.
+    answers
+        Where answers to what is not given come from.
+    """
+
+    path: Path
+    files: tuple[Path, ...]
+    fix: tuple[str, ...]
+    given: dict[str, str]
+    answers: Answers
+
+    def value(self, option: str, question: str, default: str, why: str, choices: Sequence[str] = ()) -> Marked:
+        """The value of an option, or else the answer to a question."""
+        if option in self.given:
+            return Marked(value=self.given[option])
+        return self.answers.ask(Question(text=question, default=default, why=why, choices=choices))
+
+    @staticmethod
+    def millimetres(option: str, marked: Marked) -> float:
+        """A length in words, in millimetres."""
+        from casefile.quantity import LENGTH
+        from geometry.errors import InputError
+        from geometry.part import MILLIMETRES_PER_METRE
+
+        try:
+            length = LENGTH.read(marked.value) * MILLIMETRES_PER_METRE
+        except ValueError as error:
+            raise InputError(f"--{option} {marked.value}: {error}") from None
+        if not length > 0:
+            raise InputError(f"--{option} {marked.value}: a length is positive")
+        return float(f"{length:.6g}")
+
+    def relative(self, file: Path) -> str:
+        """A file as the case names it: relative to the folder of the case, with slashes, quoted."""
+        return f'"{Path(os.path.relpath(file, self.path.parent)).as_posix()}"'
+
+
+@dataclass(frozen=True, kw_only=True)
+class Draft:
+    """A first case without load and sweep.
+
+    Parameters
+    ----------
+    text
+        The tables, from ``[structure]`` on, with comments that teach.
+    notes
+        Sentences for the user, such as a list of faces.
+    pictures
+        Files that were drawn.
+    is_whole
+        Whether loads and sweep are among the tables.
+    """
+
+    text: str
+    notes: tuple[str, ...] = ()
+    pictures: tuple[Path, ...] = ()
+    is_whole: bool = False
+
+
+Drafter = Callable[[Wishes, RunContext], Draft]
+
+
+def key(name: str, marked: Marked, comment: str = "") -> str:
+    """A line with a quantity or a word, and why it was assumed."""
+    value = str(marked.value)
+    written = value if value.replace(".", "", 1).isdigit() else f'"{value}"'
+    said = [each for each in (comment, f"assumed: {marked.assumed}" if marked.assumed else "") if each]
+    return f"{name} = {written}" + (f" # {'; '.join(said)}" if said else "")
+
+
+STEEL = """\
+[structure.material] # steel
+young = "210 GPa"
+poisson = 0.3
+density = "7800 kg/m^3"
+"""
+REDUCTION = """\
+# Vibration shapes that are kept beside the points and lines that joints, loads and sensors use: as many as lie below
+# three times the highest frequency of interest.
+[structure.reduction]
+modes = {modes}
+
+[structure.damping]
+ratio = "0.2 %" # of the first mode; a bare metal structure has 0.05 to 0.3 %
+"""

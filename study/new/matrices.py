@@ -1,0 +1,54 @@
+"""A first case of sparse matrices that another program wrote."""
+
+from geometry.errors import InputError
+from study.new.draft import REDUCTION, Draft, Wishes, key
+from study.run_context import RunContext
+
+UNITS = ("m, kg, s", "mm, tonne, s")
+
+
+def draft_matrices(wishes: Wishes, run: RunContext) -> Draft:
+    """Mass and stiffness of ANSYS, Nastran, CalculiX or MatrixMarket, and which node is which row."""
+    del run
+    if len(wishes.files) not in (2, 3):
+        raise InputError("name the files of mass and stiffness, in this order, and the table of nodes if there is one")
+    mass, stiffness, *dofs = wishes.files
+    units = wishes.value("units", "Units of the matrices?", UNITS[0], "a wrong one shifts all frequencies", UNITS)
+    fixed = wishes.fix or tuple(
+        str(
+            wishes.value(
+                "fix", "Numbers of the fixed nodes, or nothing?", "", "the matrices may hold their supports already"
+            ).value
+        ).split()
+    )
+    point = wishes.value("point", "Number of the node that is driven and measured?", "0", "it stays a coordinate")
+    for node in (*fixed, str(point.value)):
+        if not node.isdigit():
+            raise InputError(f'"{node}" is no number of a node: give numbers such as 12 (--fix, --point)')
+    support = f"[[structure.support]]\nnodes = [{', '.join(fixed)}]\n" if fixed else SUPPORT
+    return Draft(
+        text=f"""\
+# docs/matrices.md lists the formats.
+[structure]
+kind = "matrices"
+
+[structure.files]
+mass = {wishes.relative(mass)}
+stiffness = {wishes.relative(stiffness)}
+{"".join(f"dofs = {wishes.relative(file)}{chr(10)}" for file in dofs)}{key("units", units)}
+
+{support}
+# Nodes that stay coordinates: those of joints, loads and sensors.
+[[structure.boundary]]
+name = "point"
+nodes = [{point.value}]{f" # assumed: {point.assumed}" if point.assumed else ""}
+
+{REDUCTION.format(modes=30)}"""
+    )
+
+
+SUPPORT = """\
+# Nodes that are fixed, if the matrices do not have their supports already:
+# [[structure.support]]
+# nodes = [1, 2, 3]
+"""

@@ -1,0 +1,18 @@
+"""A first case of the rig: the shipped one, with larger elements and one friction history."""
+
+from study.new.draft import Draft, Wishes
+from study.run_context import RunContext
+from study.shipped_cases import RIG
+
+#: What makes the first run a matter of a minute.
+COARSER = (('size = "2.5 mm"', 'size = "5 mm"'), ("modes = 150", "modes = 60"), ("histories = 3", "histories = 1"))
+
+
+def draft_rig(wishes: Wishes, run: RunContext) -> Draft:
+    """The rig of the paper: a blade, two dampers and two de-couplers."""
+    del wishes, run
+    text = RIG.read_text(encoding="utf-8")
+    for fine, coarse in COARSER:
+        assert fine in text
+        text = text.replace(fine, f"{coarse} # {fine.rpartition(' = ')[2]} in study/cases/rig.toml", 1)
+    return Draft(text=text[text.index("[structure]") :], is_whole=True)

@@ -1,0 +1,176 @@
+"""Writes a first case, makes its structure, and adds a load, a sensor and a sweep through its first resonance."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.linalg
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from geometry.errors import InputError
+from pipeline.output import replace_file
+from study.case.structure import Structure
+from study.kind.registry import open_case
+from study.new.blade import draft_blade
+from study.new.draft import Draft, Drafter, Wishes
+from study.new.matrices import draft_matrices
+from study.new.part import draft_part
+from study.new.plain import draft_plain
+from study.new.rig import draft_rig
+from study.run_context import RunContext
+
+DRAFTERS: Mapping[str, Drafter] = {
+    "blade": draft_blade,
+    "rig": draft_rig,
+    "part": draft_part,
+    "matrices": draft_matrices,
+    "plain": draft_plain,
+}
+#: Frequencies of the sweep, over the first natural frequency [-].
+BAND = 0.1
+#: A frequency below this share of the next is that of a rigid body [-].
+RIGID = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewCase:
+    """A case that was written.
+
+    Parameters
+    ----------
+    path
+        The file.
+    draft
+        What it was made of.
+    frequency
+        First natural frequency [Hz]; None for a rig, whose sweep is known.
+    """
+
+    path: Path
+    draft: Draft
+    frequency: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrivePoint:
+    """Where the structure is driven and measured, as the keys of a place."""
+
+    keys: str
+    name: str
+
+
+def write_new_case(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
+    """Write a case of a kind.
+
+    Parameters
+    ----------
+    kind
+        A name of `DRAFTERS`.
+    wishes
+        Files and options.
+    run
+        Stores the structure, so that the next command finds it.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be used, or an option that fits nothing.
+    """
+    for file in wishes.files:
+        if not file.is_file():
+            raise InputError(f"{file}: there is no such file; check the spelling and the folder")
+    draft = DRAFTERS[kind](wishes, run)
+    head = f'{HEAD}\nschema = 2\ntitle = "{_title(wishes.path)}"\n\n{draft.text}'
+    replace_file(wishes.path, head)
+    opened = open_case(wishes.path)
+    if draft.is_whole:
+        return NewCase(path=wishes.path, draft=draft)
+    structure = opened.kind.structure(opened, run)
+    frequency, point = _first_mode(structure)
+    tables = [] if structure.sensors else [SENSOR.format(name=point.name, keys=point.keys)]
+    if structure.harmonic_force is None:
+        tables.insert(0, LOAD.format(keys=point.keys))
+    tables += [JOINT.format(keys=_commented(point.keys)), SWEEP.format(**_range(frequency))]
+    replace_file(wishes.path, "\n".join([head.rstrip() + "\n", *tables]))
+    open_case(wishes.path)
+    return NewCase(path=wishes.path, draft=draft, frequency=frequency)
+
+
+def _first_mode(structure: Structure) -> tuple[float, DrivePoint]:
+    """Frequency of the first elastic mode [Hz], and where it moves most of all that a case can name."""
+    matrices = structure.matrices
+    squared, shapes = scipy.linalg.eigh(matrices.stiffness, matrices.mass)
+    elastic = squared > RIGID**2 * abs(squared[min(6, len(squared) - 1)])
+    if not elastic.any():
+        raise InputError("the structure has no natural frequency above zero: check its stiffness")
+    first = int(elastic.argmax())
+    shape = np.abs(shapes[:, first])
+    return float(np.sqrt(squared[first])) / (2 * np.pi), _drive_point(structure, shape)
+
+
+def _drive_point(structure: Structure, shape: Float[NDArray[np.float64], " r"]) -> DrivePoint:
+    if structure.places:
+        return DrivePoint(keys='place = "excitation"' if "excitation" in structure.places else "", name="tip")
+    named = [number for number, dof in enumerate(structure.dofs) if dof.direction in ("x", "y", "z")]
+    if not named:
+        dof = int(shape.argmax())
+        return DrivePoint(keys=f"dof = {dof}", name=f"dof {dof}")
+    best = max(named, key=lambda number: shape[number])
+    found = structure.dofs[best]
+    if structure.matrices.rom is not None:
+        return DrivePoint(keys=f'at = "{found.body}"\ndirection = "{found.direction}"', name=found.body)
+    body = f'body = "{found.body}"\n' if found.body else ""
+    return DrivePoint(keys=f'{body}node = {found.node}\ndirection = "{found.direction}"', name=f"node {found.node}")
+
+
+def _range(frequency: float) -> dict[str, str]:
+    ends = {"first": (1 - BAND) * frequency, "last": (1 + BAND) * frequency, "step": BAND * frequency / 50}
+    return {name: f"{value:.4g}" for name, value in ends.items()} | {"resonance": f"{frequency:.5g}"}
+
+
+def _title(path: Path) -> str:
+    return path.stem.replace("_", " ").capitalize()
+
+
+def _commented(keys: str) -> str:
+    return "\n".join(f"# {line}" for line in keys.splitlines())
+
+
+HEAD = """\
+# A first case, written by `stickslip new`. Quantities are text with a unit, lines that begin with # are comments.
+# docs/case.md describes every key. Try it: stickslip reduce, modes, solve."""
+LOAD = """\
+# 1 N cos(Omega t). The levels of [sweep] multiply it.
+[[load]]
+{keys}
+amplitude = "1 N"
+"""
+SENSOR = """\
+# What solve draws, and what compare compares with a channel of the same name.
+[[sensor]]
+name = "{name}"
+{keys}
+"""
+JOINT = """\
+# The structure is linear so far. A joint between this place and the ground, for example a spring with a slider that
+# slips at 2 N (docs/case.md lists all kinds of joints):
+# [[joint]]
+# kind = "jenkins"
+# name = "rub"
+{keys}
+# tangential_stiffness = "0.1 N/um"
+# limit_force = "2 N"
+"""
+SWEEP = """\
+# The response is followed through the first resonance, at {resonance} Hz without joints.
+[sweep]
+from = "{first} Hz"
+to = "{last} Hz"
+step = "{step} Hz"
+levels = [1]
+
+[harmonics]
+highest = 5 # 1 would do for a linear structure; friction needs odd ones
+"""

@@ -1,0 +1,176 @@
+"""A record of each run that writes files: what was run on which files, when, for how long, and its answer.
+
+`Options.open` notes the output folder, `study.cli` writes the record when the command has answered, `stickslip runs`
+reads it. Records lie beside the stored results, one per command and output folder: the newest.
+"""
+
+import hashlib
+import importlib.metadata
+import json
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, fields
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from geometry.errors import InputError
+from pipeline.output import replace_file
+from study.json_value import plain
+
+#: Folder of the records, within that of the stored results.
+RECORDS = "runs"
+#: Output folder and folder of stored results; a list, so that what a command notes is seen outside.
+_FOLDERS: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("folders of the run", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunRecord:
+    """A run that has finished.
+
+    Parameters
+    ----------
+    path
+        File of the record.
+    command
+        Words after ``stickslip``.
+    folder, output
+        Where it was started, and its output folder.
+    started, finished
+        Times in UTC, as ISO 8601.
+    seconds
+        Wall-clock time [s].
+    version, python, machine
+        With what it ran.
+    inputs
+        SHA-256 of each file or folder that the words name.
+    files
+        Names of the files that it wrote into the output folder.
+    exit_code
+        0, or 1 for a result that is bad.
+    answer
+        The document of ``--json``.
+    """
+
+    path: Path
+    command: Sequence[str]
+    folder: str
+    output: str
+    started: str
+    finished: str
+    seconds: float
+    version: str
+    python: str
+    machine: str
+    inputs: Mapping[str, str]
+    files: Sequence[str]
+    exit_code: int
+    answer: Mapping[str, Any]
+
+
+def note_output(output: Path, stored: Path | None) -> None:
+    """Note the output folder of the command that runs, and the folder of stored results."""
+    noted = _FOLDERS.get()
+    if noted is not None and stored is not None:
+        noted.append((output.resolve(), stored))
+
+
+@contextmanager
+def recorded(words: Sequence[str]) -> Iterator[list[tuple[int, Mapping[str, Any]]]]:
+    """Write a record of the command that runs within, if it has an output folder and answers.
+
+    The list takes the exit code and the document of the answer.
+    """
+    folders: list[tuple[Path, Path]] = []
+    token = _FOLDERS.set(folders)
+    started = datetime.now(UTC)
+    answers: list[tuple[int, Mapping[str, Any]]] = []
+    try:
+        yield answers
+    finally:
+        _FOLDERS.reset(token)
+    if folders and answers:
+        _write(*folders[-1], words, started, *answers[-1])
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, or of all files of a folder with their names; empty where they cannot be read."""
+    total = hashlib.sha256()
+    try:
+        for file in [path] if path.is_file() else sorted(each for each in path.rglob("*") if each.is_file()):
+            total.update(f"{file.relative_to(path)}\0".encode())
+            with file.open("rb") as stream:
+                total.update(hashlib.file_digest(stream, "sha256").digest())
+    except OSError:
+        return ""
+    return total.hexdigest()
+
+
+def find_records(stored: Path, below: Path) -> list[RunRecord]:
+    """Records of runs whose output folder is a folder or below it and still there, the oldest first.
+
+    Parameters
+    ----------
+    stored
+        Folder of stored results.
+    below
+        The folder.
+    """
+    found = []
+    for path in (stored / RECORDS).glob("*.json"):
+        # One that is damaged says nothing, and the next run of the same command replaces it.
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            document = json.loads(path.read_text(encoding="utf-8"))
+            names = [field.name for field in fields(RunRecord) if field.name != "path"]
+            record = RunRecord(path=path, **{name: document[name] for name in names})
+            if Path(record.output).is_dir() and Path(record.output).is_relative_to(below.resolve()):
+                found.append(record)
+    return sorted(found, key=lambda record: record.finished)
+
+
+def newest_record(stored: Path, output: Path) -> RunRecord:
+    """Record of the last run that wrote into an output folder.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    records = [each for each in find_records(stored, output) if Path(each.output) == output.resolve()]
+    if not records:
+        raise InputError(f"no run is known that wrote into {output}: `stickslip runs` lists the output folders")
+    return records[-1]
+
+
+def _write(
+    output: Path, stored: Path, words: Sequence[str], started: datetime, exit_code: int, answer: Mapping[str, Any]
+) -> None:
+    finished = datetime.now(UTC)
+    inputs = {word: digest(Path(word)) for word in words[1:] if Path(word).exists() and Path(word).resolve() != output}
+    document = {
+        "command": list(words),
+        "folder": str(Path.cwd()),
+        "output": str(output),
+        "started": started.isoformat(timespec="seconds"),
+        "finished": finished.isoformat(timespec="milliseconds"),
+        "seconds": round((finished - started).total_seconds(), 3),
+        "version": importlib.metadata.version("stickslip"),
+        "python": platform.python_version(),
+        "machine": f"{platform.node()}, {platform.platform()}",
+        "inputs": inputs,
+        # Some file systems keep whole seconds alone.
+        "files": [
+            file.name
+            for file in sorted(output.iterdir())
+            if file.is_file() and file.stat().st_mtime >= int(started.timestamp())
+        ],
+        "exit_code": exit_code,
+        "answer": plain(answer),
+    }
+    key = hashlib.sha256(f"{words[0]}\0{output}".encode()).hexdigest()[:16]
+    # The result is there without its record: a full disk is no error here.
+    with suppress(OSError):
+        (stored / RECORDS).mkdir(exist_ok=True)
+        replace_file(stored / RECORDS / f"{key}.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")

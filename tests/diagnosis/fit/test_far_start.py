@@ -1,0 +1,33 @@
+"""Starts of fits far from the vanishing strength."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.candidate.effect import EffectParameter
+from diagnosis.fit.far_start import list_far_starts, list_far_strengths
+from diagnosis.fit.refit import MOST_RUGGED
+
+
+def test_far_strengths_of_a_ratio_are_halfway_in_logarithms() -> None:
+    ratio = EffectParameter(name="ratio", unit="-", lower=0.25, upper=9.0, typical=1.1, vanishes=1.0)
+    np.testing.assert_allclose(list_far_strengths(ratio), [0.25, 9.0, 0.5, 3.0], rtol=1e-15)  # rounding of roots
+
+
+def test_far_strengths_of_what_vanishes_at_zero_are_halfway() -> None:
+    gap = EffectParameter(name="gap", unit="m", lower=-2.0, upper=4.0, typical=0.1)
+    np.testing.assert_array_equal(list_far_strengths(gap), [-2.0, 4.0, -1.0, 2.0])
+
+
+@pytest.mark.parametrize("kind", ["friction coefficient", "mass"])
+def test_only_effects_through_stick_and_slip_start_far(kind: str) -> None:
+    ratio = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
+    effects: Any = [SimpleNamespace(kind=kind, parameters=(ratio,)) for _ in range(MOST_RUGGED + 1)]
+    problem: Any = SimpleNamespace(fit=SimpleNamespace(values=np.array([1.5, 2.5])))
+    starts = list_far_starts(problem, effects)
+    assert len(starts) == (4 * MOST_RUGGED if kind == "friction coefficient" else 0)
+    for effect, values in starts:
+        assert effect in effects
+        np.testing.assert_array_equal(values[:2], [1.5, 2.5])

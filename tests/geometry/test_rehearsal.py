@@ -1,0 +1,64 @@
+"""Rehearsals: what ends, stops or overfills the process that reads a file leaves this one alone."""
+
+import ctypes
+import itertools
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.rehearsal import LEAST_SECONDS, rehearse
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "file"
+    path.write_bytes(bytes(1000))
+    return path
+
+
+def _crash() -> None:
+    ctypes.string_at(0)
+
+
+def _abort() -> None:
+    os.abort()
+
+
+def _loop() -> None:
+    for _ in itertools.count():
+        pass
+
+
+def _fill() -> None:
+    np.ones(3 << 30, dtype=np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("read", "reason"),
+    [(_crash, "ends its reader"), (_abort, "ends its reader"), (_loop, f"more than {LEAST_SECONDS} s"), (_fill, "GB")],
+)
+def test_a_trap_is_told_from_a_file(file: Path, read: object, reason: str) -> None:
+    told = rehearse(read, file, speed=1e6, memory=10)  # type: ignore[arg-type]
+    assert told is not None
+    assert reason in told
+
+
+def test_a_file_that_is_read_or_refused_is_no_trap(file: Path) -> None:
+    assert rehearse(file.read_bytes, file, speed=1e6, memory=10) is None
+    assert rehearse(lambda: 1 / 0, file, speed=1e6, memory=10) is None
+
+
+def test_what_a_rehearsal_reads_changes_nothing_here(file: Path) -> None:
+    seen: list[bytes] = []
+    assert rehearse(lambda: seen.append(file.read_bytes()), file, speed=1e6, memory=10) is None
+    assert not seen
+
+
+def test_a_copy_that_only_waits_says_nothing_of_the_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("geometry.rehearsal.PATIENCE", 0.1)
+    assert rehearse(lambda: time.sleep(60), file, speed=1e6, memory=10) is None
+    with pytest.raises(ChildProcessError):  # nobody is left behind
+        os.waitpid(-1, os.WNOHANG)

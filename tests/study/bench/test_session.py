@@ -1,0 +1,192 @@
+"""A session: clicks become calls one after another, what others change is noticed, and nothing is lost."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from study.bench.session import Session
+from study.bench.work import Place
+
+
+class FakeWorker:
+    """Notes calls; the test answers them."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[int, str, dict[str, Any]]] = []
+        self.ended = 0
+
+    def call(self, number: int, name: str, arguments: Mapping[str, Any]) -> None:
+        self.calls.append((number, name, dict(arguments)))
+
+    def end(self) -> None:
+        self.ended += 1
+
+
+Opened = tuple[Session, FakeWorker, Path]
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Opened:
+    """A session that has shown the case: comparison and screening are there."""
+    case, folder = tmp_path / "case.toml", tmp_path / "campaign"
+    case.write_text("schema = 2\n", encoding="utf-8")
+    folder.mkdir()
+    (folder / "campaign.toml").write_text("schema = 1\n", encoding="utf-8")
+    worker = FakeWorker()
+    session = Session(place=Place(case=case, folder=folder), worker=worker)
+    session.begin()
+    answer(session, worker)
+    answer(session, worker, is_diagnosed=False)
+    return session, worker, case
+
+
+def answer(session: Session, worker: FakeWorker, numbers: Mapping[str, float] | None = None, **views: Any) -> None:
+    """Answer the call that runs."""
+    number, name, arguments = worker.calls[-1]
+    session.receive(
+        {
+            "kind": "done",
+            "number": number,
+            "name": name,
+            "arguments": arguments,
+            "numbers": numbers or {},
+            "views": views,
+        }
+    )
+
+
+def names(worker: FakeWorker) -> list[str]:
+    return [name for _, name, _ in worker.calls]
+
+
+def test_calls_run_one_after_another(opened: Opened) -> None:
+    session, worker, _ = opened
+    assert names(worker) == ["compare", "screen"]
+    session.ask("diagnose", {})
+    session.ask("move", {"values": {"kt": 1.1}})
+    session.ask("move", {"values": {"kt": 1.2}})
+    assert names(worker)[2:] == ["diagnose"]
+    answer(session, worker)
+    # Of a slider that is dragged the last place counts.
+    assert worker.calls[-1][1:] == ("move", {"values": {"kt": 1.2}})
+
+
+def test_a_stored_diagnosis_follows_its_screening(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("screen", {})
+    answer(session, worker, is_diagnosed=True)
+    assert names(worker)[-1] == "diagnose"
+
+
+def test_the_case_is_not_written_while_something_computes(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("diagnose", {})
+    session.ask("add", {"effect": "mass at tip"})
+    assert names(worker)[2:] == ["diagnose"]
+    assert session.message is not None
+    assert session.message["tone"] == "error"
+    assert session.queue == []
+
+
+def test_what_was_written_is_compared_and_screened_anew(opened: Opened) -> None:
+    session, worker, case = opened
+    session.ask("add", {"effect": "mass at tip"})
+    case.write_text("schema = 2\n[[added]]\n", encoding="utf-8")
+    session.look()
+    answer(session, worker)
+    session.look()
+    # Its own change is nobody's edit.
+    assert [entry.name for entry in session.entries] == ["compare", "screen", "add"]
+    assert names(worker)[-1] == "compare"
+    assert [call.name for call in session.queue] == ["screen"]
+
+
+def test_an_edit_by_hand_is_told_noted_and_shown(opened: Opened) -> None:
+    session, worker, case = opened
+    case.write_text("schema = 2 # mine\n", encoding="utf-8")
+    session.look()
+    assert session.message is not None
+    assert "case.toml" in session.message["text"]
+    assert session.entries[-1].arguments == {"text": "schema = 2 # mine\n"}
+    assert names(worker)[-1] == "compare"
+
+
+def test_an_answer_for_the_case_before_an_edit_is_not_shown(opened: Opened) -> None:
+    session, worker, case = opened
+    session.ask("diagnose", {})
+    case.write_text("schema = 2 # mine\n", encoding="utf-8")
+    session.look()
+    answer(session, worker, candidates={"rows": []})
+    assert "candidates" not in session.views
+    assert names(worker)[-1] == "compare"
+
+
+def test_a_campaign_that_was_replaced_is_read_anew(opened: Opened) -> None:
+    session, worker, case = opened
+    (case.parent / "campaign" / "campaign.toml").write_text("schema = 1\ntitle = 'new'\n", encoding="utf-8")
+    session.look()
+    assert session.message is not None
+    assert "campaign" in session.message["text"]
+    assert names(worker)[-1] == "compare"
+
+
+def test_a_case_that_is_missing_for_a_moment_is_waited_for(opened: Opened) -> None:
+    session, worker, case = opened
+    text = case.read_text(encoding="utf-8")
+    case.unlink()
+    session.look()
+    case.write_text(text, encoding="utf-8")
+    session.look()
+    assert names(worker) == ["compare", "screen"]
+
+
+def test_cancel_ends_the_worker_and_late_answers_count_for_nothing(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("diagnose", {})
+    session.cancel()
+    assert worker.ended == 1
+    assert session.state["busy"] is None
+    number, name, arguments = worker.calls[-1]
+    session.ask("screen", {})
+    late = {"kind": "done", "number": number, "name": name, "arguments": arguments, "numbers": {}}
+    session.receive({**late, "views": {"candidates": {"rows": []}}})
+    assert "candidates" not in session.views
+    assert session.state["busy"]["name"] == "screen"
+
+
+def test_a_failure_is_a_sentence_and_the_session_goes_on(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("diagnose", {})
+    number, name, arguments = worker.calls[-1]
+    session.receive({"kind": "failed", "number": number, "name": name, "arguments": arguments, "sentence": "No."})
+    assert session.message == {"tone": "error", "text": "No."}
+    session.ask("compare", {})
+    assert names(worker)[-1] == "compare"
+
+
+def test_a_worker_that_dies_is_a_sentence_and_the_next_click_works(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("diagnose", {})
+    session.receive({"kind": "ended"})
+    assert session.message is not None
+    assert session.state["busy"] is None
+    session.ask("diagnose", {})
+    assert names(worker)[-2:] == ["diagnose", "diagnose"]
+
+
+def test_every_new_state_has_a_higher_revision(opened: Opened) -> None:
+    session, _, _ = opened
+    seen = session.revision
+    session.ask("diagnose", {})
+    session.receive({"kind": "progress", "steps": [{"name": "calibration", "share": 0.5}]})
+    assert session.revision > seen + 1
+    assert session.state["steps"] == [{"name": "calibration", "share": 0.5}]
+
+
+def test_an_unknown_call_is_refused(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("_compare", {})
+    assert names(worker) == ["compare", "screen"]
+    assert session.message is not None

@@ -1,0 +1,40 @@
+"""The structure as the page draws it."""
+
+import numpy as np
+import pytest
+
+from study.beam.model import beam_model
+from study.bench.view.structure import show_structure
+from study.case.setup import read_case
+from study.shipped_cases import SOLVE
+
+
+def test_a_beam_is_a_chain_whose_first_mode_bends_it_at_the_frequency_of_the_closed_form() -> None:
+    shown = show_structure(beam_model(24, n_harmonic=2))
+    assert [body["is_chain"] for body in shown["bodies"]] == [True]
+    points = np.array([node["point"] for node in shown["nodes"]])
+    assert (np.diff(points[:, 0]) > 0).all()
+    # Clamped and free: (1.8751 / L)^2 sqrt(E I / (rho A)) / 2 pi of 300 x 20 x 10 mm of steel, 210 GPa and 7800 kg/m^3;
+    # the case's own steel may differ by a per cent.
+    closed = 1.8751**2 / 0.3**2 * np.sqrt(210e9 * 0.01**2 / 12 / 7800) / (2 * np.pi)
+    mode = shown["modes"][0]
+    assert mode["frequency"] == pytest.approx(closed, rel=0.02)
+    shape = np.array(mode["shape"])[:, 2]
+    # It grows from the clamp to the tip, where it is as large as the page shows it.
+    assert (np.diff(np.abs(shape)) > 0).all()
+    assert abs(shape[-1]) == pytest.approx(0.12 * np.ptp(points[:, 0]), rel=1e-3)
+
+
+def test_sensors_lines_and_load_stand_where_their_rows_act() -> None:
+    model = beam_model(24, n_harmonic=2)
+    marks = {(mark["kind"], mark["name"]): mark["points"] for mark in show_structure(model)["marks"]}
+    tip = max(dof.coordinates[0] for dof in model.dofs if dof.coordinates is not None)
+    assert marks["sensor", "tip"][0][0] == pytest.approx(tip)
+    assert len(marks["contact line", "left"]) == len(model.lines["left"])
+    assert marks["load", "load"] == marks["sensor", "excitation"]
+
+
+def test_matrices_without_geometry_are_a_list_of_rows() -> None:
+    shown = show_structure(read_case(SOLVE).setup.model)
+    assert shown["nodes"] == []
+    assert shown["rows"]
