@@ -35,6 +35,8 @@ from reduction.joint_law.iwan_joint import IwanJoint
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.joint_law.jenkins_chain import JenkinsChain
 from reduction.joint_law.lugre import LuGreFriction
+from reduction.joint_law.piecewise_damper import PiecewiseDamper
+from reduction.joint_law.piecewise_spring import PiecewiseSpring
 from reduction.joint_law.play import Play
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
@@ -59,6 +61,8 @@ __all__ = [
     "Joint",
     "JointedSystem",
     "LuGreFriction",
+    "PiecewiseDamper",
+    "PiecewiseSpring",
     "Play",
     "PolynomialSpring",
     "PowerSpring",

@@ -22,7 +22,7 @@ SHOWN = {
     "import_matrices.py", "campaign_from_uff.py",
     "stability.py", "isolas.py", "backbone.py", "own_joint_law.py", "single_frequency_limits.py",
     "response_limits.py", "own_step_to_rom.py", "virtual_tests.py", "uncertain_parameters.py",
-    "response_control.py",
+    "response_control.py", "see_the_missing_law.py",
 }  # fmt: skip
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.
 SLOW = {"find_the_missing_effect.py", "uncertain_parameters.py", "isolas.py"}

@@ -19,7 +19,8 @@ from study.compare.report import side_by_side
 from study.diagnose.curves import curves, maps
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
-from study.diagnose.report import advice, headline, threshold_in_words
+from study.diagnose.missing_law import embed
+from study.diagnose.report import LAW_FILE, advice, headline, threshold_in_words
 from study.diagnose.resonance import draw_resonances, tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
@@ -70,6 +71,9 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
             subtitle="candidates, those named and fitted first; dashed: detection threshold "
             f"{result.diagnosis.thresholds.gain:.3g}",
         )
+    if result.law is not None:
+        drawn[f"{stem}_missing_law"] = result.law.drawing(title)
+        files[LAW_FILE] = result.law.effect_file.encode()
     return files | {f"{name}.png": picture for name, picture in pictures(drawn).items()}
 
 
@@ -123,6 +127,9 @@ def page(result: Round, history: History) -> str:
         places=[each for each in result.diagnosis.places if isinstance(each, Place)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
         resonators=[_resonator(each) for each in result.diagnosis.places if isinstance(each, Resonator)],
+        law=None if result.law is None else [*result.law.sentences],
+        law_picture="" if result.law is None else embed(result.law.picture(result.setup.title)),
+        law_file=LAW_FILE,
         accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
         now=factors(result.setup, result.diagnosis.before),

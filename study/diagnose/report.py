@@ -16,6 +16,7 @@ from geometry.plain_number import plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
+from study.diagnose.missing_law import tell_law
 from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
@@ -43,6 +44,8 @@ ADVICE = {
 }
 
 
+#: File of a recovered law.
+LAW_FILE = "recovered_law.py"
 #: The next step where an unknown force has a place.
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
@@ -62,6 +65,7 @@ def in_words(result: Round) -> str:
             "",
             *_candidates(result),
             *_places(result),
+            *tell_law(result.law, LAW_FILE),
             *_untestable(result),
         ]
     )
@@ -192,20 +196,8 @@ def document(result: Round) -> dict[str, Any]:
             for place in diagnosis.places
             if isinstance(place, Place)
         ],
-        "resonators": [
-            {
-                "place": resonator.name,
-                "configuration": resonator.configuration,
-                "gain": resonator.gain,
-                "frequency_hz": resonator.frequency,
-                "damping_ratio": resonator.damping,
-                "mass": resonator.mass,
-                "deviation": resonator.deviation,
-                "unit": resonator.unit,
-            }
-            for resonator in diagnosis.places
-            if isinstance(resonator, Resonator)
-        ],
+        "resonators": [_resonator_document(each) for each in diagnosis.places if isinstance(each, Resonator)],
+        "missing_law": None if result.law is None else result.law.document,
         "untestable": [{"effect": item.name, "reason": item.reason} for item in diagnosis.catalogue.untestable],
     }
 
@@ -214,6 +206,19 @@ def _case_errors(result: Round) -> dict[str, Any]:
     """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
     return {named[item.name]: errors(item.refit).document for item in stages(result) if item.name in named}
+
+
+def _resonator_document(resonator: Resonator) -> dict[str, Any]:
+    return {
+        "place": resonator.name,
+        "configuration": resonator.configuration,
+        "gain": resonator.gain,
+        "frequency_hz": resonator.frequency,
+        "damping_ratio": resonator.damping,
+        "mass": resonator.mass,
+        "deviation": resonator.deviation,
+        "unit": resonator.unit,
+    }
 
 
 def _law_document(law: FittedLaw) -> dict[str, Any]:

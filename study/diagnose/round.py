@@ -30,6 +30,7 @@ from pipeline.store import Store, stage
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
+from study.diagnose.missing_law import RecoveredLaw, describe_law, recover
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
 
@@ -57,6 +58,8 @@ class Round:
         Looks up or computes further steps of this round.
     remarks
         What the data cannot tell of gains that nobody stated, in sentences.
+    law
+        Recovered law of what no known effect explains, if any.
     """
 
     setup: Setup
@@ -65,6 +68,7 @@ class Round:
     drawn: Refit
     run_step: RunStep
     remarks: Sequence[str] = ()
+    law: RecoveredLaw | None = None
 
     @property
     def best(self) -> Refit | None:
@@ -133,7 +137,11 @@ def diagnose_case(
             report=shown.report,
         )
         drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
-    return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks)
+        law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
+    return Round(
+        setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
+        law=describe_law(law),
+    )  # fmt: skip
 
 
 def tell(watch: Watch | None, run_step: RunStep) -> RunStep:

@@ -26,6 +26,7 @@ from figure.mac_matrix import MacMatrix
 from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.misfit_map import MapPanel, MisfitMap
+from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 from figure.parameter_curves import ParameterCurve, ParameterCurves
 from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions
@@ -46,6 +47,20 @@ def receptance(resonance: float, damping_ratio: float = 0.01) -> np.ndarray:
     """Of one mass on a spring of 1 N/m."""
     ratio = FREQUENCY / resonance
     return 1 / (1 - ratio**2 + 2j * damping_ratio * ratio)
+
+
+def missing_law() -> LawDrawing:
+    x = np.linspace(-1e-3, 1e-3, 33)
+    spring = BandedCurve(x=x, mean=1e9 * x**3, low=1e9 * x**3 - 0.1, high=1e9 * x**3 + 0.1)
+    amplitude = BandedCurve(x=x[17:], mean=1e9 * x[17:] ** 2, low=0.9e9 * x[17:] ** 2, high=1.1e9 * x[17:] ** 2)
+    loops = [
+        LevelLoop(label=f"{n} N", displacement=n * 5e-4 * COSINE, velocity=-n * 0.1 * SINE, force=0.1 * n * COSINE**3)
+        for n in (1, 2)
+    ]
+    return LawDrawing(
+        loops=loops, spring=spring, damper=spring, stiffness=amplitude, work=amplitude, is_hatched=True,
+        known=[KnownLaw(label="nearest linear", force=600 * x)], **TITLES,
+    )  # fmt: skip
 
 
 def response_curves() -> ResponseCurves:
@@ -365,6 +380,7 @@ EXAMPLES: dict[type, Callable[[], object]] = {
         before=0.3,
         **TITLES,
     ),
+    LawDrawing: missing_law,
     ConfusionMatrix: lambda: ConfusionMatrix(
         count=np.array([[9, 1], [0, 20]]), right=np.eye(2, dtype=bool), rows=["gap", "nothing"],
         columns=["gap", "nothing"], gaps=([1], [1]), **TITLES,

@@ -15,15 +15,18 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from diagnosis.missing_law.recover import recover_law
 from diagnosis.resonator import Resonator
 from pipeline.store import Store
 from study.diagnose.add import add
+from study.diagnose.missing_law import describe_law
 from study.diagnose.page import contents
-from study.diagnose.report import document
+from study.diagnose.report import LAW_FILE, document
 from study.diagnose.run import Diagnosed, diagnose_file
 from study.diagnose.stages import waterfall
 from study.page.html import content_policy
 from study.run_context import silent_run
+from tests.diagnosis.missing_law.chain import SECOND, arranged, play
 
 TwoMasses = Callable[..., Path]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -185,3 +188,19 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, 
     assert not re.search(r'(?i)data-title="[^"]*(cloud|edit|share)', drawn)
     for name in ("waterfall", "response", "map"):
         assert re.search(rf'<div id="{name}" class="plot js-plotly-plot">.*?<svg class="main-svg"', drawn, re.DOTALL)
+
+
+def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: Diagnosed) -> None:
+    law = describe_law(recover_law(arranged(play(), (1, 3)), {"m1": SECOND}))
+    assert law is not None
+    found = replace(diagnosed.last, law=law)
+    files = contents(found, diagnosed.history, Path("chain.toml"))
+    assert "chain_diagnosis_missing_law.png" in files
+    assert b"def candidates(" in files[LAW_FILE]
+    text = files["chain_diagnosis.html"].decode()
+    assert "data:image/png;base64," in text
+    assert html.escape(law.sentences[0]) in text
+    told = json.loads(json.dumps(document(found)["missing_law"], default=lambda array: array.tolist()))
+    assert law.law.best.name in told["credible"]
+    assert abs(sum(place["probability"] for place in told["places"].values()) - 1) < 1e-9
+    assert document(diagnosed.last)["missing_law"] is None

@@ -30,6 +30,8 @@ from reduction.jointed_system import (
     Joint,
     JointedSystem,
     LuGreFriction,
+    PiecewiseDamper,
+    PiecewiseSpring,
     Play,
     PolynomialSpring,
     PowerSpring,
@@ -165,6 +167,8 @@ SMOOTH = {
 CONTACTS = {
     "stop": chain(1, ElasticStop(name="j", direction=row(1), stiffness=1.0, gap=0.1)),
     "play": chain(2, Play(name="j", direction=row(2), stiffness=1.0, gap=0.1)),
+    "piecewise spring": chain(1, PiecewiseSpring(name="j", direction=row(1), width=0.1, stiffness=(0.0, 1.0))),
+    "piecewise damper": chain(1, PiecewiseDamper(name="j", direction=row(1), width=0.1, damping=(0.1, 0.2))),
     "hertz": chain(1, HertzContact(name="j", direction=row(1), stiffness=1.0, reference=0.3, exponent=1.5, gap=0.0)),
     "jenkins": chain(2, JenkinsElement(name="j", direction=row(2), tangential_stiffness=1.0, limit_force=0.2)),
     "two jenkins": chain(

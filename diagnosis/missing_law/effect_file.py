@@ -1,0 +1,95 @@
+"""A recovered law as a file with an effect of one's own, which runs as it is and can be edited."""
+
+import numpy as np
+
+from diagnosis.missing_law.curves import LawCurves
+from diagnosis.missing_law.place_law import PlaceLaw
+from diagnosis.missing_law.words import LawWords
+
+#: Digits of the numbers in the file.
+DIGITS = 6
+#: Cells whose limit is below this share of the largest force are left out [-].
+SMALL = 1e-6
+
+TEMPLATE = '''"""The missing law at {place}, recovered from measurements: {words}.
+
+Its strength is 1 for the law as it was recovered. Forces are N, displacements m, velocities m/s.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter
+from reduction.jointed_system import JenkinsChain, PiecewiseDamper, PiecewiseSpring
+
+PLACE = {place!r}
+#: Pieces of the springs [m] with the change of their stiffness at each kink, for u > 0 and u < 0 [N/m].
+WIDTH = {width}
+AHEAD = {ahead}
+BACK = {back}
+#: The same of the damper [m/s, N s/m].
+SPEED = {speed}
+DAMPING = {damping}
+#: Stiffness [N/m] and limit [N] of each Jenkins cell.
+CELLS = {cells}
+STRENGTH = EffectParameter(name="ratio", unit="-", lower=0.0, upper=10.0, typical=1.0)
+
+
+@dataclass(frozen=True)
+class RecoveredLaw:
+    name: str = "recovered law at {place}"
+    kind: str = "recovered law"
+    physics: str = {physics!r}
+    signature: str = "What the recovered law says."
+    parameters: tuple[EffectParameter, ...] = (STRENGTH,)
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        ratio, row, name = values[0], find_rows(model)[PLACE], self.name
+        joints = [
+            PiecewiseSpring(name=f"{{name}} ahead", direction=row, width=WIDTH, stiffness=[ratio * k for k in AHEAD]),
+            PiecewiseSpring(name=f"{{name}} back", direction=-row, width=WIDTH, stiffness=[ratio * k for k in BACK]),
+            PiecewiseDamper(name=f"{{name}} damper", direction=row, width=SPEED, damping=[ratio * c for c in DAMPING]),
+        ]
+        if CELLS:
+            # A cell of the balance has a stiffness.
+            stiffness, limit = ([max(ratio, 1e-9) * value for value in each] for each in zip(*CELLS))
+            joints.append(
+                JenkinsChain(name=f"{{name}} cells", direction=row, tangential_stiffness=stiffness, limit_force=limit)
+            )
+        return model.with_system(joints=[*model.system.joints, *joints])
+
+
+def find_rows(model: Model) -> dict:
+    sensors = {{each.name: each.row for each in model.sensors if hasattr(each, "row")}}
+    return {{**sensors, **model.places}}
+
+
+def candidates(model: Model) -> list[Effect]:
+    return [RecoveredLaw()] if PLACE in find_rows(model) else []
+'''
+
+
+def write_effect_file(law: PlaceLaw, curves: LawCurves, words: LawWords) -> str:
+    """Text of a Python file with the law as an effect at its place of the model.
+
+    Parameters
+    ----------
+    law, curves, words
+        The law, its curves, and what is told of it.
+    """
+    ahead, back, damping = law.basis.pieces(law.posterior.mean)
+    stiffness, limit = law.basis.cells(law.posterior.mean)
+    least = SMALL * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
+    cells = [(_round(k), _round(f)) for k, f in zip(stiffness, limit, strict=True) if f > least]
+    said = words.sentences[0] if words.sentences else "a force"
+    return TEMPLATE.format(
+        place=law.name, words=", ".join(words.words) or "no clear features", physics=f"A force: {said}.",
+        width=_round(law.basis.width), speed=_round(law.basis.width_of_speed), cells=cells,
+        ahead=[_round(each) for each in ahead], back=[_round(each) for each in back],
+        damping=[_round(each) for each in damping],
+    )  # fmt: skip
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

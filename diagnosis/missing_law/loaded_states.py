@@ -1,0 +1,222 @@
+"""States of a model under further forces at a place, one set of harmonics per state, and their derivatives.
+
+The forces are given, and do not follow the motion: where a law would make two steady states there is one.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.configuration import Tangent
+from correlation.model import Model, Sensor
+from correlation.prediction import Key, Points, Prediction, Predictor
+from hbsolve.balance import HarmonicBalance
+from hbsolve.model_rates import ModelParameter
+from hbsolve.state import SteadyState
+
+Row = Float[NDArray[np.float64], " r"]
+
+#: Name of a sensor that follows a place.
+FOLLOWS = "motion of "
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StateTable:
+    """States that were measured.
+
+    Parameters
+    ----------
+    keys
+        Configuration, level [N] and frequency [Hz] of each state.
+    force
+        Amplitude of the force in each, shape (s,) [N].
+    number
+        State of each point of measurement, shape (k,); -1 where there is none.
+    """
+
+    keys: tuple[Key, ...]
+    force: Float[NDArray[np.float64], " s"]
+    number: Int[NDArray[np.int64], " k"]
+
+    @classmethod
+    def from_points(cls, points: Points, states: Mapping[Key, SteadyState]) -> "StateTable":
+        """States of points of measurement that a model has."""
+        keys = list(zip(points.free.tolist(), points.level.tolist(), points.frequency.tolist(), strict=True))
+        force = {key: float(value) for key, value in zip(keys, points.force, strict=True) if key in states}
+        number = {key: place for place, key in enumerate(force)}
+        return cls(
+            keys=tuple(force), force=np.array([*force.values()]), number=np.array([number.get(key, -1) for key in keys])
+        )
+
+    @property
+    def angular_frequency(self) -> Float[NDArray[np.float64], " s"]:
+        """Of each state, shape (s,) [rad/s]."""
+        return 2 * np.pi * np.array([frequency for _, _, frequency in self.keys])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Response:
+    """What the readings and some places do in each state, with p places, t further tangents and h harmonics.
+
+    Parameters
+    ----------
+    value
+        Readings, shape (k,).
+    motion
+        Harmonics of each place, shape (s, p, h) [m].
+    slopes
+        Change of each reading by the real and the imaginary part of a force at each place, shape (k, p, h, 2).
+    own
+        Change of the fundamental of each place by those of a force there, shape (s, p, 2) [m/N].
+    tangents
+        Change of each reading by further parameters, shape (k, t).
+    states
+        States, by configuration, level and frequency.
+    """
+
+    value: Complex[NDArray[np.complex128], " k"]
+    motion: Complex[NDArray[np.complex128], "s p h"]
+    slopes: Complex[NDArray[np.complex128], "k p h 2"]
+    own: Complex[NDArray[np.complex128], "s p 2"]
+    tangents: Complex[NDArray[np.complex128], "k t"]
+    states: Mapping[Key, SteadyState]
+
+
+def respond(
+    predictor: Predictor, model: Model, prediction: Prediction, table: StateTable, rows: Sequence[Row], count: int,
+    tangents: Sequence[Tangent],
+) -> Response:  # fmt: skip
+    """Response of a model about its prediction to forces at places.
+
+    Parameters
+    ----------
+    predictor, model, prediction
+        Prediction of the points of measurement.
+    table
+        Its states.
+    rows
+        Places, rows over the degrees of freedom, shape (r,) each [-].
+    count
+        Harmonics of the forces, the mean first [-].
+    tangents
+        Further parameters.
+    """
+    points, seeing, (p, s) = predictor.points, _follow_places(model, rows), (len(rows), len(table.keys))
+    if not s:
+        return _empty(len(points), p, count, len(tangents))
+    free, level, frequency = (np.repeat(np.array(column), p) for column in zip(*table.keys, strict=True))
+    more = Points(
+        free=free.astype(bool), level=level, frequency=frequency, sensor=np.tile(_names(p), s),
+        harmonic=np.ones(s * p, dtype=np.int64), force=np.repeat(table.force, p),
+    )  # fmt: skip
+    both = _join(points, more)
+    listed = [*(tangent for row in rows for tangent in _list_forces(model, row, count)), *tangents]
+    found = np.nan_to_num(replace(predictor, points=both).derivatives(seeing, prediction, listed))
+    n = 2 * p * count
+    # Loads are those of a level of 1 N.
+    forces = (found[:, :n] / both.force[:, None]).reshape(-1, p, count, 2)
+    places = np.arange(p)
+    return Response(
+        value=prediction.value,
+        motion=np.array([np.array(rows) @ prediction.states[key].coefficients[:count].T for key in table.keys]),
+        slopes=forces[: len(points)],
+        own=forces[len(points) :, :, 1].reshape(s, p, p, 2)[:, places, places],
+        tangents=found[: len(points), n:],
+        states={key: prediction.states[key] for key in table.keys},
+    )  # fmt: skip
+
+
+def respond_to_loads(
+    predictor: Predictor, model: Model, near: Mapping[Key, SteadyState], table: StateTable, row: Row,
+    loads: Complex[NDArray[np.complex128], "s h"], tangents: Sequence[Tangent],
+) -> Response:  # fmt: skip
+    """The same at one place, under forces there of given harmonics in each state, shape (s, h) [N].
+
+    Parameters
+    ----------
+    predictor, model
+        Points of measurement, and the model.
+    near
+        States to begin with, whose sliders are those at the start of each state.
+    table, row, loads
+        States, place and forces.
+    tangents
+        Further parameters.
+    """
+    points, count = predictor.points, loads.shape[1]
+    whole = _empty(len(points), 1, count, len(tangents))
+    motion, own = (
+        np.full((len(table.keys), 1, count), np.nan, dtype=complex),
+        np.zeros((len(table.keys), 1, 2), dtype=complex),
+    )
+    states: dict[Key, SteadyState] = {}
+    for number, key in enumerate(table.keys):
+        at = np.flatnonzero(table.number == number)
+        alone = Points(**{name: getattr(points, name)[at] for name in _COLUMNS})
+        loaded = _load(model, row, loads[number] / table.force[number], loads[number, 0].real)
+        start = near[key]
+        single = Predictor(points=alone, slider=partial(_take_sliders, start))
+        known = Prediction(points=alone, value=np.zeros(len(at), dtype=complex), states={key: start})
+        found = single.predict(loaded, known)
+        if key not in found.states:
+            continue
+        mine = StateTable(keys=(key,), force=table.force[number : number + 1], number=np.zeros(len(at), dtype=np.int64))
+        part = respond(single, loaded, found, mine, [row], count, tangents)
+        whole.value[at], whole.slopes[at], whole.tangents[at] = part.value, part.slopes, part.tangents
+        motion[number], own[number], states[key] = part.motion[0], part.own[0], found.states[key]
+    return replace(whole, motion=motion, own=own, states=states)
+
+
+_COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force")
+
+
+def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.float64]:
+    """Sliders at the start of a state, whatever the balance."""
+    del balance
+    return state.slider
+
+
+def _join(points: Points, more: Points) -> Points:
+    return Points(**{name: np.concatenate([getattr(points, name), getattr(more, name)]) for name in _COLUMNS})
+
+
+def _names(count: int) -> NDArray[np.str_]:
+    return np.array([f"{FOLLOWS}{number}" for number in range(count)])
+
+
+def _follow_places(model: Model, rows: Sequence[Row]) -> Model:
+    follow = (Sensor(name=str(name), row=row, relative=True) for name, row in zip(_names(len(rows)), rows, strict=True))
+    return replace(model, sensors=(*model.sensors, *follow))
+
+
+def _load(model: Model, row: Row, per_level: Complex[NDArray[np.complex128], " h"], mean: float) -> Model:
+    """The model with forces at a row: harmonics for a level of 1 N, and a mean [N]."""
+    own = model.system.dynamic
+    dynamic = np.zeros((max(len(own), len(per_level)), len(row)), dtype=np.complex128)
+    dynamic[: len(own)] += own
+    dynamic[1 : len(per_level)] += per_level[1:, None] * row
+    return model.with_system(harmonic_force=dynamic, static_load=model.system.static + mean * row)
+
+
+def _list_forces(model: Model, row: Row, count: int) -> list[Tangent]:
+    """Both parts of a force in each harmonic; the imaginary part of a mean is nothing."""
+    tangents = []
+    for harmonic in range(count):
+        for part in (1.0, 1j if harmonic else 0.0):
+            force = np.zeros((model.n_harmonic, len(row)), dtype=np.complex128)
+            force[harmonic] = part * row
+            rate = ModelParameter(harmonic_force=force)
+            tangents.append(Tangent(jointed=rate, free=rate, gain={}))
+    return tangents
+
+
+def _empty(k: int, p: int, count: int, t: int) -> Response:
+    nothing = np.zeros((0, p, count), dtype=complex)
+    return Response(
+        value=np.full(k, np.nan, dtype=complex), motion=nothing, slopes=np.zeros((k, p, count, 2), dtype=complex),
+        own=np.zeros((0, p, 2), dtype=complex), tangents=np.zeros((k, t), dtype=complex), states={},
+    )  # fmt: skip

@@ -1,0 +1,379 @@
+r"""Recovery of a missing law: at every place to first order, then at the best ones with the balance solved again.
+
+The force at a place drives the model as a load of its own in each state. About the states with the loads F of the last
+estimate the measurements are
+
+.. math:: y - x(F, \theta) + H F = H f + J\, d\theta + e, \qquad f = \sum_i c_i F_i ,
+
+with H the response of the readings to forces at the place (contacts linearised), J that to the calibration parameters
+with their priors below, which are projected out, and F_i the harmonics of function i by alternating time and frequency.
+The functions are followed along the *measured* motion of the place. Where no sensor follows it, the force that explains
+the readings best says how it moves,
+
+.. math:: u = u(F, \theta) + \alpha \arg\min_G |S^{-1/2} (y - x(F, \theta) - H G)|^2 ,
+
+so that no feedback of a wrong law on the motion makes branches, and on a linear structure one step is exact, however
+strong the force is. The coefficients, their sizes and the scatter follow from `diagnosis.missing_law.evidence`; their
+forces are the loads of the next step.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.model import Sensor
+from correlation.prediction import Key, Prediction, Predictor
+from diagnosis.candidate.place import is_parallel
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.fit_parameter import Values
+from diagnosis.fit.refit import is_lost
+from diagnosis.fit.tangent import differentiate
+from diagnosis.fit.weighting import leave_out_model_error
+from diagnosis.missing_law.basis import EVEN, LawBasis, find_harmonics, follow
+from diagnosis.missing_law.evidence import Posterior, cost_alone, infer
+from diagnosis.missing_law.law_joints import list_law_joints
+from diagnosis.missing_law.loaded_states import Response, StateTable, respond, respond_to_loads
+from diagnosis.missing_law.place_law import MissingLaw, Motion, PlaceLaw, Row, rank_laws
+from diagnosis.missing_law.place_motion import find_motion
+from diagnosis.screening import make_basis, project_out
+from hbsolve.errors import ModelError
+from hbsolve.state import SteadyState
+from reduction.jointed_system import Joint
+
+#: Harmonics of a missing force that are followed, the mean first [-].
+N_HARMONIC = 6
+#: Places whose states are solved again at most, and how often.
+REFINED, ROUNDS = 4, 2
+#: How often the scatter is found anew.
+WEIGHINGS = 6
+#: Relative change of the forces that ends the rounds [-].
+SETTLED = 0.01
+#: Rounds with the law in the model, shares of a step that are tried, and the fall of chi-squared that matters.
+CLOSED_ROUNDS, SHARES, ENOUGH = 8, (1.0, 0.5, 0.25, 0.1), 1.0
+#: Least evidence of a law: odds of one in twenty.
+LEAST = float(np.log(20))
+
+
+def recover_law(arrangement: Arrangement, rows: Mapping[str, Row] | None = None) -> MissingLaw | None:
+    """Recover the law of a missing force.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements and calibrated model.
+    rows
+        Places where it may act, rows over the degrees of freedom by name, shape (r,) each [-]; by default the places
+        of the model and those of its sensors.
+
+    Returns
+    -------
+    The law at each place; None where nothing moves, or the best law has odds of less than twenty to one.
+    """
+    rows = list_places(arrangement) if rows is None else {name: row for name, row in rows.items() if row.any()}
+    if not rows:
+        return None
+    recovery = _Recovery.begin(_without_model_error(arrangement), rows)
+    laws = [law for number in range(len(rows)) if (law := recovery.infer_to_first_order(number)) is not None]
+    laws.sort(key=lambda law: -law.evidence)
+    if not laws or laws[0].evidence < LEAST:
+        return None
+    refined = [recovery.refine(law) for law in laws[:REFINED]]
+    return rank_laws([*refined, *laws[REFINED:]])
+
+
+def _without_model_error(arrangement: Arrangement) -> Arrangement:
+    """The same by noise and stated errors alone: model error that a fit leaves may be the missing law."""
+    if arrangement.train.model_error is None:
+        return arrangement
+    of, fit, m = arrangement.train, arrangement.fit, arrangement.fit.n_number
+    train = leave_out_model_error(of)
+    jacobian = np.concatenate([train.whitening(of.whitening.undo(fit.jacobian[:m])), fit.jacobian[m:]])
+    residual = np.concatenate([train.residual(fit.prediction), fit.residual[m:]])
+    fit = replace(fit, jacobian=jacobian, residual=residual, chi2=float(residual @ residual))
+    return replace(arrangement, train=train, fit=fit)
+
+
+def list_places(arrangement: Arrangement) -> dict[str, Row]:
+    """Places of the model and of its sensors that move apart from each other, by name."""
+    model = arrangement.fit.model
+    rows: dict[str, Row] = {}
+    named = [*model.places.items(), *((each.name, each.row) for each in model.sensors if isinstance(each, Sensor))]
+    for name, row in named:
+        if row.any() and not any(is_parallel(row, other) for other in rows.values()):
+            rows[name] = row
+    return rows
+
+
+def _with_directions(state: SteadyState, joints: Sequence[Joint]) -> SteadyState:
+    """A state with the displacements of further joints, as they move with the structure."""
+    rows = np.concatenate([joint.directions for joint in joints])
+    moved = state.coefficients[: len(state.displacement)] @ rows.T
+    return replace(state, displacement=np.hstack([state.displacement, moved]))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Recovery:
+    """What all places have in common: the model without a law, and its response to forces at each place."""
+
+    arrangement: Arrangement
+    rows: Mapping[str, Row]
+    values: Values
+    table: StateTable
+    response: Response
+    cost: float
+
+    @classmethod
+    def begin(cls, arrangement: Arrangement, rows: Mapping[str, Row]) -> "_Recovery":
+        train, fit, unknowns = arrangement.train, arrangement.fit, arrangement.unknowns([])
+        # A fit that went astray in the place of a law is further off than the model as it was drawn.
+        values = unknowns.vanishing if is_lost(arrangement) else fit.values
+        model = unknowns.compose(values)
+        prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
+        table = StateTable.from_points(train.features.points, prediction.states)
+        tangents = [each for each in differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds) if each]
+        count = min(N_HARMONIC, model.n_harmonic)
+        response = respond(train.predictor, model, prediction, table, list(rows.values()), count, tangents)
+        m = fit.n_number
+        noise = max(1.0, float(np.sqrt(np.mean(fit.residual[:m] ** 2))))
+        scale = np.concatenate([np.full(m, 1 / noise), np.ones(len(values))])
+        taken = make_basis(fit.jacobian * unknowns.size * scale[:, None])
+        cost = cost_alone(project_out(taken, scale * fit.residual), m, 1 / noise) + m * np.log(noise**2)
+        return cls(arrangement=arrangement, rows=rows, values=values, table=table, response=response, cost=cost)
+
+    def infer_to_first_order(self, number: int) -> PlaceLaw | None:
+        """The law at a place about the states without it; None for a place that does not move."""
+        name, row = list(self.rows.items())[number]
+        response = replace(
+            self.response, motion=self.response.motion[:, [number]], slopes=self.response.slopes[:, [number]],
+            own=self.response.own[:, [number]],
+        )  # fmt: skip
+        return self._infer(name, row, self.values, np.zeros_like(response.motion[:, 0]), response)
+
+    def refine(self, law: PlaceLaw) -> PlaceLaw:
+        """The law about states that move as was measured, then fitted as joints of the model."""
+        laws, states = [law], self.response.states
+        for _ in range(ROUNDS):
+            here = laws[-1]
+            response = self._solve(here.row, here.values, here.drive, states)
+            if response is None:
+                break
+            states = {**states, **response.states}
+            there = self._infer(here.name, here.row, here.values, here.drive, response, here.posterior.noise)
+            if there is None:
+                break
+            laws.append(there)
+        return self._close(laws, states)
+
+    def _close(self, laws: Sequence[PlaceLaw], states: Mapping[Key, SteadyState]) -> PlaceLaw:
+        """The law fitted as joints of the model, from where the data are explained best.
+
+        That is one of the estimates, or a share of one; where a fit ends worse than the best estimate, others follow.
+        """
+        starts: list[tuple[float, int, Values, NDArray[np.float64], Response]] = []
+        for number, law in enumerate(laws):
+            for share in SHARES:
+                values, mean = self.values + share * (law.values - self.values), share * law.posterior.mean
+                response = self._solve_with_law(law, values, mean, states)
+                if response is not None:
+                    starts.append((self._misfit(values, response, 1.0), number, values, mean, response))
+        best, tried = max(laws, key=lambda each: each.evidence), set[int]()
+        for _, number, values, mean, response in sorted(starts, key=lambda each: each[:2]):
+            if number in tried:
+                continue
+            tried.add(number)
+            found = self._descend(laws[number], values, mean, response, states)
+            if found.evidence > best.evidence:
+                return found
+        return best
+
+    def _descend(
+        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response,
+        states: Mapping[Key, SteadyState],
+    ) -> PlaceLaw:  # fmt: skip
+        """Steps of Gauss and Newton, each as far as the data are explained better."""
+        noise = np.sqrt(max(1.0, float(np.mean(self.arrangement.train.residual_of(response.value) ** 2))))
+        here, known = replace(law, posterior=replace(law.posterior, noise=float(noise))), dict(states)
+        for _ in range(CLOSED_ROUNDS):
+            known |= response.states
+            here = self._infer_about_law(here, values, mean, response)
+            misfit, after, moved = self._misfit(values, response, here.posterior.noise), np.inf, None
+            begin = values, mean
+            for share in SHARES:
+                values = begin[0] + share * (here.values - begin[0])
+                mean = begin[1] + share * (here.posterior.mean - begin[1])
+                moved = self._solve_with_law(here, values, mean, known)
+                after = np.inf if moved is None else self._misfit(values, moved, here.posterior.noise)
+                if after < misfit:
+                    break
+            if moved is None or misfit - after < ENOUGH:
+                break
+            response = moved
+        return here
+
+    def _solve_with_law(
+        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], states: Mapping[Key, SteadyState]
+    ) -> Response | None:
+        """States with the law in the model, from states near those that were measured."""
+        unknowns, train = self.arrangement.unknowns([]), self.arrangement.train
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        model = unknowns.compose(values)
+        own = list_law_joints(f"law at {law.name}", law.row, law.basis, mean)
+        model = model.with_system(joints=[*model.system.joints, *own])
+        predictor = Predictor(points=train.features.points)
+        guesses = {key: _with_directions(state, own) for key, state in states.items()}
+        try:
+            prediction = predictor.predict(
+                model, Prediction(points=predictor.points, value=np.zeros(0, dtype=complex), states=guesses)
+            )
+            if any(key not in prediction.states for key in self.table.keys):
+                return None
+            tangents = [each for each in changes if each]
+            return respond(predictor, model, prediction, self.table, [law.row], law.motion.shape[1], tangents)
+        except ModelError:
+            return None
+
+    def _infer_about_law(
+        self, law: PlaceLaw, values: Values, mean: NDArray[np.float64], response: Response
+    ) -> PlaceLaw:
+        """The law about states of the model with it, which move as the model says."""
+        train, unknowns, motion = self.arrangement.train, self.arrangement.unknowns([]), response.motion[:, 0]
+        forces = self._list_forces(law.basis, motion)
+        loads = -forces @ mean
+        listed = np.concatenate([loads[..., None], -forces], axis=2)
+        changed = self._whiten(response, self._read(response, listed), is_force=False)
+        others = self._whiten(response, response.tangents, is_force=False)
+        columns = np.zeros((len(changed), len(values)))
+        columns[:, self._has_tangent(values)] = others
+        data = train.residual_of(response.value) + changed[:, 0]
+        posterior, step = self._explain(
+            data, changed[:, 1:], columns, values, law.basis, forces[:, 1], law.posterior.noise
+        )
+        return replace(
+            law, posterior=posterior, motion=motion, loads=-forces @ posterior.mean,
+            values=unknowns.clipped(values + step), evidence=(self.cost - posterior.cost) / 2,
+        )  # fmt: skip
+
+    def _list_forces(self, basis: LawBasis, motion: Motion) -> Complex[NDArray[np.complex128], "s h b"]:
+        """Harmonics of the force of each function along the motion; without even ones that nothing shows."""
+        forces = find_harmonics(basis.forces(*follow(motion, self.table.angular_frequency)), motion.shape[1])
+        if not self._sees_even():
+            forces[..., basis.group == EVEN] = 0.0
+        return forces
+
+    def _misfit(self, values: Values, response: Response, noise: float) -> float:
+        """-2 ln of the density of data and calibration parameters, up to a constant [-]."""
+        data, away = self.arrangement.train.residual_of(response.value), self._away(values)
+        return float(data @ data) / noise**2 + float(away @ away)
+
+    def _solve(self, row: Row, values: Values, loads: Motion, states: Mapping[Key, SteadyState]) -> Response | None:
+        unknowns = self.arrangement.unknowns([])
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        try:
+            return respond_to_loads(
+                self.arrangement.train.predictor, unknowns.compose(values), states, self.table, row, loads,
+                [each for each in changes if each],
+            )  # fmt: skip
+        except ModelError:
+            return None
+
+    def _away(self, values: Values) -> Values:
+        unknowns = self.arrangement.unknowns([])
+        centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
+        return np.asarray((centre - values) / unknowns.prior)
+
+    def _infer(
+        self, name: str, row: Row, values: Values, loads: Motion, response: Response, noise: float | None = None
+    ) -> PlaceLaw | None:
+        """The law about states with loads."""
+        train, unknowns = self.arrangement.train, self.arrangement.unknowns([])
+        motion, missing = find_motion(train, self.table, self.arrangement.fit.model, row, response)
+        u, v = follow(motion, self.table.angular_frequency)
+        if not u.any() or not v.any():
+            return None
+        basis = LawBasis(reach=float(np.abs(u).max()), speed=float(np.abs(v).max()))
+        forces = self._list_forces(basis, motion)
+        listed = np.concatenate([loads[..., None], -forces], axis=2)
+        changed = self._whiten(response, self._read(response, listed), is_force=True)
+        carried, law = changed[:, 0], changed[:, 1:]
+        others = self._whiten(response, response.tangents, is_force=False)
+        # A parameter that moves points of the model has no tangent: it stays.
+        columns = np.zeros((len(law), len(values)))
+        columns[:, self._has_tangent(values)] = others
+        data = train.residual_of(response.value) + carried
+        posterior, step = self._explain(data, law, columns, values, basis, forces[:, 1], noise)
+        own = -forces @ posterior.mean
+        drive = own.copy()
+        if missing.any():
+            drive[:, 1] = loads[:, 1] + missing
+        return PlaceLaw(
+            name=name, row=row, basis=basis, posterior=posterior, motion=motion, table=self.table, loads=own,
+            drive=drive, values=unknowns.clipped(values + step), evidence=(self.cost - posterior.cost) / 2,
+        )  # fmt: skip
+
+    def _explain(
+        self, data: NDArray[np.float64], law: NDArray[np.float64], others: NDArray[np.float64], values: Values,
+        basis: LawBasis, fundamental: Motion, noise: float | None,
+    ) -> tuple[Posterior, Values]:  # fmt: skip
+        """Coefficients of a law beside the calibration parameters, and the step of these.
+
+        Where the scatter is larger than that of noise, the priors of the parameters keep their weight.
+        """
+        unknowns, n = self.arrangement.unknowns([]), len(data)
+        noise = max(1.0, float(np.sqrt(np.mean(data**2)))) if noise is None else noise
+        prior, away = np.diag(1 / unknowns.prior), self._away(values)
+        for _ in range(WEIGHINGS):
+            jacobian = np.vstack([others / noise, prior]) * unknowns.size
+            target = np.concatenate([data / noise, away])
+            changes = np.vstack([law / noise, np.zeros((len(values), law.shape[1]))])
+            taken = make_basis(jacobian)
+            found = infer(
+                project_out(taken, changes), project_out(taken, target), basis.group, basis.is_positive,
+                fundamental, n, 1 / noise,
+            )  # fmt: skip
+            found = replace(found, cost=found.cost + n * np.log(noise**2), noise=noise * found.noise)
+            settled, noise = abs(np.log(found.noise / noise)) < SETTLED, found.noise
+            if settled:
+                break
+        step, *_ = np.linalg.lstsq(jacobian, target - changes @ found.mean, rcond=1e-12)
+        return found, step * unknowns.size
+
+    def _sees_even(self) -> bool:
+        """Whether an even harmonic was measured: without one, a force that is even is seen to second order at most."""
+        return bool((self.arrangement.train.features.points.harmonic % 2 == 0).any())
+
+    def _has_tangent(self, values: Values) -> NDArray[np.bool_]:
+        unknowns = self.arrangement.unknowns([])
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        return np.array([change is not None for change in changes], dtype=bool)
+
+    def _read(
+        self, response: Response, forces: Complex[NDArray[np.complex128], "s h b"]
+    ) -> Complex[NDArray[np.complex128], "k b"]:
+        """Change of each reading by harmonics of forces at the place, shape (k, b)."""
+        at = forces[self.table.number]
+        slopes = np.where((self.table.number >= 0)[:, None, None], response.slopes[:, 0], 0.0)
+        change = np.einsum("kh,khb->kb", slopes[..., 0], at.real) + np.einsum("kh,khb->kb", slopes[..., 1], at.imag)
+        return np.asarray(change)
+
+    def _whiten(
+        self, response: Response, changes: Complex[NDArray[np.complex128], "k b"], *, is_force: bool
+    ) -> Float[NDArray[np.float64], "m b"]:
+        """Whitened changes of the features.
+
+        With x the reading of the model and y the measured one, F / X changes by -dx / (x y) F with a force and by
+        -dx / x^2 F with a stiffness, exactly where one spring changes; and so do ratios to X.
+        """
+        train, features = self.arrangement.train, self.arrangement.train.features
+        if is_force:
+            measured = np.where(train.observed.phased, train.observed.value, response.value)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                factor = response.value / measured
+            factor = np.where(np.isfinite(factor), factor, 1.0)
+            own = features.fundamental | (features.reference >= 0)
+            to = np.where(features.reference >= 0, features.reference, np.arange(len(factor)))
+            changes = changes * np.where(own, factor[to], 1.0)[:, None]
+        slopes = features.slopes(response.value, changes)
+        return train.whitening(np.where(np.isfinite(slopes), slopes, 0.0))

@@ -1,0 +1,165 @@
+r"""Words for a recovered law, from its posterior draws: each is said only if 97.5 % of the draws say so.
+
+hardening, softening
+    The secant stiffness at the largest amplitude, less that at a third of it (or at the smallest), is of one sign and
+    larger than a tenth of the largest secant stiffness.
+gap
+    A spring beyond a clearance, f = k max(u - g, 0), follows the draws of the spring force better than a power of the
+    displacement, f = k u^p: the sum of squares is smaller by a factor of `BETTER`, and g is at least a tenth of the
+    range. Both have two numbers, so that their sums of squares are compared as they are.
+asymmetry
+    The spring force of u > 0 and of u < 0 differ by more than a tenth of the largest one.
+dissipation
+    The exponent p of W ~ A^p: a force of constant size, Coulomb's, has W = 4 F A and p = 1; a dashpot pi c omega A^2
+    and p = 2; the beginning slip of an Iwan joint, whose cells slide at evenly spread forces, p = 3 and less as more of
+    them slide (micro-slip, 2 to 3); drag d |v| v has W = (8/3) d omega^2 A^3 and p = 3.
+memory
+    At least half of the work is that of the cells, which depend on the order of displacements, and not on velocity.
+
+References
+----------
+Segalman, A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from diagnosis.missing_law.curves import BAND, LawCurves
+
+#: Change that matters, over the largest value [-].
+MATTERS = 0.1
+#: Amplitude that the largest is compared with, over it [-].
+LOWER = 1 / 3
+#: Factor of the sums of squares by which a clearance must fit better than a power.
+BETTER = 2.0
+#: Clearances and powers that are tried, the former over the range [-].
+CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawWords:
+    """What is told of a law.
+
+    Parameters
+    ----------
+    words
+        Words that hold: "hardening", "softening", "gap", "stop", "asymmetric", "dissipative", "Coulomb", "viscous",
+        "micro-slip", "drag", "memory".
+    sentences
+        The same as sentences with numbers, and what the data cannot say.
+    """
+
+    words: tuple[str, ...]
+    sentences: tuple[str, ...]
+
+
+def describe(curves: LawCurves) -> LawWords:
+    """Words for the curves of a law."""
+    words, sentences = list[str](), list[str]()
+    for told, said in (_tell_stiffness(curves), _tell_gap(curves), _tell_sides(curves), _tell_work(curves)):
+        words += told
+        sentences += said
+    return LawWords(words=tuple(words), sentences=tuple(sentences))
+
+
+def _tell_stiffness(curves: LawCurves) -> tuple[list[str], list[str]]:
+    grid, draws = curves.stiffness.x, curves.stiffness_draws
+    lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
+    change, most = draws[:, -1] - draws[:, lower], float(np.abs(curves.stiffness.mean).max())
+    low, high = np.quantile(change, BAND)
+    numbers = f"from {curves.stiffness.mean[lower]:.3g} to {curves.stiffness.mean[-1]:.3g} N/m"
+    if low > MATTERS * most:
+        return ["hardening"], [f"hardening: its secant stiffness rises {numbers} with the amplitude"]
+    if high < -MATTERS * most:
+        return ["softening"], [f"softening: its secant stiffness falls {numbers} with the amplitude"]
+    if low > -MATTERS * most and high < MATTERS * most:
+        return [], ["its secant stiffness does not change with the amplitude"]
+    return [], ["these data cannot say whether it hardens or softens"]
+
+
+def _tell_gap(curves: LawCurves) -> tuple[list[str], list[str]]:
+    x, reach = curves.spring.x, float(np.abs(curves.spring.x).max())
+    sides = []
+    for sign in (1.0, -1.0):
+        at = sign * x >= 0
+        force = sign * curves.spring_draws[:, at]
+        if not curves.sees_even:
+            force = (curves.spring_draws[:, at] * sign - curves.spring_draws[:, ::-1][:, at] * sign) / 2
+        sides.append(_find_clearance(np.abs(x[at]) / reach, force))
+    told = [clearance for clearance in sides if clearance is not None]
+    if not told:
+        return [], []
+    if not curves.sees_even:
+        where = f"abs(u) = {told[0] * reach:.3g} m"
+        return ["gap"], [f"a clearance, on one side or on both: hardly any force up to {where}, and a spring beyond"]
+    where = " and ".join(
+        f"u = {sign * clearance * reach:.3g} m"
+        for sign, clearance in zip((1, -1), sides, strict=True)
+        if clearance is not None
+    )
+    word = "gap" if len(told) == 2 else "stop"
+    what = "a clearance on both sides" if word == "gap" else "a stop on one side"
+    return [word], [f"{what}: hardly any force up to {where}, and a spring beyond"]
+
+
+def _find_clearance(x: Float[NDArray[np.float64], " n"], force: Float[NDArray[np.float64], "d n"]) -> float | None:
+    """Clearance over the range of a side, median of the draws; None where a power of the displacement fits as well."""
+    beyond = np.maximum(x - CLEARANCES[:, None], 0.0)
+    power = x ** POWERS[:, None]
+    left_gap, left_power = _left(force, beyond), _left(force, power)
+    pushes = force[:, np.argmax(x)] > 0
+    is_gap = (left_gap.min(axis=1) * BETTER < left_power.min(axis=1)) & pushes
+    if np.mean(is_gap) < BAND[1]:
+        return None
+    return float(np.median(CLEARANCES[left_gap.argmin(axis=1)]))
+
+
+def _left(force: NDArray[np.float64], shapes: NDArray[np.float64]) -> Float[NDArray[np.float64], "d s"]:
+    """Sums of squares that each shape, with the best factor, leaves of each force."""
+    along = force @ shapes.T
+    return np.asarray((force**2).sum(axis=1)[:, None] - along**2 / (shapes**2).sum(axis=1))
+
+
+def _tell_sides(curves: LawCurves) -> tuple[list[str], list[str]]:
+    if not curves.sees_even:
+        return [], ["these data cannot say whether both sides are alike: measure the mean or the second harmonic"]
+    even = (curves.spring_draws + curves.spring_draws[:, ::-1]) / 2
+    most = float(np.abs(curves.spring.mean).max())
+    low, high = np.quantile(even[:, -1], BAND)
+    if low > MATTERS * most or high < -MATTERS * most:
+        return ["asymmetric"], [f"asymmetric: both sides together leave {even[:, -1].mean():.3g} N"]
+    return [], []
+
+
+def _tell_work(curves: LawCurves) -> tuple[list[str], list[str]]:
+    grid, draws = curves.work.x, curves.work_draws
+    whole = np.pi * grid[-1] * max(float(np.abs(loop.force.mean).max()) for loop in curves.loops)
+    if not (np.quantile(draws[:, -1], BAND[0]) > 0.01 * whole):
+        return [], ["these data show no dissipation of it"]
+    lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
+    if not (np.quantile(draws[:, lower], BAND[0]) > 0) or lower == len(grid) - 1:
+        return ["dissipative"], ["it dissipates; these data cannot say how this grows with the amplitude"]
+    exponent = np.log(draws[:, -1] / np.maximum(draws[:, lower], 1e-300)) / np.log(grid[-1] / grid[lower])
+    low, high = np.quantile(exponent, BAND)
+    words, told = ["dissipative"], f"its work per cycle grows with the amplitude to the power {np.median(exponent):.2g}"
+    has_memory = bool(np.quantile(curves.memory_share, BAND[0]) > 0.5)
+    has_none = bool(np.quantile(curves.memory_share, BAND[1]) < 0.5)
+    if has_memory:
+        words.append("memory")
+        told += "; it depends on the history (hysteresis)"
+    kind = None
+    if high < 1.5:
+        kind = "Coulomb"
+    elif low > 1.6 and high < 2.4 and has_none:
+        kind = "viscous"
+    elif low > 2.4 and has_none:
+        kind = "drag"
+    elif has_memory and low > 1.5 and high < 3.5:
+        kind = "micro-slip"
+    if kind:
+        words.append(kind)
+        told += f": {kind}"
+    return words, [f"{told} ({low:.2g} to {high:.2g})"]

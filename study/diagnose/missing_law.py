@@ -1,0 +1,138 @@
+"""The recovered law of what no known effect explains: report, figure and effect file."""
+
+from base64 import b64encode
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from diagnosis.decision.verdict import Finding, Verdict
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.missing_law.curves import Curve, LawCurves, compute_curves
+from diagnosis.missing_law.effect_file import write_effect_file
+from diagnosis.missing_law.place_law import MissingLaw
+from diagnosis.missing_law.recover import recover_law
+from diagnosis.missing_law.words import LawWords, describe
+from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
+
+#: Powers of the displacement that are drawn beside a law.
+POWERS = {"linear": 1, "cubic": 3}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecoveredLaw:
+    """A law with its curves and words.
+
+    Parameters
+    ----------
+    law, curves, words
+        Law at each place, and curves and words of the most probable one.
+    """
+
+    law: MissingLaw
+    curves: LawCurves
+    words: LawWords
+
+    @property
+    def name(self) -> str:
+        """Name of its effect."""
+        return f"recovered law at {self.law.best.name}"
+
+    @property
+    def sentences(self) -> list[str]:
+        """Place, and what the law does."""
+        probability = f"{100 * self.law.probability[0]:.0f} %"
+        where = f"A law at {self.law.best.name} ({probability}) explains most"
+        if len(self.law.credible) > 1:
+            where += f"; the places {', '.join(self.law.credible)} have 95 % together"
+        return [f"{where}.", *(f"{each[0].upper()}{each[1:]}." for each in self.words.sentences)]
+
+    @property
+    def effect_file(self) -> str:
+        """Text of a file with the law as an effect."""
+        return write_effect_file(self.law.best, self.curves, self.words)
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """For JSON."""
+        curves = self.curves
+        return {
+            "places": {
+                place.name: {"probability": float(chance), "evidence": float(place.evidence)}
+                for place, chance in zip(self.law.places, self.law.probability, strict=True)
+            },
+            "credible": [*self.law.credible],
+            "words": [*self.words.words],
+            "sentences": self.sentences,
+            "sees_even": curves.sees_even,
+            "spring": _curve_document(curves.spring, "displacement_m", "force_n"),
+            "damper": _curve_document(curves.damper, "velocity_m_per_s", "force_n"),
+            "secant_stiffness": _curve_document(curves.stiffness, "amplitude_m", "stiffness_n_per_m"),
+            "work_per_cycle": _curve_document(curves.work, "amplitude_m", "work_j"),
+        }
+
+    def drawing(self, title: str) -> LawDrawing:
+        """What is drawn of it."""
+        curves, x = self.curves, self.curves.spring.x
+        known = []
+        for name, power in POWERS.items():
+            shape = np.sign(x) * np.abs(x) ** power
+            known.append(
+                KnownLaw(label=f"nearest {name}", force=shape * (shape @ curves.spring.mean) / (shape @ shape))
+            )
+        return LawDrawing(
+            title=title, subtitle=self.sentences[0],
+            loops=[
+                LevelLoop(
+                    label=f"{loop.level:g} N", displacement=loop.displacement, velocity=loop.velocity,
+                    force=loop.force.mean,
+                )
+                for loop in curves.loops
+            ],
+            spring=_band(curves.spring), damper=_band(curves.damper), stiffness=_band(curves.stiffness),
+            work=_band(curves.work), known=known, is_hatched=not curves.sees_even,
+        )  # fmt: skip
+
+    def picture(self, title: str) -> bytes:
+        """The figure as PNG."""
+        from figure.missing_law import draw_missing_law
+        from figure.style import png
+
+        return png(draw_missing_law(self.drawing(title)))
+
+
+def recover(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
+    """The law, where none of the known effects explains what is missing."""
+    return recover_law(arrangement) if verdict.finding is Finding.UNKNOWN else None
+
+
+def describe_law(law: MissingLaw | None) -> RecoveredLaw | None:
+    """The law with its curves and words, if there is one."""
+    if law is None:
+        return None
+    curves = compute_curves(law.best)
+    return RecoveredLaw(law=law, curves=curves, words=describe(curves))
+
+
+def tell_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
+    """Lines of the report."""
+    if law is None:
+        return
+    yield ""
+    yield "The force law that explains it, recovered without a catalogue:"
+    yield from (f"  {sentence}" for sentence in law.sentences)
+    yield f'  as an effect: name {file} in [effects] files of the case; stickslip add "{law.name}" --value 1 adds it'
+
+
+def embed(picture: bytes) -> str:
+    """A picture as part of a page."""
+    return f"data:image/png;base64,{b64encode(picture).decode()}"
+
+
+def _band(curve: Curve) -> BandedCurve:
+    return BandedCurve(x=curve.x, mean=curve.mean, low=curve.low, high=curve.high)
+
+
+def _curve_document(curve: Curve, x: str, y: str) -> dict[str, Any]:
+    return {x: curve.x, y: curve.mean, "low_95": curve.low, "high_95": curve.high}
