@@ -28,8 +28,10 @@ Samples = Float[NDArray[np.float64], " n"]
 LINES = (":", "--", "-.")
 #: Opacity of a band.
 BAND = 0.22
-#: Millimetres and millimetres per second.
-MILLI = 1e3
+#: Of units in what is drawn: micrometres, newtons per micrometre and microjoules; millimetres per second.
+MICRO, MILLI = 1e6, 1e3
+#: Largest stiffness from which on it is shown in N/µm [N/m].
+STIFF = 1e4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,24 +105,30 @@ def draw_missing_law(result: LawDrawing) -> Figure:
     """Draw the law in four panels."""
     figure = new_figure(9.6, 7.6)
     by_u, by_v, of_stiffness, of_work = figure.subplots(2, 2).flat
+    spring, damper = _scale(result.spring, MICRO), _scale(result.damper, MILLI)
     for known, line in zip(result.known, cycle(LINES)):
-        by_u.plot(MILLI * result.spring.x, known.force, color=PALE, linewidth=1.0, linestyle=line, label=known.label)
-    _draw_band(by_u, result.spring, is_hatched=result.is_hatched)
-    _draw_band(by_v, result.damper, is_hatched=False)
+        by_u.plot(spring.x, known.force, color=PALE, linewidth=1.0, linestyle=line, label=known.label)
+    _draw_band(by_u, spring, is_hatched=result.is_hatched)
+    _draw_band(by_v, damper, is_hatched=False)
     for loop, colour in zip(result.loops, choose_family_colours(len(result.loops)), strict=True):
         force = np.append(loop.force, loop.force[0])
-        for axes, along in ((by_u, loop.displacement), (by_v, loop.velocity)):
-            axes.plot(MILLI * np.append(along, along[0]), force, color=colour, linewidth=1.4, label=loop.label)
-    for axes, curve in ((of_stiffness, result.stiffness), (of_work, result.work)):
+        for axes, along, unit in ((by_u, loop.displacement, MICRO), (by_v, loop.velocity, MILLI)):
+            axes.plot(unit * np.append(along, along[0]), force, color=colour, linewidth=1.4, label=loop.label)
+    is_stiff = float(np.abs(result.stiffness.mean).max()) >= STIFF
+    for axes, curve in (
+        (of_stiffness, _scale(result.stiffness, MICRO, 1 / MICRO if is_stiff else 1.0)),
+        (of_work, _scale(result.work, MICRO, MICRO)),
+    ):
         _draw_band(axes, curve, is_hatched=False)
-        axes.plot(MILLI * curve.x, curve.mean, color=LIMITS[0], linewidth=1.4)
-        axes.set_xlabel("amplitude [mm]")
-    by_u.set(xlabel="displacement [mm]", ylabel="force [N]")
+        axes.plot(curve.x, curve.mean, color=LIMITS[0], linewidth=1.4)
+        axes.set_xlabel("amplitude [µm]")
+    by_u.set(xlabel="displacement [µm]", ylabel="force [N]")
     by_v.set(xlabel="velocity [mm/s]", ylabel="force [N]")
-    of_stiffness.set_ylabel("secant stiffness [N/m]")
-    of_work.set_ylabel("work per cycle [J]")
+    of_stiffness.set_ylabel(f"secant stiffness [{'N/µm' if is_stiff else 'N/m'}]")
+    of_work.set_ylabel("work per cycle [µJ]")
     for axes in (by_u, by_v, of_stiffness, of_work):
         open_box(axes)
+        axes.locator_params(nbins=6)
     handles, labels = by_u.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND - 2), frameon=False
@@ -132,4 +140,9 @@ def draw_missing_law(result: LawDrawing) -> Figure:
 def _draw_band(axes: Axes, curve: BandedCurve, *, is_hatched: bool) -> None:
     shade = {"facecolor": "none", "edgecolor": PALE, "hatch": "///", "alpha": 0.6} if is_hatched else {"color": PALE}
     label = "95 %, where only the prior speaks hatched" if is_hatched else "95 %"
-    axes.fill_between(MILLI * curve.x, curve.low, curve.high, linewidth=0.0, **({"alpha": BAND} | shade), label=label)
+    axes.fill_between(curve.x, curve.low, curve.high, linewidth=0.0, **({"alpha": BAND} | shade), label=label)
+
+
+def _scale(curve: BandedCurve, x: float, y: float = 1.0) -> BandedCurve:
+    """The curve in other units."""
+    return BandedCurve(x=x * curve.x, mean=y * curve.mean, low=y * curve.low, high=y * curve.high)
