@@ -20,8 +20,8 @@ from pathlib import Path
 
 #: Processor time that any file may take [s], and memory beyond what the program has [byte].
 LEAST_SECONDS, LEAST_MEMORY = 2, 1 << 30
-#: A copy that has not worked for so long waits for something, however busy the machine is [s].
-PATIENCE = 10.0
+#: A copy whose threads have all slept for so long waits for something; on a busy machine they wait to run [s].
+PATIENCE = 1.0
 #: Exit code of a copy that ran out of memory.
 _NO_MEMORY = 3
 
@@ -101,15 +101,21 @@ def _wait(child: int) -> int | None:
             return status
         time.sleep(pause)
         pause = min(1.5 * pause, 0.05)
-        if (now := _work(child)) > worked:
+        now, sleeps = _work(child)
+        if now > worked or not sleeps:
             worked, last = now, time.monotonic()
     return None
 
 
-def _work(process: int) -> int:
-    """Processor time that a process has taken [tick]."""
-    fields = Path(f"/proc/{process}/stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
-    return int(fields[11]) + int(fields[12])
+def _work(process: int) -> tuple[int, bool]:
+    """Processor time that a process has taken [tick], and whether all of its threads sleep."""
+    taken, states = 0, set()
+    for thread in Path(f"/proc/{process}/task").iterdir():
+        with contextlib.suppress(OSError):  # a thread that has ended
+            fields = (thread / "stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
+            taken += int(fields[11]) + int(fields[12])
+            states.add(fields[0])
+    return taken, states <= {"S"}
 
 
 def _end(child: int) -> None:

@@ -58,7 +58,21 @@ def test_what_a_rehearsal_reads_changes_nothing_here(file: Path) -> None:
 
 
 def test_a_copy_that_only_waits_says_nothing_of_the_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    copies, fork = [], os.fork
     monkeypatch.setattr("geometry.rehearsal.PATIENCE", 0.1)
+    monkeypatch.setattr("geometry.rehearsal.os.fork", lambda: copies.append(fork()) or copies[-1])
     assert rehearse(lambda: time.sleep(60), file, speed=1e6, memory=10) is None
-    with pytest.raises(ChildProcessError):  # nobody is left behind
-        os.waitpid(-1, os.WNOHANG)
+    with pytest.raises(ProcessLookupError):  # nobody is left behind
+        os.kill(copies[0], 0)
+
+
+def test_a_copy_that_works_for_longer_than_one_waits_is_waited_for(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("geometry.rehearsal.PATIENCE", 0.1)
+
+    def work_and_crash() -> None:
+        begin = time.process_time()
+        while time.process_time() < begin + 0.5:
+            pass
+        _crash()
+
+    assert rehearse(work_and_crash, file, speed=1e6, memory=10) is not None
