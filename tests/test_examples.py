@@ -25,7 +25,10 @@ SHOWN = {
     "response_control.py", "see_the_missing_law.py",
 }  # fmt: skip
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.
-SLOW = {"find_the_missing_effect.py", "uncertain_parameters.py", "isolas.py"}
+SLOW = {
+    "find_the_missing_effect.py", "uncertain_parameters.py", "isolas.py", "backbone.py", "response_limits.py",
+    "stability.py", "see_the_missing_law.py",
+}  # fmt: skip
 SLOW_TIMEOUT = 1500  # s
 #: Arguments of those that do less if asked: what they check is the same.
 EFFORT = {"response_limits.py": ("4",), "virtual_tests.py": ("2",)}

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.family_coverage import LEVELS, measure, random_model, verdicts_of
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
+from tests.slow import slow
 
 #: Two masses on one contact, of the committed seeds of the benchmark.
 SEED = 3
@@ -22,6 +23,7 @@ def campaign(model: Model, change: str) -> Campaign:
     return measure(model, np.random.default_rng([20261124, SEED]), change, 0.0)
 
 
+@slow
 def test_what_time_integration_measures_lies_within_the_limits_of_harmonic_balance(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:

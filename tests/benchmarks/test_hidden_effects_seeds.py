@@ -17,6 +17,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect import EFFECTS
+from tests.slow import slow
 from transient.virtual_bench.campaign import CampaignPoints
 from transient.virtual_bench.hidden_effect import PlantedTruth, make_campaign
 
@@ -40,6 +41,7 @@ def judge(campaign: Campaign, base: Model, accepted: Any, budget: Any, **options
     return diagnose(campaign, quick, accepted, replace(budget, refined=()), **options)
 
 
+@slow
 def test_a_campaign_of_the_score_is_judged_as_it_should_be(tmp_path: Path) -> None:
     record = examine(Case(row="cubic", seed=72005), tmp_path, read_groups(), make=make, judge=judge)
     # So few points do not tell it from a spring beyond a clearance.
