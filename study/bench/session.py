@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from study.bench.script import Entry, command_of, python_of, script_of
 from study.bench.work import CALLS, Place
+from study.diagnose.history import history_file
 
 #: Calls that write the case, and those whose answers are of the case as it was when they began.
 WRITING, READING = frozenset({"add", "undo", "calibrate"}), frozenset({"compare", "screen", "diagnose", "move"})
@@ -76,7 +77,7 @@ class Session:
         self._count = 0
         self._began = self.clock()
         self._text = self._text_of_call = self._first = read_text(self.place.case) or ""
-        self._first_history = read_text(self.place.case.with_name(f"{self.place.case.stem}.history.json")) or ""
+        self._first_history = read_text(history_file(self.place.case)) or ""
         self._campaign = sign_folder(self.place.folder)
 
     def begin(self) -> None:
