@@ -6,7 +6,7 @@ level of a test scales the harmonic force alone.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -90,6 +90,37 @@ class LineSensor:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class LoadCell:
+    """Sensor of a force within the structure, such as that of an arm on the support behind it.
+
+    Parameters
+    ----------
+    name
+        As in the measurements.
+    row
+        Force over the displacement of the degrees of freedom, shape (r,) [N/m].
+    at_rest
+        Force at rest, from where displacements are reckoned [N].
+    gain
+        Reading per newton [-].
+    delay
+        Time by which the reading is late [s].
+    """
+
+    name: str
+    row: Row
+    at_rest: float = 0.0
+    gain: float = 1.0
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "row")
+
+
+AnySensor: TypeAlias = Sensor | LineSensor | LoadCell
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Dof:
     """One degree of freedom.
 
@@ -162,6 +193,8 @@ class Model:
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
+    load_cells
+        Load cells that the structure has, by name: sensors of a campaign may be these.
     dead_weights
         Dead weights that press lines, by name; static load and preloads of the system contain them already.
     linked_preloads
@@ -193,11 +226,12 @@ class Model:
     """
 
     system: JointedSystem
-    sensors: tuple[Sensor | LineSensor, ...]
+    sensors: tuple[AnySensor, ...]
     parts: tuple[Part, ...] = ()
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
+    load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
     linked_preloads: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
@@ -217,6 +251,7 @@ class Model:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
         object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
+        object.__setattr__(self, "load_cells", dict(self.load_cells))
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
         object.__setattr__(self, "linked_preloads", tuple(tuple(group) for group in self.linked_preloads))
         object.__setattr__(self, "sensors", tuple(self.sensors))
@@ -230,7 +265,8 @@ class Model:
         if len(self.dofs) != r:
             raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
-        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
+        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if not isinstance(each, LineSensor)}
+        rows |= {f'load cell "{name}"': each.row for name, each in self.load_cells.items()}
         rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration[1]}
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():

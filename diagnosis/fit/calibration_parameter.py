@@ -5,12 +5,12 @@ prior. They are applied before the effects, so that zeta does not scale an added
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from correlation.model import Model
+from correlation.model import LoadCell, Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import EffectError, EffectParameter
 from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
@@ -76,7 +76,9 @@ class CalibrationParameter:
             return with_contact_position(model, factor)
         whole = np.sum([part.stiffness for part in model.parts], axis=0)
         loss = system.structural_damping
-        return model.with_system(
+        # What a load cell reads of a displacement is stiffness too.
+        sensors = [replace(one, row=factor * one.row) if isinstance(one, LoadCell) else one for one in model.sensors]
+        return replace(model, sensors=tuple(sensors)).with_system(
             stiffness=system.stiffness + (factor - 1) * whole,
             # Young's modulus is complex where the material has a loss factor.
             structural_damping=None if loss is None else factor * loss,

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import DeadWeight, Dof, LineSensor, Part, Sensor
+from correlation.model import AnySensor, DeadWeight, Dof, LoadCell, Part
 from fe.sparse.factor import Symmetric
 from reduction.base_excitation import BaseMotion
 from reduction.file.structure_file import StructureMatrices
@@ -45,6 +45,8 @@ class Structure:
         At level 1, shape (n, r) [N]; None where the case must say it.
     sensors
         Sensors of a case that names none.
+    load_cells
+        Load cells of the structure, by name: a case and a campaign may read them.
     dead_weights
         Dead weights that press lines, by name.
     suspension
@@ -71,7 +73,8 @@ class Structure:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     static_load: Row | None = None
     harmonic_force: Complex[NDArray[np.complex128], "n r"] | None = None
-    sensors: tuple[Sensor | LineSensor, ...] = ()
+    sensors: tuple[AnySensor, ...] = ()
+    load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
     suspension: Matrix | None = None
     loss_factor: float = 0.0

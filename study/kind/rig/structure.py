@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from casefile.source import find_value
 from casefile.table import located
-from correlation.model import DeadWeight, Dof, Part, Sensor
+from correlation.model import DeadWeight, Dof, LoadCell, Part, Sensor
 from fe.distributed_load import distribute_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
@@ -33,6 +33,13 @@ Row = Float[NDArray[np.float64], " r"]
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
+#: Fixed faces at the ends of the arms, and whether these rise or fall away from the blade.
+ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
+#: Load cells by name: side and fixed face. R3 and R4 are those of eq. 1 on the right; the left is its mirror image.
+LOAD_CELLS = {
+    "R1": ("left", "cell_upper"), "R2": ("left", "cell_lower"),
+    "R3": ("right", "cell_upper"), "R4": ("right", "cell_lower"),
+}  # fmt: skip
 #: The direction of vibration, through the blade's thickness.
 Y = 1
 #: Largest share of Coulomb's limit that a drawn friction history leaves in a contact.
@@ -179,6 +186,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
             )
             for side, pull in resting.pull.items()
         },
+        load_cells=find_load_cells(resting),
         suspension=suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
         histories=partial(friction_histories, resting.rest, resting.joined),
@@ -194,6 +202,25 @@ def measured_places(reduction: RigReduction) -> dict[str, Row]:
         "slot": (_row(reduction, "blade", "laser_left") + _row(reduction, "blade", "laser_right")) / 2,
     }
     return result | {f"damper_{side}": _row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
+
+
+def find_load_cells(resting: RestingRig) -> dict[str, LoadCell]:
+    """The load cells by name: each reads the push of its arm, along the arm.
+
+    The reaction of the fixed end follows from the stiffness alone: what the mass between the end and the nodes beside
+    it adds is left out, as it moves far less than the contact.
+    """
+    alpha, result = resting.model.rig.decoupler.arm_angle, {}
+    for name, (side, cell) in LOAD_CELLS.items():
+        arm = arm_direction(side, cell, alpha)
+        row = -arm @ resting.reduction.reactions[f"decoupler_{side}"][cell].stiffness
+        result[name] = LoadCell(name=name, row=row, at_rest=float(row @ resting.rest.displacement))
+    return result
+
+
+def arm_direction(side: str, cell: str, angle: float) -> Float[NDArray[np.float64], "3"]:
+    """Along an arm from the contact line to its load cell, of arms at an angle [rad], shape (3,) [-]."""
+    return np.array([0.0, SIDES[side][0] * cos(angle), ARMS[cell] * sin(angle)])
 
 
 def suspension(reduction: RigReduction) -> Matrix:
