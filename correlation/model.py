@@ -6,6 +6,7 @@ level of a test scales the harmonic force alone.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import cos, sin
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -27,6 +28,30 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Head:
+    """One head of a laser, as its sensor reads it: the sensor adds what its heads read.
+
+    Parameters
+    ----------
+    along, across
+        Displacement along its beam, and that which it would read if it leaned by 90 degrees, shape (r,) each [-].
+    """
+
+    along: Row
+    across: Row
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "along", "across")
+
+    def leaning(self, angle: float) -> "Head":
+        """The head turned by an angle more [rad]."""
+        return Head(
+            along=cos(angle) * self.along + sin(angle) * self.across,
+            across=cos(angle) * self.across - sin(angle) * self.along,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Sensor:
     """Sensor of the motion of a point.
 
@@ -45,6 +70,8 @@ class Sensor:
     relative
         Whether it reads the motion relative to a shaken base, such as a strain gauge or a laser on the shaker; an
         accelerometer and a laser on the floor read the absolute motion. Without a shaken base both are one.
+    heads
+        Heads of a laser, by where they look; their rows add up to `row`. None where it is not known how they may lean.
     """
 
     name: str
@@ -53,11 +80,24 @@ class Sensor:
     gain: float = 1.0
     delay: float = 0.0
     relative: bool = False
+    heads: Mapping[str, Head] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.quantity not in DERIVATIVE:
             raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
         freeze_fields(self, "row")
+        object.__setattr__(self, "heads", dict(self.heads))
+
+    @classmethod
+    def laser(cls, name: str, heads: Mapping[str, Head]) -> "Sensor":
+        """A laser of some heads, whose readings add up."""
+        return cls(name=name, row=np.sum([each.along for each in heads.values()], axis=0), heads=heads)
+
+    def leaning(self, head: str, angle: float) -> "Sensor":
+        """The sensor with one of its heads turned by an angle more [rad]."""
+        before = self.heads[head]
+        after = before.leaning(angle)
+        return replace(self, row=self.row + after.along - before.along, heads={**self.heads, head: after})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

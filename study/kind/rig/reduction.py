@@ -28,7 +28,7 @@ from reduction.memory_estimate import mesh_memory, refuse_beyond_memory
 from reduction.other_material import in_other_material
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.kind.rig.model import BODIES, FIXED_SETS, ROOT, MeshedRig, RigModel, find_mirror_image, in_tetrahedra
+from study.kind.rig.model import BODIES, FIXED_SETS, ROOT, MeshedRig, RigModel, Y, find_mirror_image, in_tetrahedra
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -239,6 +239,7 @@ def together(
     if root is not None and root.compliance:
         bodies["blade"] = put_on_springs(bodies["blade"], root.support, root.compliance)
         result["blade"] = replace(result["blade"], reactions={ROOT: root.reaction})
+    bodies["blade"] = _with_attachments(bodies["blade"], model)
     assembly = ReducedAssembly(bodies=bodies)
     return RigReduction(
         meshes=meshed.meshes,
@@ -268,6 +269,17 @@ def _with_own_material(body: ReducedBody, model: RigModel) -> ReducedBody:
             for name, item in body.reactions.items()
         },
     )
+
+
+def _with_attachments(rom: ReducedModel, model: RigModel) -> ReducedModel:
+    """The blade with the accelerometer at its tip and the stinger where it is pushed."""
+    if not (model.accelerometer_mass or model.stinger_stiffness):
+        return rom
+    mass, stiffness = np.array(rom.mass), np.array(rom.stiffness)
+    tip, pushed = rom.rows("response"), rom.rows("excitation", Y)
+    mass[tip, tip] += model.accelerometer_mass
+    stiffness[pushed, pushed] += model.stinger_stiffness
+    return replace(rom, mass=mass, stiffness=stiffness)
 
 
 def _root(rom: ReducedModel, support: ElasticSupport | None, compliance: float) -> ElasticBody | None:

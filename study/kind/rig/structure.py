@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from casefile.source import find_value
 from casefile.table import located
-from correlation.model import DeadWeight, Dof, LoadCell, Part, Sensor
+from correlation.model import DeadWeight, Dof, Head, LoadCell, Part, Sensor
 from fe.distributed_load import distribute_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
@@ -23,9 +23,9 @@ from reduction.static_contact import StaticState
 from study.case.structure import Structure
 from study.case.tables import Case
 from study.kind.rig.contact import WirePull, dead_weights, make_line_pairs
-from study.kind.rig.model import RigModel, in_tetrahedra
+from study.kind.rig.model import RigModel, Y, Z, in_tetrahedra
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.table import RigTable, make_rig_model
+from study.kind.rig.table import LaserTable, RigTable, make_rig_model
 from study.reduce.report import report_fewer_rig_modes
 from study.run_context import RunContext
 
@@ -40,8 +40,6 @@ LOAD_CELLS = {
     "R1": ("left", "cell_upper"), "R2": ("left", "cell_lower"),
     "R3": ("right", "cell_upper"), "R4": ("right", "cell_lower"),
 }  # fmt: skip
-#: The direction of vibration, through the blade's thickness.
-Y = 1
 #: Largest share of Coulomb's limit that a drawn friction history leaves in a contact.
 HISTORY = 0.9
 #: Dampers without contacts hang on springs: so many times per second they then move as rigid bodies [Hz].
@@ -179,7 +177,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         lines=resting.joined.lines,
         static_load=resting.rest.load,
         harmonic_force=force,
-        sensors=_sensors(reduction),
+        sensors=_sensors(reduction, case.structure.laser),
         dead_weights={
             f"{side} dead weight": DeadWeight(
                 row=pull, lines=tuple(name for name in resting.joined.lines if name.startswith(side))
@@ -263,18 +261,24 @@ def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
     return np.concatenate(result)
 
 
-def _row(reduction: RigReduction, body: str, name: str) -> Row:
+def _row(reduction: RigReduction, body: str, name: str, direction: int = Y) -> Row:
     result = np.zeros(reduction.assembly.n_dof)
-    result[reduction.assembly.rows(body, name, Y)] = 1.0
+    result[reduction.assembly.rows(body, name, direction)] = 1.0
     return result
 
 
-def _sensors(reduction: RigReduction) -> tuple[Sensor, ...]:
-    """The tip, and how each damper moves against the blade where the differential laser looks."""
+def _sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
+    """The tip, and how each damper moves against the blade where the heads of the differential laser look."""
     result = [Sensor(name="tip", row=_row(reduction, "blade", "response"))]
     for side in SIDES:
-        relative = _row(reduction, f"damper_{side}", "laser_blade") - _row(reduction, "blade", f"laser_{side}")
-        result.append(Sensor(name=f"damper {side} against blade", row=relative))
+        heads = {}
+        for body, name, sign, angle in (
+            (f"damper_{side}", "laser_blade", 1.0, lean.damper),
+            ("blade", f"laser_{side}", -1.0, lean.blade),
+        ):
+            along, across = (sign * _row(reduction, body, name, axis) for axis in (Y, Z))
+            heads[body.partition("_")[0]] = Head(along=along, across=across).leaning(angle)
+        result.append(Sensor.laser(f"damper {side} against blade", heads))
     return tuple(result)
 
 

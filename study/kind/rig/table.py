@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import degrees, pi
+from math import degrees, pi, radians
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from casefile.quantity import Angle, Force, Length, MaterialDensity, Stiffness, YoungsModulus
+from casefile.quantity import Angle, Force, Length, Mass, MaterialDensity, Stiffness, YoungsModulus
 from casefile.source import find_key_in_message, find_value
 from casefile.table import CaseModel, located
 from geometry.blade import Blade
@@ -25,6 +25,8 @@ from study.kind.rig.model import RigModel
 FINEST, COARSEST = 1e-3, 10e-3
 #: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
 WIDEST_GAP = 1e-4
+#: A beam that leans more reads another direction [rad].
+MOST_LEANING = radians(80)
 #: That gap over a line of 1 mm, the same slip.
 WIDEST_ANGLE = 0.1
 
@@ -76,6 +78,12 @@ def _gap_angle(angle: float) -> float:
     return angle
 
 
+def _lean(angle: float) -> float:
+    if not abs(angle) <= MOST_LEANING:
+        raise ValueError('must lie between "-80 deg" and "80 deg": at 0 the beam is along y, positive towards +z')
+    return angle
+
+
 def _inclination(angle: float) -> float:
     if not abs(angle) < pi / 2:
         raise ValueError('must lie between "-90 deg" and "90 deg": at 0 the wire pulls straight up')
@@ -83,10 +91,12 @@ def _inclination(angle: float) -> float:
 
 
 Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
+NotNegative = Annotated[Stiffness, Field(ge=0)]
 Positive = Annotated[Stiffness, Field(gt=0)]
 Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
 Pull = Annotated[Force, Field(gt=0)]
 GapAngle = Annotated[Angle, AfterValidator(_gap_angle), Field(examples=["0.35 deg"])]
+Lean = Annotated[Angle, AfterValidator(_lean), Field(examples=["13 deg"])]
 Inclination = Annotated[Angle, AfterValidator(_inclination)]
 
 
@@ -185,6 +195,25 @@ class RootTable(CaseModel):
     stiffness: Positive | None = None
 
 
+class AccelerometerTable(CaseModel):
+    """The accelerometer at the blade's tip: a mass that moves with its node."""
+
+    mass: Annotated[Mass, Field(ge=0, examples=["2 g"])] = 0.0
+
+
+class StingerTable(CaseModel):
+    """The stinger of the shaker: a spring from where it pushes to the ground, along its axis."""
+
+    stiffness: NotNegative = 0.0
+
+
+class LaserTable(CaseModel):
+    """The differential lasers: how far the head at the damper and that at the blade lean from y towards +z."""
+
+    damper: Lean = 0.0
+    blade: Lean = 0.0
+
+
 class DeadWeightTable(CaseModel):
     """What pulls the dampers up into their grooves."""
 
@@ -203,6 +232,9 @@ class RigTable(StructureTable):
     material: MaterialTable
     blade_material: BladeMaterialTable = BladeMaterialTable()
     root: RootTable = RootTable()
+    accelerometer: AccelerometerTable = AccelerometerTable()
+    stinger: StingerTable = StingerTable()
+    laser: LaserTable = LaserTable()
     mesh: RigMeshTable
     reduction: RigReductionTable = RigReductionTable()
     contact: ContactTable
@@ -243,6 +275,8 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
         size=table.mesh.size,
         n_mode=modes if isinstance(modes, int) else modes.model_dump(),
         blade_material=blade_material,
+        accelerometer_mass=table.accelerometer.mass,
+        stinger_stiffness=table.stinger.stiffness,
         root_compliance=0.0 if table.root.stiffness is None else 1 / table.root.stiffness,
     )
 
