@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
 from geometry.read_only_array import freeze_fields, read_only
+from reduction.elastic_support import ElasticBody
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
@@ -197,6 +198,41 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Wire:
+    r"""A wire that pulls a body up: its load is :math:`F (\sin i\, h + \cos i\, (v + s\, m))`.
+
+    Parameters
+    ----------
+    force
+        F [N].
+    shift
+        s, distance of the wire from where it should lie [m].
+    inclination
+        i, angle of the wire to the vertical [rad].
+    horizontal, vertical
+        h and v, loads of a unit force, shape (r,) [-].
+    moment
+        m, change of the load of a vertical unit force per metre of shift, shape (r,) [1/m].
+    """
+
+    force: float
+    shift: float
+    inclination: float
+    horizontal: Row
+    vertical: Row
+    moment: Row
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "horizontal", "vertical", "moment")
+
+    @property
+    def load(self) -> Row:
+        """Over the degrees of freedom, shape (r,) [N]."""
+        upright = self.vertical + self.shift * self.moment
+        return self.force * (sin(self.inclination) * self.horizontal + cos(self.inclination) * upright)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class DeadWeight:
     """A constant load that presses contact lines, which have their preloads from it.
 
@@ -206,13 +242,21 @@ class DeadWeight:
         The load over the degrees of freedom, shape (r,) [N].
     lines
         Lines that it presses; they have no other preload.
+    wire
+        The wire that it hangs on, with the same load; None where it is not known how it may be shifted.
     """
 
     row: Row
     lines: tuple[str, ...]
+    wire: Wire | None = None
 
     def __post_init__(self) -> None:
         freeze_fields(self, "row")
+
+    @classmethod
+    def on_wire(cls, wire: Wire, lines: tuple[str, ...]) -> "DeadWeight":
+        """A dead weight that hangs on a wire."""
+        return cls(row=wire.load, lines=lines, wire=wire)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -237,6 +281,8 @@ class Model:
         Load cells that the structure has, by name: sensors of a campaign may be these.
     dead_weights
         Dead weights that press lines, by name; static load and preloads of the system contain them already.
+    elastic_bodies
+        Parts on a support that may give way, by the name of the part; system and parts contain their matrices.
     linked_preloads
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
@@ -273,6 +319,7 @@ class Model:
     places: Mapping[str, Row] = field(default_factory=dict)
     load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
+    elastic_bodies: Mapping[str, ElasticBody] = field(default_factory=dict)
     linked_preloads: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
@@ -293,6 +340,7 @@ class Model:
         object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
         object.__setattr__(self, "load_cells", dict(self.load_cells))
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
+        object.__setattr__(self, "elastic_bodies", dict(self.elastic_bodies))
         object.__setattr__(self, "linked_preloads", tuple(tuple(group) for group in self.linked_preloads))
         object.__setattr__(self, "sensors", tuple(self.sensors))
         if self.base_acceleration is not None:
@@ -399,8 +447,38 @@ class Model:
         )
         weights = dict(self.dead_weights)
         if name in weights:
-            weights[name] = replace(weights[name], row=ratio * weights[name].row)
+            before = weights[name]
+            wire = None if before.wire is None else replace(before.wire, force=ratio * before.wire.force)
+            weights[name] = replace(before, row=ratio * before.row, wire=wire)
         return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
+
+    def with_wire(self, name: str, *, shift: float = 0.0, inclination: float = 0.0) -> "Model":
+        """The model with the wire of a dead weight moved and turned by so much more [m, rad].
+
+        Raises
+        ------
+        ModelDefinitionError
+            No such dead weight, or one without a wire.
+        """
+        if not (shift or inclination):
+            return self
+        weight = self.dead_weights.get(name)
+        if weight is None or weight.wire is None:
+            known = [each for each, weight in self.dead_weights.items() if weight.wire is not None]
+            raise ModelDefinitionError(
+                f'"{name}" is no dead weight on a wire of the model: there are {", ".join(known) or "none"}'
+            )
+        wire = replace(weight.wire, shift=weight.wire.shift + shift, inclination=weight.wire.inclination + inclination)
+        changed = DeadWeight.on_wire(wire, weight.lines)
+        loaded = self.with_system(static_load=self.system.static + changed.row - weight.row)
+        return replace(loaded, dead_weights={**self.dead_weights, name: changed})
+
+    def with_elastic_body(self, name: str, body: ElasticBody) -> "Model":
+        """The model with one of its `elastic_bodies` changed: its matrices take the place of those before."""
+        mass, stiffness = self.system.mass, self.system.stiffness
+        before, after = self.elastic_bodies[name].matrices, body.matrices
+        changed = self.with_system(mass=mass + (after[0] - before[0]), stiffness=stiffness + (after[1] - before[1]))
+        return replace(changed, elastic_bodies={**self.elastic_bodies, name: body})
 
     def free(self) -> "Model":
         """The same structure without the contacts of its lines and the static load that balances them, suspended."""

@@ -146,8 +146,19 @@ class ElasticBody:
         pushed = -(self.support.springs / self.compliance)[:3] @ follow
         return SupportReaction(stiffness=pushed, mass=np.zeros_like(pushed))
 
+    def heavier(self, ratio: float) -> "ElasticBody":
+        """The body with all its mass times a ratio, in the same coordinates."""
+        support = replace(
+            self.support, inertia=ratio * self.support.inertia, mass=ratio * np.asarray(self.support.mass)
+        )
+        return replace(self, mass=ratio * self.mass, support=support)
+
+    def stiffer(self, ratio: float) -> "ElasticBody":
+        """The body with all its stiffness times a ratio, on the same springs."""
+        return replace(self, stiffness=ratio * self.stiffness)
+
     def within(self, n_dof: int, columns: slice) -> "ElasticBody":
-        """The same body among others, over all their coordinates."""
+        """The same body among others, over all their coordinates; its recovery stays behind."""
 
         def wide(matrix: Matrix, rows: int, both: bool) -> Matrix:
             result = np.zeros((n_dof, rows))
@@ -155,7 +166,10 @@ class ElasticBody:
             return result
 
         support = replace(
-            self.support, motion=wide(self.support.motion, 6, False), inertia=wide(self.support.inertia, 6, False)
+            self.support,
+            motion=wide(self.support.motion, 6, False),
+            inertia=wide(self.support.inertia, 6, False),
+            body=np.zeros((0, 6)),
         )
         return replace(
             self, support=support, mass=wide(self.mass, n_dof, True), stiffness=wide(self.stiffness, n_dof, True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from correlation.model import LoadCell, Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
-from diagnosis.candidate.effect import EffectError, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
 
 #: Relative standard deviation of the prior of each [-]; bearing is calibrated only if it is given one.
@@ -74,15 +74,81 @@ class CalibrationParameter:
             return model.with_system(damping=factor * system.damping)
         if self.name == "bearing":
             return with_contact_position(model, factor)
-        whole = np.sum([part.stiffness for part in model.parts], axis=0)
+        whole = np.sum([part.stiffness for part in model.parts if part.name not in model.elastic_bodies], axis=0)
         loss = system.structural_damping
         # What a load cell reads of a displacement is stiffness too.
         sensors = [replace(one, row=factor * one.row) if isinstance(one, LoadCell) else one for one in model.sensors]
-        return replace(model, sensors=tuple(sensors)).with_system(
+        changed = replace(model, sensors=tuple(sensors)).with_system(
             stiffness=system.stiffness + (factor - 1) * whole,
             # Young's modulus is complex where the material has a loss factor.
             structural_damping=None if loss is None else factor * loss,
         )
+        # The springs of a clamp are no part's material.
+        for name, body in model.elastic_bodies.items():
+            changed = changed.with_elastic_body(name, body.stiffer(factor))
+        return changed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CalibratedEffect:
+    """An effect of one parameter as a calibration parameter: with a prior about the model as it is, and its own bounds.
+
+    Parameters
+    ----------
+    effect
+        Effect, such as the shift of a dead weight.
+    deviation
+        Standard deviation of the prior of its strength [its unit].
+
+    Raises
+    ------
+    EffectError
+        An effect of several parameters, or a deviation that is not positive.
+    """
+
+    effect: Effect
+    deviation: float
+    kind: str = "calibration"
+
+    #: A case names it among its added effects.
+    is_of_case: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        if len(self.effect.parameters) != 1:
+            names = ", ".join(each.name for each in self.effect.parameters)
+            raise EffectError(f'"{self.effect.name}" has the parameters {names}: one alone can be calibrated')
+        if not (np.isfinite(self.deviation) and self.deviation > 0):
+            raise EffectError(
+                f'the deviation of "{self.effect.name}" is {self.deviation:g}: give a standard deviation above zero'
+            )
+
+    @property
+    def name(self) -> str:
+        """That of the effect."""
+        return self.effect.name
+
+    @property
+    def physics(self) -> str:
+        """That of the effect."""
+        return self.effect.physics
+
+    @property
+    def signature(self) -> str:
+        """That of the effect."""
+        return self.effect.signature
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """The strength, within its bounds and within `MOST_PULLED` standard deviations."""
+        (own,) = self.effect.parameters
+        furthest = MOST_PULLED * self.deviation
+        lower, upper = max(own.lower, own.vanishes - furthest), min(own.upper, own.vanishes + furthest)
+        typical = min(own.vanishes + self.deviation, upper)
+        return (replace(own, lower=lower, upper=upper, typical=typical if typical != own.vanishes else lower),)
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The model with the effect."""
+        return self.effect.apply(model, values)
 
 
 def list_calibration_parameters(

@@ -90,6 +90,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             places=finder.places,
             load_cells=structure.load_cells,
             dead_weights=weights,
+            elastic_bodies=structure.elastic_bodies,
             linked_preloads=together,
             suspension=structure.suspension,
             base_acceleration=None if base is None else base[1],

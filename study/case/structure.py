@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from correlation.model import AnySensor, DeadWeight, Dof, LoadCell, Part
 from fe.sparse.factor import Symmetric
 from reduction.base_excitation import BaseMotion
+from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
 from reduction.joint_law.registry import Joint
 from reduction.rom import ReducedModel
@@ -49,6 +50,8 @@ class Structure:
         Load cells of the structure, by name: a case and a campaign may read them.
     dead_weights
         Dead weights that press lines, by name.
+    elastic_bodies
+        Parts on a support that may give way, by the name of the part, over all degrees of freedom.
     suspension
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m].
     loss_factor
@@ -76,6 +79,7 @@ class Structure:
     sensors: tuple[AnySensor, ...] = ()
     load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
+    elastic_bodies: Mapping[str, ElasticBody] = field(default_factory=dict)
     suspension: Matrix | None = None
     loss_factor: float = 0.0
     base: Callable[[str], BaseMotion] | None = None

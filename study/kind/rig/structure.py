@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from casefile.source import find_value
 from casefile.table import located
-from correlation.model import DeadWeight, Dof, Head, LoadCell, Part, Sensor
+from correlation.model import DeadWeight, Dof, Head, LoadCell, Part, Sensor, Wire
 from fe.distributed_load import distribute_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
+from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
 from reduction.joined import Joined, joined, vibrating
 from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motions
@@ -58,8 +59,8 @@ class RestingRig:
         Pull of the wire on each side.
     joined
         Bodies and contacts, unloaded.
-    pull
-        Force of the dead weight of each side, over all coordinates, shape (r,) [N].
+    wires
+        Wire of the dead weight of each side, over all coordinates.
     rest
         Static state of the contacts under the dead weights.
     dampers
@@ -70,7 +71,7 @@ class RestingRig:
     reduction: RigReduction
     weights: Mapping[str, WirePull]
     joined: Joined
-    pull: Mapping[str, Row]
+    wires: Mapping[str, Wire]
     rest: StaticState
     dampers: tuple[RigidBody, ...]
 
@@ -94,14 +95,14 @@ def resting_rig(case: Case[RigTable], model: RigModel, reduction: RigReduction) 
         check_held(dampers)
     if any(getattr(table.contact, name).uneven for name in bodies.lines):
         bodies = seated(bodies, _dampers(reduction))
-    pull = _pulls(weights, rig, reduction)
+    wires = {side: _wire(side, pull, rig, reduction) for side, pull in weights.items()}
     try:
-        rest = bodies.rest(np.sum([*pull.values()], axis=0))
+        rest = bodies.rest(np.sum([wire.load for wire in wires.values()], axis=0))
     except InputError as error:
         with located(case, "structure", "dead_weight", *_side_at_fault(case, str(error))):
             raise error
     return RestingRig(
-        model=model, reduction=reduction, weights=weights, joined=bodies, pull=pull, rest=rest, dampers=dampers
+        model=model, reduction=reduction, weights=weights, joined=bodies, wires=wires, rest=rest, dampers=dampers
     )
 
 
@@ -126,21 +127,22 @@ def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"
     return force
 
 
-def _pulls(weights: Mapping[str, WirePull], rig: Rig, reduction: RigReduction) -> dict[str, Row]:
-    """The dead weight of each side, spread over the lower half of the cylinder that its wire lies under [N]."""
-    result, points = {}, named_points(rig)
-    for side, weight in weights.items():
-        body, (sign, _) = f"damper_{side}", SIDES[side]
-        mesh = reduction.meshes[body]
-        cylinder = mesh.nodes("cylinder")
-        below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
-        place = points[body]["dead_weight"] + np.array([0.0, sign * weight.shift, 0.0])
-        result[side] = reduction.assembly.load(body, distribute_load(mesh, below, _pull(weight), place))
-    return result
+def _wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> Wire:
+    """The wire of a side: its load is spread over the lower half of the cylinder that it lies under."""
+    body, (sign, _) = f"damper_{side}", SIDES[side]
+    mesh, place = reduction.meshes[body], named_points(rig)[body]["dead_weight"]
+    cylinder = mesh.nodes("cylinder")
+    below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
 
+    def load(direction: int, shift: float) -> Row:
+        nodal = distribute_load(mesh, below, np.eye(3)[direction], place + np.array([0.0, sign * shift, 0.0]))
+        return reduction.assembly.load(body, nodal)
 
-def _pull(weight: WirePull) -> Float[NDArray[np.float64], "3"]:
-    return weight.force * np.array([0.0, sin(weight.inclination), cos(weight.inclination)])
+    upright = load(Z, 0.0)
+    return Wire(
+        force=pull.force, shift=pull.shift, inclination=pull.inclination, horizontal=load(Y, 0.0), vertical=upright,
+        moment=load(Z, 1.0) - upright,
+    )  # fmt: skip
 
 
 def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
@@ -179,11 +181,12 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         harmonic_force=force,
         sensors=_sensors(reduction, case.structure.laser),
         dead_weights={
-            f"{side} dead weight": DeadWeight(
-                row=pull, lines=tuple(name for name in resting.joined.lines if name.startswith(side))
+            f"{side} dead weight": DeadWeight.on_wire(
+                wire, tuple(name for name in resting.joined.lines if name.startswith(side))
             )
-            for side, pull in resting.pull.items()
+            for side, wire in resting.wires.items()
         },
+        elastic_bodies=_elastic_bodies(reduction),
         load_cells=find_load_cells(resting),
         suspension=suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
@@ -294,6 +297,14 @@ def _parts(resting: RestingRig) -> tuple[Part, ...]:
     if fixed.any():
         result.append(Part(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
     return tuple(result)
+
+
+def _elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
+    """The blade on its clamp."""
+    if reduction.root is None:
+        return {}
+    assembly = reduction.assembly
+    return {"blade": reduction.root.within(assembly.n_dof, assembly.columns("blade"))}
 
 
 def _dofs(reduction: RigReduction) -> tuple[Dof, ...]:
