@@ -9,9 +9,11 @@ import pytest
 
 from correlation.configuration import Configuration
 from correlation.model import LineSensor, Model, Sensor
+from correlation.prediction import Points, Predictor
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
 from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.tangent import differentiate
 from fe.dense_modes import compute_dense_modes
 from pipeline.store import Store
 from reduction.static_contact import StaticState
@@ -83,6 +85,17 @@ def test_a_wire_that_is_moved_presses_as_the_case_that_says_so(
     # All contacts stick, so that the order in which the wire was loaded and moved does not matter; round-off of
     # static solutions of forces of 30 N.
     np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+def test_the_width_of_a_wire_changes_its_load_and_hardly_the_contacts(
+    store: Path, short_rig: str, plain: ReadCase
+) -> None:
+    thin = read(store, short_rig + '[structure.dead_weight]\nwidth = "1 mm"\n')
+    own, other = (each.model.dead_weights["left dead weight"].row for each in (plain, thin))
+    assert np.abs(own - other).max() > 1e-3 * np.abs(own).max()
+    found, expected = (mean_forces(each.model, each.structure.details.rest)[0] for each in (thin, plain))
+    # A damper is nearly rigid beside its contacts.
+    np.testing.assert_allclose(found, expected, rtol=0.01)
 
 
 def test_normal_forces_follow_the_lever_of_the_wire(plain: ReadCase, listed: Catalogue) -> None:
@@ -185,6 +198,36 @@ def test_an_effect_with_a_prior_is_a_calibration_parameter(plain: ReadCase, list
     wire = changed.dead_weights["left dead weight"].wire
     assert wire is not None
     assert wire.shift == 2e-3
+
+
+def test_derivatives_of_forces_and_motion_are_those_of_differences(plain: ReadCase, listed: Catalogue) -> None:
+    names = ["shift of left dead weight", "inclination of right dead weight", "compliance of the clamp of blade"]
+    effects = [listed.effect(name) for name in names]
+    lines = [LineSensor(name=f"{line} {what}", line=line, component=what) for line in LINES for what in WHATS]
+    base = replace(plain.model, sensors=(plain.model.sensors[0], *lines))
+    unknowns = Unknowns.from_effects(base, (), effects)
+    seen = [("tip", 1), *((each.name, 0) for each in lines)]
+    sensor, harmonic = (np.array(column) for column in zip(*seen, strict=True))
+    n = len(seen)
+    points = Points(
+        free=np.zeros(n, dtype=bool), level=np.ones(n), frequency=np.full(n, 150.0), sensor=sensor, harmonic=harmonic
+    )
+    rest = plain.structure.details.rest
+    predictor = Predictor(points=points, slider=lambda _: rest.slider)
+    values = unknowns.vanishing + 0.3 * unknowns.size
+    model = unknowns.compose(values)
+    prediction = predictor.predict(model)
+    tangents = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+    known = [each for each in tangents if each is not None]
+    assert len(known) == len(names)
+    slopes = predictor.derivatives(model, prediction, known) * unknowns.size
+    for number in range(len(names)):
+        step = 0.1 * unknowns.size[number] * np.eye(len(names))[number]
+        high, low = (predictor.predict(unknowns.compose(values + sign * step)).value for sign in (1, -1))
+        difference = (high - low) / 0.2
+        size = np.where(harmonic == 0, np.abs(difference[1:]).max(), np.abs(difference[0]))
+        # Central differences of smooth numbers: all contacts stick at this level.
+        np.testing.assert_array_less(np.abs(slopes[:, number] - difference), 1e-3 * size + 1e-12)
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,8 @@ LOAD_CELLS = {
     "R1": ("left", "cell_upper"), "R2": ("left", "cell_lower"),
     "R3": ("right", "cell_upper"), "R4": ("right", "cell_lower"),
 }  # fmt: skip
+#: Of places of nodes [m].
+ROUND_OFF = 1e-9
 #: Largest share of Coulomb's limit that a drawn friction history leaves in a contact.
 HISTORY = 0.9
 #: Dampers without contacts hang on springs: so many times per second they then move as rigid bodies [Hz].
@@ -128,11 +130,15 @@ def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"
 
 
 def _wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> Wire:
-    """The wire of a side: its load is spread over the lower half of the cylinder that it lies under."""
+    """The wire of a side: its load is spread over the lower half of the cylinder, as wide as the wire lies under it."""
     body, (sign, _) = f"damper_{side}", SIDES[side]
     mesh, place = reduction.meshes[body], named_points(rig)[body]["dead_weight"]
     cylinder = mesh.nodes("cylinder")
-    below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
+    below = cylinder[mesh.points[cylinder, Z] < rig.damper_axis]
+    if pull.width is not None:
+        away = np.abs(mesh.points[below, Y] - place[Y] - sign * pull.shift)
+        # A wire thinner than an element lies under the nearest nodes; round-off of nodes at its edges.
+        below = below[away <= max(pull.width / 2, float(away.min())) + ROUND_OFF]
 
     def load(direction: int, shift: float) -> Row:
         nodal = distribute_load(mesh, below, np.eye(3)[direction], place + np.array([0.0, sign * shift, 0.0]))

@@ -94,6 +94,7 @@ Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
 NotNegative = Annotated[Stiffness, Field(ge=0)]
 Positive = Annotated[Stiffness, Field(gt=0)]
 Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
+Width = Annotated[Length, Field(gt=0, examples=["3 mm"])]
 Pull = Annotated[Force, Field(gt=0)]
 GapAngle = Annotated[Angle, AfterValidator(_gap_angle), Field(examples=["0.35 deg"])]
 Lean = Annotated[Angle, AfterValidator(_lean), Field(examples=["13 deg"])]
@@ -178,6 +179,7 @@ class SideWeightTable(CaseModel):
     """What the dead weight of one side has of its own."""
 
     force: Pull | None = None
+    width: Width | None = None
     shift: Length = 0.0
     inclination: Inclination = 0.0
 
@@ -215,9 +217,10 @@ class LaserTable(CaseModel):
 
 
 class DeadWeightTable(CaseModel):
-    """What pulls the dampers up into their grooves."""
+    """What pulls the dampers up into their grooves: wires that lie on a width of the cylinder, all of it by default."""
 
     force: Pull = 55.0
+    width: Width | None = None
     left: SideWeightTable = SideWeightTable()
     right: SideWeightTable = SideWeightTable()
 
