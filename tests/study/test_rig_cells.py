@@ -1,8 +1,7 @@
 """Load cells of a coarse rig as sensors: what they read at rest and in motion, and how far eqs 1 and 2 are true."""
 
-import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +12,12 @@ from correlation.model import LoadCell, Model
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
-from pipeline.store import Store
 from reduction.load_cell import decoupler_contact
-from study.case.setup import read_case
+from study.case.setup import ReadCase
 from study.kind.rig.forces import RigForces, compute_rig_forces
 from study.kind.rig.structure import LOAD_CELLS, RestingRig
-from study.run_context import silent_run
 
+ReadRig = Callable[[str], ReadCase]
 CELLS = "".join(f'[[sensor]]\nname = "push {name}"\ncell = "{name}"\n' for name in LOAD_CELLS)
 MORE = CELLS + "[harmonics]\nhighest = 3\nsamples = 64\n"
 #: Round-off of static solutions, relative: stiffness of 1e9 N/m beside springs of 1e6 N/m.
@@ -33,22 +31,9 @@ class Read:
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory, reduced_rig: Path) -> Path:
-    folder = tmp_path_factory.mktemp("cells")
-    shutil.copytree(reduced_rig, folder / "cache")
-    return folder
-
-
-def read(store: Path, text: str) -> Read:
-    file = store / "case.toml"
-    file.write_text(text, encoding="utf-8")
-    found = read_case(file, run=replace(silent_run(), store=Store(store / "cache")))
+def rig(read_rig: ReadRig) -> Read:
+    found = read_rig(MORE)
     return Read(found.model, found.structure.details)
-
-
-@pytest.fixture(scope="module")
-def rig(store: Path, short_rig: str) -> Read:
-    return read(store, short_rig + MORE)
 
 
 def state_of(rig: Read, frequency: float) -> tuple[np.ndarray, RigForces]:
@@ -119,9 +104,9 @@ def test_a_stiffer_structure_under_the_same_weights_pushes_its_cells_as_much(rig
     np.testing.assert_allclose(after[0], before[0], rtol=5e-3, atol=5e-3 * np.abs(before[0]).max())
 
 
-def test_a_cell_that_the_rig_has_not_is_refused(store: Path, short_rig: str) -> None:
+def test_a_cell_that_the_rig_has_not_is_refused(read_rig: ReadRig) -> None:
     with pytest.raises(CaseError, match=r"R5.*R1, R2, R3, R4"):
-        read(store, short_rig + MORE.replace('cell = "R4"', 'cell = "R5"'))
+        read_rig(MORE.replace('cell = "R4"', 'cell = "R5"'))
 
 
 def test_rest_is_reckoned_in(rig: Read) -> None:

@@ -1,6 +1,6 @@
 """Effects of a coarse rig's set-up: each is the case that says the same, and each is an axis of a sweep."""
 
-import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,33 +15,19 @@ from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibrati
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.tangent import differentiate
 from fe.dense_modes import compute_dense_modes
-from pipeline.store import Store
 from reduction.static_contact import StaticState
-from study.case.setup import ReadCase, read_case
+from study.case.setup import ReadCase
 from study.kind.registry import open_case
-from study.run_context import silent_run
 from study.sweep.parameter import find_parameter, vary
 
+ReadRig = Callable[[str], ReadCase]
 MORE = "[harmonics]\nhighest = 3\nsamples = 64\n"
 LINES = ("left_blade", "left_decoupler", "right_blade", "right_decoupler")
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory, reduced_rig: Path) -> Path:
-    folder = tmp_path_factory.mktemp("effects")
-    shutil.copytree(reduced_rig, folder / "cache")
-    return folder
-
-
-def read(store: Path, text: str) -> ReadCase:
-    file = store / "case.toml"
-    file.write_text(text + MORE, encoding="utf-8")
-    return read_case(file, run=replace(silent_run(), store=Store(store / "cache")))
-
-
-@pytest.fixture(scope="module")
-def plain(store: Path, short_rig: str) -> ReadCase:
-    return read(store, short_rig)
+def plain(read_rig: ReadRig) -> ReadCase:
+    return read_rig(MORE)
 
 
 @pytest.fixture(scope="module")
@@ -72,9 +58,9 @@ WHATS = ("normal", "tangential")
     ],
 )
 def test_a_wire_that_is_moved_presses_as_the_case_that_says_so(
-    store: Path, short_rig: str, plain: ReadCase, listed: Catalogue, name: str, strength: float, table: str
+    read_rig: ReadRig, plain: ReadCase, listed: Catalogue, name: str, strength: float, table: str
 ) -> None:
-    said = read(store, short_rig + f"[structure.dead_weight.left]\n{table}\n")
+    said = read_rig(MORE + f"[structure.dead_weight.left]\n{table}\n")
     changed = listed.effect(name).apply(plain.model, [strength])
     at_rest = plain.structure.details.rest
     found, before = (mean_forces(model, at_rest) for model in (changed, plain.model))
@@ -87,10 +73,8 @@ def test_a_wire_that_is_moved_presses_as_the_case_that_says_so(
     np.testing.assert_allclose(found, expected, atol=1e-3)
 
 
-def test_the_width_of_a_wire_changes_its_load_and_hardly_the_contacts(
-    store: Path, short_rig: str, plain: ReadCase
-) -> None:
-    thin = read(store, short_rig + '[structure.dead_weight]\nwidth = "1 mm"\n')
+def test_the_width_of_a_wire_changes_its_load_and_hardly_the_contacts(read_rig: ReadRig, plain: ReadCase) -> None:
+    thin = read_rig(MORE + '[structure.dead_weight]\nwidth = "1 mm"\n')
     own, other = (each.model.dead_weights["left dead weight"].row for each in (plain, thin))
     assert np.abs(own - other).max() > 1e-3 * np.abs(own).max()
     found, expected = (mean_forces(each.model, each.structure.details.rest)[0] for each in (thin, plain))
@@ -114,10 +98,8 @@ def test_normal_forces_follow_the_lever_of_the_wire(plain: ReadCase, listed: Cat
     assert np.abs(change[:2]).max() < 0.05 * expected
 
 
-def test_a_relaxed_clamp_is_the_case_with_springs(
-    store: Path, short_rig: str, plain: ReadCase, listed: Catalogue
-) -> None:
-    said = read(store, short_rig + '[structure.root]\nstiffness = "1000 N/um"\n')
+def test_a_relaxed_clamp_is_the_case_with_springs(read_rig: ReadRig, plain: ReadCase, listed: Catalogue) -> None:
+    said = read_rig(MORE + '[structure.root]\nstiffness = "1000 N/um"\n')
     effect = listed.effect("compliance of the clamp of blade")
     relaxed = effect.apply(plain.model, [1e-9])
     for name in ("mass", "stiffness"):
@@ -148,11 +130,10 @@ def test_the_typical_compliance_lowers_the_first_resonance_by_half_a_percent(
 
 
 def test_density_modulus_and_clamp_change_the_model_as_the_case(
-    store: Path, short_rig: str, plain: ReadCase, listed: Catalogue
+    read_rig: ReadRig, plain: ReadCase, listed: Catalogue
 ) -> None:
-    said = read(
-        store,
-        short_rig + '[structure.root]\nstiffness = "1000 N/um"\n[structure.blade_material]\ndensity = "7020 kg/m^3"\n',
+    said = read_rig(
+        MORE + '[structure.root]\nstiffness = "1000 N/um"\n[structure.blade_material]\ndensity = "7020 kg/m^3"\n',
     )
     light = listed.effect("density of blade").apply(plain.model, [0.9])
     both = listed.effect("compliance of the clamp of blade").apply(light, [1e-9])
@@ -175,10 +156,8 @@ def test_density_modulus_and_clamp_change_the_model_as_the_case(
     assert 1.003 < high / low < 1.0049
 
 
-def test_a_leaning_head_is_the_case_with_the_angle(
-    store: Path, short_rig: str, plain: ReadCase, listed: Catalogue
-) -> None:
-    said = read(store, short_rig + '[structure.laser]\nblade = "7 deg"\n').model
+def test_a_leaning_head_is_the_case_with_the_angle(read_rig: ReadRig, plain: ReadCase, listed: Catalogue) -> None:
+    said = read_rig(MORE + '[structure.laser]\nblade = "7 deg"\n').model
     name = "damper left against blade"
     turned = listed.effect(f"lean of {name} at blade").apply(plain.model, [np.deg2rad(7.0)])
     one, other = (next(each for each in m.sensors if each.name == name) for m in (turned, said))
@@ -244,9 +223,9 @@ def test_derivatives_of_forces_and_motion_are_those_of_differences(plain: ReadCa
     ],
 )
 def test_what_the_set_up_has_is_an_axis_of_a_sweep(
-    store: Path, short_rig: str, key: str, unit: str, value: float
+    tmp_path: Path, short_rig: str, key: str, unit: str, value: float
 ) -> None:
-    file = store / "swept.toml"
+    file = tmp_path / "swept.toml"
     file.write_text(short_rig, encoding="utf-8")
     opened = open_case(file)
     parameter = find_parameter(opened, key, unit)

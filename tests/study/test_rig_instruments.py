@@ -1,8 +1,7 @@
 """What measures a coarse rig and changes it: accelerometer, stinger, and lasers that lean."""
 
-import shutil
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,25 +10,11 @@ from casefile.errors import CaseError
 from correlation.configuration import Configuration
 from correlation.model import LineSensor, Sensor
 from fe.dense_modes import compute_dense_modes
-from pipeline.store import Store
-from study.case.setup import ReadCase, read_case
+from study.case.setup import ReadCase
 from study.kind.rig.structure import RestingRig
-from study.run_context import silent_run
 
+ReadRig = Callable[[str], ReadCase]
 MORE = "[harmonics]\nhighest = 3\nsamples = 64\n"
-
-
-@pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory, reduced_rig: Path) -> Path:
-    folder = tmp_path_factory.mktemp("instruments")
-    shutil.copytree(reduced_rig, folder / "cache")
-    return folder
-
-
-def read(store: Path, text: str) -> ReadCase:
-    file = store / "case.toml"
-    file.write_text(text, encoding="utf-8")
-    return read_case(file, run=replace(silent_run(), store=Store(store / "cache")))
 
 
 def blade_frequency(read: ReadCase) -> float:
@@ -45,24 +30,24 @@ def blade_frequency(read: ReadCase) -> float:
     ],
 )
 def test_small_changes_shift_the_blade_as_rayleighs_quotient_says(
-    store: Path, short_rig: str, tables: str, place: str, mass: float, stiffness: float
+    read_rig: ReadRig, tables: str, place: str, mass: float, stiffness: float
 ) -> None:
-    plain = read(store, short_rig)
+    plain = read_rig("")
     own = plain.structure.details.reduction.assembly.bodies["blade"]
     lowest = compute_dense_modes(own.mass, own.stiffness)
     shape = np.zeros(plain.model.system.n_dof)
     shape[plain.structure.details.reduction.assembly.columns("blade")] = lowest.mode_shapes[:, 0]
     moved, omega2 = float(plain.model.places[place] @ shape), float(lowest.lambda_[0])
     expected = np.sqrt((omega2 + stiffness * moved**2) / (1 + mass * moved**2) / omega2)
-    found = blade_frequency(read(store, short_rig + tables)) / blade_frequency(plain)
+    found = blade_frequency(read_rig(tables)) / blade_frequency(plain)
     assert abs(expected - 1) > 1e-3
     # Rayleigh's quotient of the unchanged shape errs by the square of the change.
     assert found - 1 == pytest.approx(expected - 1, rel=0.05)
 
 
-def test_heads_that_lean_read_cosine_along_and_sine_across(store: Path, short_rig: str) -> None:
-    straight = read(store, short_rig + MORE).model
-    leaning = read(store, short_rig + '[structure.laser]\ndamper = "13 deg"\nblade = "-5 deg"\n' + MORE).model
+def test_heads_that_lean_read_cosine_along_and_sine_across(read_rig: ReadRig) -> None:
+    straight = read_rig(MORE).model
+    leaning = read_rig('[structure.laser]\ndamper = "13 deg"\nblade = "-5 deg"\n' + MORE).model
     name = "damper right against blade"
     before, after = (
         next(item for item in model.sensors if item.name == name and isinstance(item, Sensor))
@@ -80,9 +65,9 @@ def test_heads_that_lean_read_cosine_along_and_sine_across(store: Path, short_ri
     np.testing.assert_allclose(after.leaning("damper", -a).leaning("blade", -b).row, before.row, atol=1e-15)
 
 
-def stiffness_as_read(store: Path, text: str) -> float:
+def stiffness_as_read(read_rig: ReadRig, tables: str) -> float:
     """Slope of the stuck loop of the right blade line, T over what the laser reads [N/m]."""
-    model = read(store, text + MORE).model
+    model = read_rig(tables + MORE).model
     force = LineSensor(name="T", line="right_blade", component="tangential")
     configuration = Configuration.from_model(replace(model, sensors=(*model.sensors, force)), free=False, slider=None)
     state = configuration.solve(0.01, 250.0, configuration.slider, ())
@@ -91,13 +76,11 @@ def stiffness_as_read(store: Path, text: str) -> float:
     return float(abs(pushed / moved))
 
 
-def test_a_head_that_leans_biases_the_stiffness_that_a_loop_shows(store: Path, short_rig: str) -> None:
-    straight = stiffness_as_read(store, short_rig)
+def test_a_head_that_leans_biases_the_stiffness_that_a_loop_shows(read_rig: ReadRig) -> None:
+    straight = stiffness_as_read(read_rig, "")
     # The point beside the line moves a little less or more than the line: within a third of its 4.6 N/um.
     assert straight == pytest.approx(4.6e6, rel=0.35)
-    up, down = (
-        stiffness_as_read(store, short_rig + f'[structure.laser]\nblade = "{angle} deg"\n') for angle in (13, -13)
-    )
+    up, down = (stiffness_as_read(read_rig, f'[structure.laser]\nblade = "{angle} deg"\n') for angle in (13, -13))
     # The head at the blade reads a share of its motion along the span, of one sign or the other.
     assert abs(up / straight - 1) > 0.03
     assert abs(up / down - 1) > 0.06
@@ -113,6 +96,6 @@ def test_a_head_that_leans_biases_the_stiffness_that_a_loop_shows(store: Path, s
         ('[structure.blade_material]\ndensity = "-7800 kg/m^3"\n', "density"),
     ],
 )
-def test_a_mistake_names_its_key(store: Path, short_rig: str, tables: str, said: str) -> None:
+def test_a_mistake_names_its_key(read_rig: ReadRig, tables: str, said: str) -> None:
     with pytest.raises(CaseError, match=said):
-        read(store, short_rig + tables)
+        read_rig(tables)
