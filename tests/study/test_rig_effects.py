@@ -16,6 +16,7 @@ from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.tangent import differentiate
 from fe.dense_modes import compute_dense_modes
 from reduction.static_contact import StaticState
+from study.case.added import text_of, value_of
 from study.case.setup import ReadCase
 from study.kind.registry import open_case
 from study.sweep.parameter import find_parameter, vary
@@ -164,6 +165,29 @@ def test_a_leaning_head_is_the_case_with_the_angle(read_rig: ReadRig, plain: Rea
     assert isinstance(one, Sensor)
     assert isinstance(other, Sensor)
     np.testing.assert_allclose(one.row, other.row, atol=1e-14)
+
+
+def test_effects_are_added_to_a_case_with_their_units(read_rig: ReadRig, plain: ReadCase) -> None:
+    added = {
+        "shift of left dead weight": ("shift", "-2.4 mm", -2.4e-3),
+        "inclination of left dead weight": ("angle", "-3 deg", np.deg2rad(-3)),
+        "compliance of the clamp of blade": ("compliance", "0.5 nm/N", 0.5e-9),
+        "lean of damper left against blade at damper": ("angle", "0.2 rad", 0.2),
+    }
+    tables = "".join(f'[[added]]\neffect = "{name}"\n{key} = "{text}"\n' for name, (key, text, _) in added.items())
+    said = read_rig(MORE + tables)
+    for item, (_, text, value) in zip(said.setup.added, added.values(), strict=True):
+        assert item.values == pytest.approx([value])
+        (parameter,) = item.effect.parameters
+        assert value_of(text_of(value, parameter), parameter) == pytest.approx(value, rel=1e-5), text
+    wire = said.model.dead_weights["left dead weight"].wire
+    assert wire is not None
+    assert (wire.shift, wire.inclination) == pytest.approx((-2.4e-3, np.deg2rad(-3)))
+    assert said.model.elastic_bodies["blade"].compliance == 0.5e-9
+    assert plain.model.elastic_bodies["blade"].compliance == 0.0
+    swept = find_parameter(said.opened, "shift of left dead weight.shift", "mm")
+    varied = vary(said.opened, {swept: swept.written(1.0)}).case
+    assert varied.added[0].values["shift"] == "1.0 mm"
 
 
 def test_an_effect_with_a_prior_is_a_calibration_parameter(plain: ReadCase, listed: Catalogue) -> None:
