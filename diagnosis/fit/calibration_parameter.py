@@ -90,61 +90,51 @@ class CalibrationParameter:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CalibratedEffect:
-    """An effect of one parameter as a calibration parameter: with a prior about the model as it is, and its own bounds.
+class CalibratedEffect(CalibrationParameter):
+    """An effect of one parameter with a prior about the model as it is, within its own bounds: see `from_effect`.
 
     Parameters
     ----------
     effect
         Effect, such as the shift of a dead weight.
-    deviation
-        Standard deviation of the prior of its strength [its unit].
-
-    Raises
-    ------
-    EffectError
-        An effect of several parameters, or a deviation that is not positive.
     """
 
     effect: Effect
-    deviation: float
-    kind: str = "calibration"
 
     #: A case names it among its added effects.
-    is_of_case: ClassVar[bool] = False
+    is_of_case = False
 
-    def __post_init__(self) -> None:
-        if len(self.effect.parameters) != 1:
-            names = ", ".join(each.name for each in self.effect.parameters)
-            raise EffectError(f'"{self.effect.name}" has the parameters {names}: one alone can be calibrated')
-        if not (np.isfinite(self.deviation) and self.deviation > 0):
+    @classmethod
+    def from_effect(cls, effect: Effect, deviation: float) -> "CalibratedEffect":
+        """The strength of an effect as a calibration parameter.
+
+        Parameters
+        ----------
+        effect
+            Effect.
+        deviation
+            Standard deviation of the prior of its strength [its unit].
+
+        Raises
+        ------
+        EffectError
+            An effect of several parameters, or a deviation that is not positive.
+        """
+        if len(effect.parameters) != 1:
+            names = ", ".join(each.name for each in effect.parameters)
+            raise EffectError(f'"{effect.name}" has the parameters {names}: one alone can be calibrated')
+        if not (np.isfinite(deviation) and deviation > 0):
             raise EffectError(
-                f'the deviation of "{self.effect.name}" is {self.deviation:g}: give a standard deviation above zero'
+                f'the deviation of "{effect.name}" is {deviation:g}: give a standard deviation above zero'
             )
-
-    @property
-    def name(self) -> str:
-        """That of the effect."""
-        return self.effect.name
-
-    @property
-    def physics(self) -> str:
-        """That of the effect."""
-        return self.effect.physics
-
-    @property
-    def signature(self) -> str:
-        """That of the effect."""
-        return self.effect.signature
-
-    @property
-    def parameters(self) -> tuple[EffectParameter, ...]:
-        """The strength, within its bounds and within `MOST_PULLED` standard deviations."""
-        (own,) = self.effect.parameters
-        furthest = MOST_PULLED * self.deviation
+        (own,) = effect.parameters
+        furthest = MOST_PULLED * deviation
         lower, upper = max(own.lower, own.vanishes - furthest), min(own.upper, own.vanishes + furthest)
-        typical = min(own.vanishes + self.deviation, upper)
-        return (replace(own, lower=lower, upper=upper, typical=typical if typical != own.vanishes else lower),)
+        typical = min(own.vanishes + deviation, upper) if upper > own.vanishes else lower
+        return cls(
+            name=effect.name, physics=effect.physics, signature=effect.signature, deviation=deviation, effect=effect,
+            parameters=(replace(own, lower=lower, upper=upper, typical=typical),),
+        )  # fmt: skip
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The model with the effect."""

@@ -191,7 +191,7 @@ def test_effects_are_added_to_a_case_with_their_units(read_rig: ReadRig, plain: 
 
 
 def test_an_effect_with_a_prior_is_a_calibration_parameter(plain: ReadCase, listed: Catalogue) -> None:
-    shift = CalibratedEffect(effect=listed.effect("shift of left dead weight"), deviation=1e-3)
+    shift = CalibratedEffect.from_effect(listed.effect("shift of left dead weight"), 1e-3)
     unknowns = Unknowns.from_effects(plain.model, [(shift, shift.deviation)], [])
     assert unknowns.names == ("shift of left dead weight",)
     # Five standard deviations are less than the effect's own bounds.
