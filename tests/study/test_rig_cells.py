@@ -9,6 +9,7 @@ import pytest
 from casefile.errors import CaseError
 from correlation.configuration import Configuration
 from correlation.model import LoadCell, Model
+from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
@@ -55,6 +56,17 @@ def test_cells_read_the_reactions_of_the_arms(rig: Read, frequency: float) -> No
         # The mass beside the fixed end, which the row leaves out, is a thousandth of the arm's and hardly moves.
         assert readings[0, number].real == pytest.approx(spectrum[0].real, rel=1e-4)
         assert abs(readings[1, number] - 2 * spectrum[1]) < 1e-3 * abs(2 * spectrum[1])
+
+
+def test_a_prediction_of_a_campaign_reads_them_too(rig: Read) -> None:
+    names = np.array([f"push {name}" for name in LOAD_CELLS])
+    points = Points(
+        free=np.zeros(4, dtype=bool), level=np.full(4, 2.0), frequency=np.full(4, 120.0), sensor=names,
+        harmonic=np.zeros(4, dtype=int),
+    )  # fmt: skip
+    readings, _ = state_of(rig, 120.0)
+    # Residuals of Newton's method.
+    np.testing.assert_allclose(Predictor(points=points).predict(rig.model).value, readings[0], rtol=1e-6)
 
 
 def test_at_rest_cells_and_blade_carry_the_dead_weights(rig: Read) -> None:

@@ -135,6 +135,7 @@ def test_a_prior_is_about_the_value_that_changes_nothing() -> None:
     found: Any = lambda values: values  # noqa: E731 - the values are the model
     measuring: Any = Measuring()
     fit = fit_families(found, [length], np.zeros(1), measuring, most=100)
+    assert fit.before == 2.0
     # Half way between two that weigh the same; flat to the simplex's stop, 1e-2 standard deviations or so.
     assert fit.values[0] == pytest.approx(1e-3, abs=1e-4)
 
