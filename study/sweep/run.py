@@ -8,6 +8,7 @@ import numpy as np
 
 from pipeline.output import replace_file
 from study.case.setup import read_case
+from study.case.sweep_table import ControlledSweepTable
 from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 from study.solve.model import make_solve_model, require_sweep
@@ -99,13 +100,19 @@ def sweep(
 
 
 def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
-    """Refuse a case that asks for nothing.
+    """Refuse a case that asks for nothing, or for curves that have no peak.
 
     Raises
     ------
     CaseError
-        It has no [sweep], and no limits are asked for.
+        It has no [sweep], and no limits are asked for; or its [sweep] holds an amplitude.
     """
+    if isinstance(opened.case.sweep, ControlledSweepTable):
+        raise opened.lacks(
+            "sweep",
+            "control holds an amplitude, whose curves have no peak to compare: give levels instead of control and "
+            "amplitudes, or compute the curves of each value with `stickslip solve`",
+        )
     if not with_limits:
         require_sweep(opened)
 
