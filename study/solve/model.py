@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import pi
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from casefile.quantity import ACCELERATION, LENGTH, VELOCITY, read_quantity
@@ -71,6 +71,11 @@ class SolveModel:
     isolas: bool = False
     base: Complex[NDArray[np.complex128], "n r"] | None = None
     level_power: int = 0
+
+    @property
+    def output_rows(self) -> Float[NDArray[np.float64], "n r"]:
+        """Rows of the outputs, shape (n, r) [-]."""
+        return np.array([output.row for output in self.outputs])
 
     def carried(self, output: Sensor) -> Complex[NDArray[np.complex128], " n"] | None:
         """Acceleration of the base that an output reads in each harmonic at level 1; None if it reads none."""

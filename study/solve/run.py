@@ -153,11 +153,10 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[
 def _refined(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
     model = item.model
     assert model.tolerance is not None
-    rows = np.array([output.row for output in model.outputs])
     with run.progress.step(f"harmonics of {place.partition(',')[0]}, {item.curve.label}") as report:
         branch = run.store.run(
-            refine_curve, model.system, item.curve, item.branch, model.harmonics, model.n_sample, model.tolerance, rows,
-            report=report,
+            refine_curve, model.system, item.curve, item.branch, model.harmonics, model.n_sample, model.tolerance,
+            model.output_rows, report=report,
         )  # fmt: skip
     return replace(item, branch=branch)
 

@@ -11,6 +11,7 @@ from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 from study.solve.curve import response_curve
 from study.solve.model import SolveModel, make_solve_model
+from study.solve.refinement import refine_curve
 from study.spread.band import CurveBand, curve_bands
 from study.spread.quantity import QuantitySpread, list_quantities
 from study.spread.sensitivity import CurveSensitivity, differentiate_curve, model_tangents
@@ -149,6 +150,10 @@ def _sensitivities(
     result = []
     for curve in model.curves:
         with run.progress.step(f"derivatives of {curve.label}") as report:
-            branch = run.store.run(response_curve, model.system, curve, model.harmonics, model.n_sample)
+            sizes = model.harmonics, model.n_sample
+            branch = run.store.run(response_curve, model.system, curve, *sizes)
+            if model.tolerance is not None:
+                rows = model.output_rows
+                branch = run.store.run(refine_curve, model.system, curve, branch, *sizes, model.tolerance, rows)
             result.append(differentiate_curve(model, curve, branch, tangents, report))
     return tuple(result)
