@@ -319,7 +319,8 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
     harmonics = np.arange(model.n_harmonic)
     x = seen.read(state, np.full(len(harmonics), motion.name), harmonics)
     f = seen.read(state, np.full(len(harmonics), force.name), harmonics)
-    tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in model.lines[loop.line]], 0)
+    members = model.lines[force.line]
+    tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in members], axis=0)
     # A sensor may read the motion against the tangent: the force of a loop resists the motion that is read.
     turn = -1.0 if float(motion.gain * (motion.row @ tangent)) < 0 else 1.0
     return _signal(x), turn * _signal(f)
