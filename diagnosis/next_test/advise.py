@@ -133,13 +133,18 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
         return None
     most = max(each.probability for each in ranked)
     near = [each for each in ranked if each.probability >= most - ALIKE]
-    best = min(near, key=lambda each: (each.test.minutes, -each.probability))
+    best = min(near, key=lambda each: (each.test.minutes, -_find_least(each.separation)))
     rest = sorted((each for each in ranked if each is not best), key=lambda each: -each.probability)
     best = replace(best, curve=found[best.test.set_up].take_curve(best.test))
     return Advice(
         names=tuple(each.name for each in candidates), probabilities=tuple(probabilities.tolist()),
         ranked=(best, *rest),
     )  # fmt: skip
+
+
+def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
+    """Least d^2 of all pairs."""
+    return float(separation[np.triu_indices(len(separation), 1)].min())
 
 
 def _find_peak(arrangement: Arrangement, tested: Tested) -> Float[NDArray[np.float64], " n"]:

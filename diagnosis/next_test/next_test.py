@@ -9,7 +9,6 @@ import numpy as np
 from correlation.model import Model
 from correlation.prediction import Points
 from diagnosis.candidate.place import find_dof, is_parallel
-from geometry.plain_number import plain
 
 #: What it takes to prepare a test, and to measure one steady state [min]: they order tests that separate alike.
 PREPARATION: Mapping[str, float] = {"sensor": 10.0, "mass": 10.0, "preload": 30.0, "free": 60.0}
@@ -88,12 +87,9 @@ class NextTest:
         return sum(PREPARATION[name] for name, is_done in prepared.items() if is_done) + STATE * n_state
 
     @property
-    def sentence(self) -> str:
-        """All of it in words, without the unit of the levels."""
-        sensor = f", with a further sensor at {self.place}" if self.place is not None else ""
-        levels = " and ".join(plain(level, 3) for level in self.levels)
-        ends = f"{plain(self.frequencies[0], 4)} to {plain(self.frequencies[-1], 4)} Hz"
-        return f"{self.name}{sensor}: {len(self.frequencies)} frequencies from {ends} at level {levels}"
+    def title(self) -> str:
+        """What is new in it, further sensor included, in words."""
+        return self.name if self.place is None else f"{self.name}, with a further sensor at {self.place}"
 
     def make_points(self) -> Points:
         """Points of its readings."""
