@@ -115,11 +115,7 @@ def tell_next_tests(step: NextStep) -> Iterator[str]:
 
 def _document(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:
     test = ranked.test
-    pairs = {
-        f"{names[a]} | {names[b]}": float(ranked.separation[a, b])
-        for a in range(len(names))
-        for b in range(a + 1, len(names))
-    }
+    pairs = {f"{names[a]} | {names[b]}": float(ranked.separation[a, b]) for a, b in combinations(range(len(names)), 2)}
     return {
         "test": test.title,
         "probability": ranked.probability,
