@@ -50,6 +50,8 @@ class Tested:
         Directions of the sweeps.
     """
 
+    __test__ = False  # no test of pytest's
+
     levels: Float[NDArray[np.float64], " l"]
     frequencies: Float[NDArray[np.float64], " n"]
     configurations: tuple[str, ...]

@@ -47,12 +47,19 @@ def compute_separation(signatures: list[Signature], spreads: list[Spread], error
     found = np.zeros((n, n))
     for a in range(n):
         for b in range(a):
-            there = np.isfinite(signatures[a]) & np.isfinite(signatures[b])
-            difference = np.where(there, signatures[a] - signatures[b], 0.0)
-            uncertain = np.where(there[:, None], np.column_stack([spreads[a], spreads[b]]), 0.0) / np.sqrt(2)
-            whitened = errors.with_modes(np.nan_to_num(uncertain))(difference)
+            whitened = whiten_difference((signatures[a], signatures[b]), (spreads[a], spreads[b]), errors)
             found[a, b] = found[b, a] = whitened @ whitened
     return found
+
+
+def whiten_difference(
+    signatures: tuple[Signature, Signature], spreads: tuple[Spread, Spread], errors: Whitening
+) -> Signature:
+    """S^(-1/2) (s_a - s_b) of one pair, shape (m,): its squares are the shares of the numbers in d^2."""
+    there = np.isfinite(signatures[0]) & np.isfinite(signatures[1])
+    difference = np.where(there, signatures[0] - signatures[1], 0.0)
+    uncertain = np.where(there[:, None], np.column_stack(spreads), 0.0) / np.sqrt(2)
+    return errors.with_modes(np.nan_to_num(uncertain))(difference)
 
 
 def compute_decision_probability(separation: Pairs, probability: Probabilities, level: float = CREDIBLE) -> float:

@@ -23,7 +23,7 @@ from diagnosis.next_test.candidate_model import CandidateModel
 from diagnosis.next_test.next_test import FURTHER, NextTest, SetUp, apply_set_up
 from diagnosis.next_test.planned_errors import PlannedErrors, plan_errors
 from diagnosis.next_test.planned_noise import PlannedNoise
-from diagnosis.next_test.separation import compute_separation
+from diagnosis.next_test.separation import compute_separation, whiten_difference
 
 Readings = Complex[NDArray[np.complex128], " k"]
 
@@ -168,22 +168,30 @@ class SetUpSignatures:
 
     def separate(self, test: NextTest) -> Float[NDArray[np.float64], "n n"]:
         """d^2 of each pair of candidates by a test, shape (n, n) [-]."""
+        return compute_separation(*self.list_features(test))
+
+    def list_features(
+        self, test: NextTest
+    ) -> tuple[list[Float[NDArray[np.float64], " m"]], list[Float[NDArray[np.float64], "m p"]], Whitening]:
+        """Predicted features of a test by each candidate, their spreads, and the covariance of their errors."""
         rows = self._find_rows(test)
-        features, whitening = self._compare(rows, test)
+        features, whitening = self.compare(test)
         signatures = [features.of_values(value[rows]) for value in self.values]
         spreads = [
             features.slopes(value[rows], spread[rows]) for value, spread in zip(self.values, self.spreads, strict=True)
         ]
-        return compute_separation(signatures, spreads, whitening)
+        return signatures, spreads, whitening
 
     def take_curve(self, test: NextTest) -> SignatureCurve:
-        """The reading of a test that separates the two most probable candidates best, noise alone considered."""
+        """The reading of a test with the largest share of d^2 of the two most probable candidates."""
         rows = self._find_rows(test)
         points = self.points.where(rows)
         noise = self.errors.noise[rows] / np.sqrt(test.n_repeat * max(len(test.sweeps), 1))
-        apart = np.abs(np.nan_to_num(self.values[0][rows] - self.values[1][rows])) / np.where(noise > 0, noise, np.inf)
+        signatures, spreads, whitening = self.list_features(test)
+        apart = whiten_difference((signatures[0], signatures[1]), (spreads[0], spreads[1]), whitening)
+        features, _ = self.compare(test)
         groups = group_rows([points.sensor, points.level, points.harmonic]).number
-        best = groups == int(np.argmax(np.bincount(groups, apart**2)))
+        best = groups == int(np.argmax(np.bincount(groups[features.row], apart**2)))
         best_rows = np.flatnonzero(best)[np.argsort(points.frequency[best])]
         first = best_rows[0]
         return SignatureCurve(
@@ -196,8 +204,9 @@ class SetUpSignatures:
         number = {key: place for place, key in enumerate(_keys(self.points))}
         return np.array([number[key] for key in _keys(test.make_points())], dtype=np.int64)
 
-    def _compare(self, rows: Int[NDArray[np.int64], " n"], test: NextTest) -> tuple[FeatureVector, Whitening]:
+    def compare(self, test: NextTest) -> tuple[FeatureVector, Whitening]:
         """Features of a test, and the covariance of their errors."""
+        rows = self._find_rows(test)
         points, value = self.points.where(rows), self.prediction.value[rows]
         cells = {each.name for each in self.model.sensors if not isinstance(each, Sensor)}
         motion = ~np.isin(points.sensor, [*cells])
