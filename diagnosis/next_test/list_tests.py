@@ -139,7 +139,7 @@ def _list_bands(like: NextTest, model: Model, level: float) -> Iterator[NextTest
         natural = float(omega) / (2 * np.pi)
         if natural > HIGHEST * highest or count == N_BAND:
             return
-        band = _surround(resonance, number)
+        band = surround_resonance(resonance, number)
         if band is None or (natural >= lowest and natural <= highest):
             continue
         count += 1
@@ -151,7 +151,7 @@ def _list_free(like: NextTest, tested: Tested, model: Model, highest: float) -> 
     free, jointed = find_resonance(model.free().system, 1.0), find_resonance(model.system, highest)
     if free is None or jointed is None:
         return
-    band = _surround(free, free.number)
+    band = surround_resonance(free, free.number)
     rows = [each.row for each in model.sensors if isinstance(each, Sensor)]
     moved = max(free.amplitude(row) for row in rows) if rows else 0.0
     if band is None or not moved:
@@ -204,7 +204,7 @@ def _list_moving(tested: Tested, model: Model) -> list[str]:
     return sorted((name for name in free if share[name] > MOVES), key=lambda name: -share[name])[:N_PLACE]
 
 
-def _surround(resonance: Resonance, number: int) -> tuple[float, ...] | None:
+def surround_resonance(resonance: Resonance, number: int) -> tuple[float, ...] | None:
     """Frequencies about a resonance; None for one that the force does not drive."""
     own = replace(resonance, number=number)
     omega, drive = own.angular_frequency, np.abs(own.system.dynamic @ own.mode_shapes).max(axis=0)
