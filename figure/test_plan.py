@@ -46,7 +46,7 @@ def draw_plan(result: PlanDrawing) -> Figure:
     place = np.arange(n)
     colours = [LIMITS[0] if value <= 1 else PALE for value in result.smallest]
     least = 10 ** np.floor(np.log10(min([0.1, *result.smallest.tolist()])))
-    bars.barh(place, result.smallest / least, 0.7, left=least, color=colours, zorder=2)
+    bars.barh(place, result.smallest - least, 0.7, left=least, color=colours, zorder=2)
     bars.set_xscale("log")
     bars.set_xlim(least, 10 ** np.ceil(np.log10(max([10.0, *result.smallest.tolist()]) * 1.01)))
     bars.axvline(1.0, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))

@@ -19,6 +19,8 @@ from geometry.plain_number import plain
 SHOWN = 8
 #: Probability below which no test is said to decide [-].
 LIKELY = 0.5
+#: Probability that a further sensor adds, to be shown [-].
+MORE = 0.02
 #: What a test of another mass or preload needs.
 APART = (
     "a campaign has one mass and one preload: make a campaign and a case of their own with this change, diagnose both, "
@@ -50,7 +52,7 @@ class NextStep:
         if self.advice is None:
             return ""
         best = self.advice.best
-        share = f"{plain(100 * best.probability)} %"
+        share = _share(best.probability)
         if best.probability < LIKELY:
             return f"no single further test decides; most likely does {self.describe(best.test)} (probability {share})"
         return f"measure next: {self.describe(best.test)}; decides with probability {share}"
@@ -66,7 +68,14 @@ class NextStep:
         """Tests that are shown, the advised one first: of those that decide alike the cheapest ones."""
         if self.advice is None:
             return []
-        rest = sorted(self.advice.ranked[1:], key=lambda each: (-round(each.probability, 2), each.test.minutes))
+        bare = {each.test.name: each.probability for each in self.advice.ranked if each.test.place is None}
+        rest = [
+            each
+            for each in self.advice.ranked[1:]
+            # A further sensor is shown where it tells more.
+            if each.test.place is None or each.probability > bare.get(each.test.name, 0.0) + MORE
+        ]
+        rest.sort(key=lambda each: (-round(each.probability, 2), each.test.minutes))
         return [self.advice.best, *rest][:SHOWN]
 
     @property
@@ -111,6 +120,11 @@ def tell_next_tests(step: NextStep) -> Iterator[str]:
     yield "  probability that the test decides, and what it takes, roughly"
     if step.remark:
         yield f"  {step.remark}"
+
+
+def _share(probability: float) -> str:
+    """A probability in words; no forecast is certain."""
+    return "over 99 %" if probability > 0.99 else f"{plain(100 * probability)} %"
 
 
 def _document(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:
