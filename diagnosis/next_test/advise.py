@@ -131,15 +131,20 @@ def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], 
             ranked.append(RankedTest(test=test, separation=separation, probability=probability))
     if not ranked:
         return None
-    most = max(each.probability for each in ranked)
-    near = [each for each in ranked if each.probability >= most - ALIKE]
-    best = min(near, key=lambda each: (each.test.minutes, -_find_least(each.separation)))
+    best = choose_test(ranked)
     rest = sorted((each for each in ranked if each is not best), key=lambda each: -each.probability)
     best = replace(best, curve=found[best.test.set_up].take_curve(best.test))
     return Advice(
         names=tuple(each.name for each in candidates), probabilities=tuple(probabilities.tolist()),
         ranked=(best, *rest),
     )  # fmt: skip
+
+
+def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
+    """The test that takes least among those that decide most probably."""
+    most = max(each.probability for each in ranked)
+    near = [each for each in ranked if each.probability >= most - ALIKE]
+    return min(near, key=lambda each: (each.test.minutes, -_find_least(each.separation)))
 
 
 def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
