@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.decision.rules import DECISIVE
+from diagnosis.decision.rules import CREDIBLE, DECISIVE
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.fit_parameter import Unknowns
@@ -78,6 +78,9 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
 
 def _list_effects(verdict: Verdict) -> list[CandidateModel]:
     shares = [*verdict.probabilities] or [1.0] * len(verdict.effects)
+    if len(shares) > 1 and max(shares) >= CREDIBLE:
+        # The held-out data object to the one that the densities prefer: neither decides.
+        shares = [1.0] * len(shares)
     found = [_of_refit(each, share) for each, share in zip(verdict.effects, shares, strict=True)]
     for other in verdict.laws:
         # It is an alternative to the first effect: its odds follow from the densities of both.

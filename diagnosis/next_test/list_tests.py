@@ -15,6 +15,8 @@ from diagnosis.candidate.resonance import Resonance, find_resonance
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.next_test.next_test import NextTest, find_mass_rows, list_free_places
 
+#: Name of a test of nothing new.
+AGAIN = "the same tests again"
 #: Frequencies of a curve, and repeats [-].
 N_FREQUENCY, N_REPEAT = 15, 2
 #: Factors on the highest and on the lowest level, and on preloads [-].
@@ -105,7 +107,7 @@ def _list_bare(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " 
     highest = float(tested.levels[-1])
     ends = tuple(dict.fromkeys((float(tested.levels[0]), highest)))
     again = NextTest(
-        name="the same tests again", configuration=tested.configuration, levels=ends,
+        name=AGAIN, configuration=tested.configuration, levels=ends,
         frequencies=_thin(tested.frequencies), sensors=tested.sensors, harmonics=tested.harmonics or (1,),
         sweeps=tested.sweeps, n_repeat=N_REPEAT,
     )  # fmt: skip
@@ -143,7 +145,7 @@ def _list_bands(like: NextTest, model: Model, level: float) -> Iterator[NextTest
         if band is None or (natural >= lowest and natural <= highest):
             continue
         count += 1
-        yield replace(like, name=f"the resonance near {_round(natural)} Hz", levels=(level,), frequencies=band)
+        yield replace(like, name=f"the resonance near {_round(natural):g} Hz", levels=(level,), frequencies=band)
 
 
 def _list_free(like: NextTest, tested: Tested, model: Model, highest: float) -> Iterator[NextTest]:
@@ -178,7 +180,7 @@ def _list_changed(like: NextTest, model: Model, highest: float) -> Iterator[Next
         if mass is not None and mass > 0:
             lower = tuple(_round(0.96 * each, 6) for each in like.frequencies)
             yield replace(
-                like, name=f"a mass of {_round(1e3 * MASS * mass)} g added at {place}", levels=(highest,),
+                like, name=f"a mass of {_round(1e3 * MASS * mass):g} g added at {place}", levels=(highest,),
                 frequencies=lower, added_mass=(place, float(MASS * mass)),
             )  # fmt: skip
     if any(contact.preload for line in model.lines for contact in map(model.contact, model.lines[line])):

@@ -12,6 +12,7 @@ from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.next_test.advise import Advice, RankedTest, advise
+from diagnosis.next_test.list_tests import AGAIN
 from diagnosis.next_test.next_test import NextTest
 from geometry.plain_number import plain
 
@@ -76,7 +77,10 @@ class NextStep:
             if each.test.place is None or each.probability > bare.get(each.test.name, 0.0) + MORE
         ]
         rest.sort(key=lambda each: (-round(each.probability, 2), each.test.minutes))
-        return [self.advice.best, *rest][:SHOWN]
+        shown = [self.advice.best, *rest][: SHOWN - 1]
+        # What is gained by no new idea stands beside.
+        again = next((each for each in rest if each.test.name == AGAIN and each not in shown), None)
+        return [*shown, *([] if again is None else [again])]
 
     @property
     def remark(self) -> str:
