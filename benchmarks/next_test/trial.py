@@ -15,7 +15,7 @@ from benchmarks.processor_time import TimeUp, limited
 from benchmarks.strangers.campaign import Stranger, make
 from benchmarks.strangers.trial import round_of
 from correlation.campaign.join_campaigns import join_campaigns
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.decision.verdict import Finding
 from diagnosis.next_test.advise import RankedTest, choose_test
@@ -72,6 +72,8 @@ def _measure_and_diagnose(stranger: Stranger, campaign: Campaign, ranked: Ranked
     try:
         further = simulate(stranger, test, stranger.truth["seed"])
         with limited(LIMIT):
+            if test.is_held_out and campaign.held_out.repeats:
+                further = replace(further, held_out=HeldOut(repeats=tuple(range(1, test.n_repeat + 1))))
             both = _diagnose(stranger, join_campaigns(campaign, replace(further, drive=campaign.drive)))
             found |= round_of(both.diagnosis, stranger.hidden)
     except TimeUp as end:

@@ -12,8 +12,8 @@ from correlation.errors import CampaignError
 def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
     """A campaign with the tests of another one after its own.
 
-    Repeats of the further tests are other repeats: they are numbered after those of the campaign. What is held out
-    stays as the campaign says.
+    Repeats of the further tests are other repeats: they are numbered after those of the campaign. Levels that the
+    campaign holds out stay held out, and so do the repeats that either holds out.
 
     Parameters
     ----------
@@ -46,11 +46,16 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
     names = {each.name for each in campaign.tests}
     tests = tuple(_rename(each, names) for each in further.tests)
     first, second = campaign.measurement, further.measurement
+    last = int(first.repeat.max(initial=0))
+    held_out = replace(
+        campaign.held_out,
+        repeats=(*campaign.held_out.repeats, *(repeat + last for repeat in further.held_out.repeats)),
+    )
     moved = replace(
         second,
         test=second.test + len(campaign.tests),
         order=second.order + first.order.max(initial=-1) + 1,
-        repeat=second.repeat + first.repeat.max(initial=0),
+        repeat=second.repeat + last,
         sensor=np.array([number[further.sensors[each].name] for each in second.sensor.tolist()], dtype=np.int64),
     )
     columns: dict[str, Any] = {
@@ -60,7 +65,7 @@ def join_campaigns(campaign: Campaign, further: Campaign) -> Campaign:
     return replace(
         campaign, sensors=sensors, tests=(*campaign.tests, *tests), measurement=Measurement(**columns),
         records=(*campaign.records, *further.records), data=(*campaign.data, *further.data),
-        suspicions=(*campaign.suspicions, *further.suspicions),
+        suspicions=(*campaign.suspicions, *further.suspicions), held_out=held_out,
     )  # fmt: skip
 
 

@@ -91,8 +91,11 @@ def advise(
     candidates = list_candidate_models(verdict, law)
     if len(candidates) < 2:
         return None
-    tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps)
+    confirms = len(verdict.effects) == 1 and not verdict.laws
+    tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps, held_out=confirms)
     tests = list_tests(tested, candidates[0].model, _find_peak(arrangement, tested))
+    if confirms:
+        tests = _hold_out(tests, campaign)
     return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error))
 
 
@@ -150,6 +153,13 @@ def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
 def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
     """Least d^2 of all pairs."""
     return float(separation[np.triu_indices(len(separation), 1)].min())
+
+
+def _hold_out(tests: Sequence[NextTest], campaign: Campaign) -> list[NextTest]:
+    """Tests that are held out: those at held-out levels, if levels are held out; held-out repeats may be any."""
+    levels = set(campaign.held_out.levels)
+    able = [each for each in tests if not levels or campaign.held_out.repeats or levels.issuperset(each.levels)]
+    return [replace(each, is_held_out=True) for each in able]
 
 
 def _find_peak(arrangement: Arrangement, tested: Tested) -> Float[NDArray[np.float64], " n"]:

@@ -35,7 +35,7 @@ N_PLACE = 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tested:
-    """What a campaign has measured beside held-out levels.
+    """What a campaign has measured.
 
     Parameters
     ----------
@@ -63,10 +63,11 @@ class Tested:
     sweeps: tuple[int, ...]
 
     @classmethod
-    def of_campaign(cls, campaign: Campaign, sweeps: tuple[int, ...]) -> "Tested":
-        """Summary of a campaign that was swept in some directions."""
+    def of_campaign(cls, campaign: Campaign, sweeps: tuple[int, ...], *, held_out: bool = False) -> "Tested":
+        """Summary of a campaign that was swept in some directions; of its held-out levels alone, if there are any."""
         table = campaign.measurement
-        kept = table.where(~np.isin(table.level, campaign.held_out.levels))
+        at_held = np.isin(table.level, campaign.held_out.levels)
+        kept = table.where(at_held if held_out and at_held.any() else ~at_held)
         configuration = np.array([each.configuration for each in campaign.tests])[kept.test]
         main = "jointed" if (configuration == "jointed").any() else "free"
         own = kept.where(configuration == main)

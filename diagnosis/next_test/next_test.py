@@ -52,6 +52,8 @@ class NextTest:
         Place and size of a mass that is added [kg].
     preload
         Factor on all preloads [-].
+    is_held_out
+        Whether it tests a fit rather than taking part in it, to confirm an effect.
     """
 
     name: str
@@ -65,6 +67,7 @@ class NextTest:
     n_repeat: int = 2
     added_mass: tuple[str, float] | None = None
     preload: float = 1.0
+    is_held_out: bool = False
 
     @property
     def set_up(self) -> SetUp:

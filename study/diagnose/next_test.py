@@ -62,7 +62,8 @@ class NextStep:
         """A test in words."""
         levels = " and ".join(plain(level, 3) for level in test.levels)
         ends = f"{plain(test.frequencies[0], 4)} to {plain(test.frequencies[-1], 4)} Hz"
-        return f"{test.title}, {len(test.frequencies)} frequencies from {ends} at {levels} {self.unit}"
+        held = ", held out" if test.is_held_out else ""
+        return f"{test.title}, {len(test.frequencies)} frequencies from {ends} at {levels} {self.unit}{held}"
 
     @property
     def shown(self) -> list[RankedTest]:
@@ -148,5 +149,6 @@ def _document(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:
         "repeats": test.n_repeat,
         "added_mass": None if test.added_mass is None else {"place": test.added_mass[0], "mass_kg": test.added_mass[1]},
         "preload_factor": test.preload,
+        "held_out": test.is_held_out,
         "separation": pairs,
     }

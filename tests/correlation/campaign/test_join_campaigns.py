@@ -32,7 +32,9 @@ def test_joined_readings_keep_their_values_sensors_and_levels_as_other_repeats_o
     table = both.measurement
     assert [each.name for each in both.sensors] == ["tip", "base", "mid"]
     assert [each.name for each in both.tests] == ["sweep", "sweep 2"]
-    assert both.held_out == first.held_out
+    assert (both.held_out.levels, both.held_out.repeats) == (first.held_out.levels, ())
+    held = join_campaigns(first, replace(further, held_out=HeldOut(repeats=(2,))))
+    assert held.held_out.repeats == (4,)
     later = table.where(table.test == 1)
     assert [both.sensors[each].name for each in later.sensor] == ["mid", "tip"] * 2
     assert later.repeat.tolist() == [3, 3, 4, 4]
