@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.model import Model
 from correlation.prediction import Points
-from diagnosis.candidate.place import find_dof, is_parallel
+from diagnosis.candidate.place import find_translations, is_parallel
 
 #: What it takes to prepare a test, and to measure one steady state [min]: they order tests that separate alike.
 PREPARATION: Mapping[str, float] = {"sensor": 10.0, "mass": 10.0, "preload": 30.0, "free": 60.0}
@@ -119,18 +121,11 @@ def apply_set_up(set_up: SetUp, model: Model) -> Model:
     return model
 
 
-def find_mass_rows(model: Model, place: str) -> np.ndarray:
+def find_mass_rows(model: Model, place: str) -> Float[NDArray[np.float64], "t r"]:
     """Rows along which a mass at a place moves, shape (t, r): all translations of its node, if that is known."""
     row = model.places[place]
-    known = find_dof(model, row)
-    if known is None or known.direction not in ("x", "y", "z"):
-        return row[None]
-    own = [
-        number
-        for number, dof in enumerate(model.dofs)
-        if (dof.body, dof.node) == (known.body, known.node) and dof.direction in ("x", "y", "z")
-    ]
-    return np.asarray(np.eye(len(row))[own])
+    moved = find_translations(model, row)
+    return np.eye(len(row))[list(moved)] if moved else row[None]
 
 
 def list_free_places(model: Model, sensors: tuple[str, ...]) -> list[str]:
