@@ -181,12 +181,12 @@ def _list_changed(like: NextTest, model: Model, highest: float) -> Iterator[Next
         if mass is not None and mass > 0:
             lower = tuple(_round(0.96 * each, 6) for each in like.frequencies)
             yield replace(
-                like, name=f"a mass of {_round(1e3 * MASS * mass):g} g added at {place}", levels=(highest,),
+                like, name=f"with a mass of {_round(1e3 * MASS * mass):g} g added at {place}", levels=(highest,),
                 frequencies=lower, added_mass=(place, float(MASS * mass)),
             )  # fmt: skip
     if any(contact.preload for line in model.lines for contact in map(model.contact, model.lines[line])):
         for factor in PRELOADS:
-            yield replace(like, name=f"preloads times {factor:g}", levels=(highest,), preload=factor)
+            yield replace(like, name=f"with preloads times {factor:g}", levels=(highest,), preload=factor)
 
 
 def _measure(model: Model, level: float) -> Scale | None:

@@ -94,7 +94,7 @@ class NextTest:
     @property
     def title(self) -> str:
         """What is new in it, further sensor included, in words."""
-        return self.name if self.place is None else f"{self.name}, with a further sensor at {self.place}"
+        return self.name if self.place is None else f"{self.name}, and a further sensor at {self.place}"
 
     def make_points(self) -> Points:
         """Points of its readings."""

@@ -56,7 +56,7 @@ class NextStep:
         share = _share(best.probability)
         if best.probability < LIKELY:
             return f"no single further test decides; most likely does {self.describe(best.test)} (probability {share})"
-        return f"measure next: {self.describe(best.test)}; decides with probability {share}"
+        return f"measure {self.describe(best.test)}: that decides with probability {share}"
 
     def describe(self, test: NextTest) -> str:
         """A test in words."""

@@ -80,14 +80,14 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
 def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: Diagnosed) -> None:
     assert diagnosed.last.next_step.advice is None  # one effect is named alone: nothing is to be separated
     titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.1)).shown]
-    assert titles[1] == "the same tests again, with a further sensor at base"
+    assert titles[1] == "the same tests again, and a further sensor at base"
     titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.5)).shown]
     assert titles[1:] == ["the same tests again"]
 
 
 def test_a_test_that_hardly_decides_is_not_said_to_decide() -> None:
     assert "30 %" in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
-    assert "decides with" not in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
+    assert "that decides" not in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
 
 
 def test_what_fails_leaves_one_sentence_and_the_diagnosis(
