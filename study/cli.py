@@ -46,6 +46,7 @@ COMMANDS = (
     ("spread", "study.command.spread:app", "Compute the spread of the response over uncertain parameters."),
     ("campaign", "study.command.campaign:app", "Draft the manifest of a folder of test files (campaign new)."),
     ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
+    ("plan", "study.command.plan:app", "Say which effects planned tests would show, and how strong they must be."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
     ("calibrate", "study.command.calibrate:app", "Fit the calibration parameters of a case, and write them into it."),

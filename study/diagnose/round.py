@@ -1,7 +1,7 @@
 """One round of diagnosis of a case; each expensive step is stored, so that an interrupted round goes on."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -31,6 +31,7 @@ from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
 from study.diagnose.missing_law import RecoveredLaw, describe_law, recover
+from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
 
@@ -60,6 +61,8 @@ class Round:
         What the data cannot tell of gains that nobody stated, in sentences.
     law
         Recovered law of what no known effect explains, if any.
+    next_step
+        Advice on the next test, where the verdict leaves several explanations.
     """
 
     setup: Setup
@@ -69,6 +72,7 @@ class Round:
     run_step: RunStep
     remarks: Sequence[str] = ()
     law: RecoveredLaw | None = None
+    next_step: NextStep = field(default_factory=lambda: NextStep(advice=None))
 
     @property
     def best(self) -> Refit | None:
@@ -138,9 +142,12 @@ def diagnose_case(
         )
         drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
         law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
+        next_step = run_step(
+            "next test", lambda: find_next_step(campaign, diagnosis.arrangement, diagnosis.verdict, law)
+        )
     return Round(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
-        law=describe_law(law),
+        law=describe_law(law), next_step=next_step,
     )  # fmt: skip
 
 

@@ -74,6 +74,11 @@ def content_policy(scripts: Iterable[str] = ()) -> str:
     )
 
 
+def embed(picture: bytes) -> str:
+    """Address of a PNG picture that holds it, for the source of an image."""
+    return f"data:image/png;base64,{base64.b64encode(picture).decode()}"
+
+
 def set_in_type(text: str) -> str:
     """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
     text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
