@@ -5,6 +5,7 @@ machine; it can be killed when nobody wants its result any more; and the worker 
 thread of a worker has such a process. It ends with the worker, and when it has had nothing to do for a while.
 """
 
+import importlib
 import os
 import pickle
 import signal
@@ -221,6 +222,7 @@ def _require_same_code(call: RemoteCall) -> None:
 
 def _version(module: str) -> str:
     try:
+        importlib.import_module(module)  # tells where it is, also in a folder that is no package
         return code_version(module)
     except (ImportError, OSError, TypeError, ValueError):
         return ""

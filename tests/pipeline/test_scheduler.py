@@ -84,7 +84,7 @@ def stages(folder: Path) -> Iterator[ModuleType]:
 
 @pytest.fixture(scope="module")
 def cluster(stages: ModuleType) -> Iterator[Any]:
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as made:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as made:
         yield made
 
 

@@ -21,7 +21,7 @@ SWEEP = '[harmonics]\nhighest = 2\n[sweep]\nfrom = "150 Hz"\nto = "190 Hz"\nleve
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         yield str(cluster.scheduler_address)
 
 
