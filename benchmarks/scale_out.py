@@ -18,14 +18,13 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from benchmarks.scale_out_task import Model, wait_a_second
 from pipeline.worker_pool import Workers, worker_pool
 from study.shipped_cases import RIG
 
@@ -39,23 +38,10 @@ CHANGES = (
 LIMITS = "[limits]\npopulation = 4\nsamples = 6\nblock = 4\n"
 
 
-@dataclass(frozen=True, eq=False)
-class Model:
-    """What all tasks need."""
-
-    matrix: NDArray[np.float64]
-
-
-def wait_a_second(model: Model, number: int) -> float:
-    """One task."""
-    time.sleep(1.0)
-    return float(model.matrix[0, 0]) + number
-
-
 def seconds(workers: Workers, n_task: int) -> float:
     """Time of all tasks on workers that have begun [s]."""
     model = Model(np.ones((360, 360)))
-    with worker_pool(["benchmarks.scale_out"], workers) as pool:
+    with worker_pool(["benchmarks.scale_out_task"], workers) as pool:
         for future in [pool.submit(wait_a_second, model, number) for number in range(2 * N_WORKER)]:
             future.result()
         begin = time.perf_counter()
@@ -145,7 +131,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    # Tasks are found by the name of this module, which is not that of a script.
-    from benchmarks import scale_out
-
-    sys.exit(scale_out.main())
+    sys.exit(main())
