@@ -55,6 +55,7 @@ COMMANDS = (
     ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("runs", "study.command.runs:app", "List, compare and remove the runs of a folder."),
+    ("repeat", "study.command.repeat:app", "Run again what made a page or a result, and compare the numbers."),
     ("completion", "study.command.completion:app", "Print a script that completes commands in a shell."),
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )

@@ -27,6 +27,7 @@ from diagnosis.threshold.simulation import Simulation
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
+from pipeline.worker_pool import Workers
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
@@ -90,6 +91,7 @@ def diagnose_case(
     progress: Progress | None = None,
     announce: Callable[[str], None] | None = None,
     watch: Watch | None = None,
+    workers: Workers = None,
 ) -> Round:
     """Diagnose a case.
 
@@ -112,6 +114,8 @@ def diagnose_case(
         Receives a sentence if campaigns are to be simulated.
     watch
         Receives the name and result of each step as it is found; what it raises ends the diagnosis.
+    workers
+        Processes that simulate campaigns [-]; one for each core by default. Or the address of a dask scheduler.
 
     Raises
     ------
@@ -126,7 +130,7 @@ def diagnose_case(
     run_step = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
-        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce)
+        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce, workers)
     with phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
@@ -173,6 +177,7 @@ def bootstrap(
     store: Store,
     progress: Progress,
     announce: Callable[[str], None] | None,
+    workers: Workers = None,
 ) -> Thresholds:
     """Detection thresholds of this layout, from simulated campaigns."""
 
@@ -200,6 +205,7 @@ def bootstrap(
         trials,
         store,
         progress,
+        workers,
     )
 
 
