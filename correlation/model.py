@@ -6,7 +6,8 @@ level of a test scales the harmonic force alone.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from math import cos, sin
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
 from geometry.read_only_array import freeze_fields, read_only
+from reduction.elastic_support import ElasticBody
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
@@ -24,6 +26,30 @@ Matrix = Float[NDArray[np.float64], "r r"]
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 COMPONENTS = ("tangential", "normal")
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Head:
+    """One head of a laser, as its sensor reads it: the sensor adds what its heads read.
+
+    Parameters
+    ----------
+    along, across
+        Displacement along its beam, and that which it would read if it leaned by 90 degrees, shape (r,) each [-].
+    """
+
+    along: Row
+    across: Row
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "along", "across")
+
+    def leaning(self, angle: float) -> "Head":
+        """The head turned by an angle more [rad]."""
+        return Head(
+            along=cos(angle) * self.along + sin(angle) * self.across,
+            across=cos(angle) * self.across - sin(angle) * self.along,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,6 +71,8 @@ class Sensor:
     relative
         Whether it reads the motion relative to a shaken base, such as a strain gauge or a laser on the shaker; an
         accelerometer and a laser on the floor read the absolute motion. Without a shaken base both are one.
+    heads
+        Heads of a laser, by where they look; their rows add up to `row`. None where it is not known how they may lean.
     """
 
     name: str
@@ -53,11 +81,24 @@ class Sensor:
     gain: float = 1.0
     delay: float = 0.0
     relative: bool = False
+    heads: Mapping[str, Head] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.quantity not in DERIVATIVE:
             raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
         freeze_fields(self, "row")
+        object.__setattr__(self, "heads", dict(self.heads))
+
+    @classmethod
+    def laser(cls, name: str, heads: Mapping[str, Head]) -> "Sensor":
+        """A laser of some heads, whose readings add up."""
+        return cls(name=name, row=np.sum([each.along for each in heads.values()], axis=0), heads=heads)
+
+    def leaning(self, head: str, angle: float) -> "Sensor":
+        """The sensor with one of its heads turned by an angle more [rad]."""
+        before = self.heads[head]
+        after = before.leaning(angle)
+        return replace(self, row=self.row + after.along - before.along, heads={**self.heads, head: after})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,6 +131,37 @@ class LineSensor:
     def __post_init__(self) -> None:
         if self.component not in COMPONENTS:
             raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.component}": give {" or ".join(COMPONENTS)}')
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoadCell:
+    """Sensor of a force within the structure, such as that of an arm on the support behind it.
+
+    Parameters
+    ----------
+    name
+        As in the measurements.
+    row
+        Force over the displacement of the degrees of freedom, shape (r,) [N/m].
+    at_rest
+        Force at rest, from where displacements are reckoned [N].
+    gain
+        Reading per newton [-].
+    delay
+        Time by which the reading is late [s].
+    """
+
+    name: str
+    row: Row
+    at_rest: float = 0.0
+    gain: float = 1.0
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "row")
+
+
+AnySensor: TypeAlias = Sensor | LineSensor | LoadCell
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,6 +201,41 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Wire:
+    r"""A wire that pulls a body up: its load is :math:`F (\sin i\, h + \cos i\, (v + s\, m))`.
+
+    Parameters
+    ----------
+    force
+        F [N].
+    shift
+        s, distance of the wire from where it should lie [m].
+    inclination
+        i, angle of the wire to the vertical [rad].
+    horizontal, vertical
+        h and v, loads of a unit force, shape (r,) [-].
+    moment
+        m, change of the load of a vertical unit force per metre of shift, shape (r,) [1/m].
+    """
+
+    force: float
+    shift: float
+    inclination: float
+    horizontal: Row
+    vertical: Row
+    moment: Row
+
+    def __post_init__(self) -> None:
+        freeze_fields(self, "horizontal", "vertical", "moment")
+
+    @property
+    def load(self) -> Row:
+        """Over the degrees of freedom, shape (r,) [N]."""
+        upright = self.vertical + self.shift * self.moment
+        return self.force * (sin(self.inclination) * self.horizontal + cos(self.inclination) * upright)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class DeadWeight:
     """A constant load that presses contact lines, which have their preloads from it.
 
@@ -138,13 +245,21 @@ class DeadWeight:
         The load over the degrees of freedom, shape (r,) [N].
     lines
         Lines that it presses; they have no other preload.
+    wire
+        The wire that it hangs on, with the same load; None where it is not known how it may be shifted.
     """
 
     row: Row
     lines: tuple[str, ...]
+    wire: Wire | None = None
 
     def __post_init__(self) -> None:
         freeze_fields(self, "row")
+
+    @classmethod
+    def on_wire(cls, wire: Wire, lines: tuple[str, ...]) -> "DeadWeight":
+        """A dead weight that hangs on a wire."""
+        return cls(row=wire.load, lines=lines, wire=wire)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -165,8 +280,12 @@ class Model:
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
+    load_cells
+        Load cells that the structure has, by name: sensors of a campaign may be these.
     dead_weights
         Dead weights that press lines, by name; static load and preloads of the system contain them already.
+    elastic_bodies
+        Parts on a support that may give way, by the name of the part; system and parts contain their matrices.
     linked_preloads
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
@@ -196,12 +315,14 @@ class Model:
     """
 
     system: JointedSystem
-    sensors: tuple[Sensor | LineSensor, ...]
+    sensors: tuple[AnySensor, ...]
     parts: tuple[Part, ...] = ()
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
+    load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
+    elastic_bodies: Mapping[str, ElasticBody] = field(default_factory=dict)
     linked_preloads: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
@@ -220,7 +341,9 @@ class Model:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
         object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
+        object.__setattr__(self, "load_cells", dict(self.load_cells))
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
+        object.__setattr__(self, "elastic_bodies", dict(self.elastic_bodies))
         object.__setattr__(self, "linked_preloads", tuple(tuple(group) for group in self.linked_preloads))
         object.__setattr__(self, "sensors", tuple(self.sensors))
         if self.base_acceleration is not None:
@@ -233,7 +356,8 @@ class Model:
         if len(self.dofs) != r:
             raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
-        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
+        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if not isinstance(each, LineSensor)}
+        rows |= {f'load cell "{name}"': each.row for name, each in self.load_cells.items()}
         rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration[1]}
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
@@ -326,8 +450,38 @@ class Model:
         )
         weights = dict(self.dead_weights)
         if name in weights:
-            weights[name] = replace(weights[name], row=ratio * weights[name].row)
+            before = weights[name]
+            wire = None if before.wire is None else replace(before.wire, force=ratio * before.wire.force)
+            weights[name] = replace(before, row=ratio * before.row, wire=wire)
         return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
+
+    def with_wire(self, name: str, *, shift: float = 0.0, inclination: float = 0.0) -> "Model":
+        """The model with the wire of a dead weight moved and turned by so much more [m, rad].
+
+        Raises
+        ------
+        ModelDefinitionError
+            No such dead weight, or one without a wire.
+        """
+        if not (shift or inclination):
+            return self
+        weight = self.dead_weights.get(name)
+        if weight is None or weight.wire is None:
+            known = [each for each, weight in self.dead_weights.items() if weight.wire is not None]
+            raise ModelDefinitionError(
+                f'"{name}" is no dead weight on a wire of the model: there are {", ".join(known) or "none"}'
+            )
+        wire = replace(weight.wire, shift=weight.wire.shift + shift, inclination=weight.wire.inclination + inclination)
+        changed = DeadWeight.on_wire(wire, weight.lines)
+        loaded = self.with_system(static_load=self.system.static + changed.row - weight.row)
+        return replace(loaded, dead_weights={**self.dead_weights, name: changed})
+
+    def with_elastic_body(self, name: str, body: ElasticBody) -> "Model":
+        """The model with one of its `elastic_bodies` changed: its matrices take the place of those before."""
+        mass, stiffness = self.system.mass, self.system.stiffness
+        before, after = self.elastic_bodies[name].matrices, body.matrices
+        changed = self.with_system(mass=mass + (after[0] - before[0]), stiffness=stiffness + (after[1] - before[1]))
+        return replace(changed, elastic_bodies={**self.elastic_bodies, name: body})
 
     def free(self) -> "Model":
         """The same structure without the contacts of its lines and the static load that balances them, suspended."""

@@ -23,7 +23,7 @@ from correlation.configuration import Configuration
 from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion, Panel
 from correlation.errors import CampaignError
-from correlation.model import LineSensor, Model
+from correlation.model import LineSensor, Model, Sensor
 from correlation.signal.loop import Loops, Plateau, analyse_loop
 from fe.blas_threads import on_one_blas_thread
 from geometry.read_only_array import freeze_fields
@@ -307,7 +307,7 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
         )
     force = LineSensor(name=f"{loop.name}, force", line=str(loop.line), component="tangential")
     motion = next((item for item in model.sensors if item.name == loop.sensor), None)
-    if motion is None or isinstance(motion, LineSensor):
+    if not isinstance(motion, Sensor):
         raise CampaignError(
             f'loop "{loop.name}": the model has no sensor of motion "{loop.sensor}": add it to the case'
         )

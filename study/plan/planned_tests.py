@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casefile.quantity import FREQUENCY, RATIO, read_quantity
-from correlation.model import LineSensor, Model, Sensor
+from correlation.model import LineSensor, LoadCell, Model, Sensor
 from diagnosis.candidate.resonance import find_resonance
 from diagnosis.next_test.list_tests import surround_resonance
 from diagnosis.next_test.next_test import NextTest
@@ -68,7 +68,7 @@ def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
     """
     model = read.model
     own = {each.name: each for each in model.sensors}
-    chosen: list[Sensor | LineSensor] = []
+    chosen: list[Sensor | LineSensor | LoadCell] = []
     for name in names or tuple(own):
         if name in own:
             chosen.append(own[name])

@@ -1,12 +1,13 @@
 """What the tests of the commands share: a mesh study that takes seconds, and the shipped ones to spoil."""
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryFile
 
@@ -15,7 +16,8 @@ import pytest
 from benchmarks.two_masses import write_two_masses
 from pipeline.store import Store
 from study import cli
-from study.case.setup import read_case
+from study.case.added import case_catalogue
+from study.case.setup import ReadCase, read_case
 from study.run_context import silent_run
 from study.shipped_cases import BLADE, TABLE1
 
@@ -146,6 +148,23 @@ def reduced_rig(tmp_path_factory: pytest.TempPathFactory, short_rig: str) -> Pat
     (folder / "rig.toml").write_text(short_rig, encoding="utf-8")
     read_case(folder / "rig.toml", run=replace(silent_run(), store=Store(folder / "cache")))
     return folder / "cache"
+
+
+ReadRig = Callable[[str], ReadCase]
+
+
+@pytest.fixture(scope="session")
+def read_rig(tmp_path_factory: pytest.TempPathFactory, reduced_rig: Path, short_rig: str) -> ReadRig:
+    """Reads the short rig with tables added; each text once in all tests of this process."""
+    folder = tmp_path_factory.mktemp("read_rig")
+    shutil.copytree(reduced_rig, folder / "cache")
+
+    @cache
+    def read(tables: str) -> ReadCase:
+        (folder / "case.toml").write_text(short_rig + tables, encoding="utf-8")
+        return read_case(folder / "case.toml", run=replace(silent_run(), store=Store(folder / "cache")))
+
+    return read
 
 
 @pytest.fixture(scope="session")
