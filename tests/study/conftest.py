@@ -16,7 +16,6 @@ import pytest
 from benchmarks.two_masses import write_two_masses
 from pipeline.store import Store
 from study import cli
-from study.case.added import case_catalogue
 from study.case.setup import ReadCase, read_case
 from study.run_context import silent_run
 from study.shipped_cases import BLADE, TABLE1
