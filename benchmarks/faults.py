@@ -34,10 +34,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.two_masses import write_two_masses
+
 ROOT = Path(__file__).parents[1]
 SEED = 33
 #: Longest run of any command here [s].
 LONGEST = 900
+YEAR = 365 * 24 * 3600.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 #: Exit codes of a run that was interrupted: by a signal that Python heard, or none, or did not live to hear.
 INTERRUPTED = {3, 0, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT}
@@ -57,11 +60,14 @@ class Command:
         Replacements of lines, by shipped file.
     files
         Shipped files that the case needs.
+    prepare
+        Writes further files into a folder.
     """
 
     words: tuple[str, ...]
     files: tuple[str, ...]
     changes: Mapping[str, Sequence[tuple[str, str]]] = field(default_factory=dict)
+    prepare: Callable[[Path], object] = lambda _: None
 
 
 CHAIN = ("solve_chain.toml", "solve_chain.npz")
@@ -88,6 +94,20 @@ COMMANDS = {
             ("modes = 150", "modes = 20"),
         ]},
     ),
+    "diagnose": Command(
+        words=("diagnose", "chain.toml", "campaign"), files=(),
+        prepare=lambda folder: write_two_masses(folder, {"mass at tip": 0.006}),
+    ),
+    "table1": Command(
+        words=("table1", "table1_plain.toml"), files=("table1_plain.toml",),
+        changes={"table1_plain.toml": [
+            # The first two of ten models and one prediction, and all meshes coarse.
+            (r"(?s)(\n\[\[model\]\]\nmodel = 3\b.*?)(?=\n\[\[prediction\]\])", ""),
+            (r"(?s)(\n\[\[prediction\]\].*?)(\n\[\[prediction\]\].*?)(?=\n# Nested)", r"\1"),
+            ("elements_through_thickness = [34]", "elements_through_thickness = 2"), ("modes = 150", "modes = 20"),
+            ('length_cap = "5 mm"', 'length_cap = "15 mm"'), ('length_cap = "12 mm"', 'length_cap = "20 mm"'),
+        ]},
+    ),
 }  # fmt: skip
 
 
@@ -112,6 +132,7 @@ class Bench:
             for old, new in changes:
                 text = re.sub(old, new, text)
             (folder / file).write_text(text, encoding="utf-8")
+        self.command.prepare(folder)
         self.clean()
         begin = time.perf_counter()
         done = self.run()
@@ -136,9 +157,11 @@ class Bench:
         return subprocess.CompletedProcess(self.command.words, process.returncode, "", errors)
 
     def clean(self) -> None:
-        """Forget results and cache."""
+        """Forget results, cache and histories."""
         for place in (self.cache, self.out):
             shutil.rmtree(place, ignore_errors=True)
+        for history in self.folder.glob("*.history.json"):
+            history.unlink()
 
     def digests(self) -> dict[str, str]:
         """Hashes of the result files, but for times of writing."""
@@ -278,6 +301,23 @@ def _make_older(file: Path) -> None:
     file.write_bytes(body + hashlib.sha256(body).hexdigest().encode())
 
 
+def clock_set_back(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """What an interrupted run left is from the future when the command runs again."""
+    for _ in range(count):
+        bench.clean()
+        process = bench.start(start_new_session=True)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(draw.uniform(0.3, 1.0) * bench.seconds)
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate(timeout=LONGEST)
+        future = time.time() + YEAR
+        for place in (bench.cache, bench.out):
+            for file in [*place.rglob("*"), place] if place.exists() else ():
+                os.utime(file, (future, future))
+        yield "the clock is set back a year", bench.judge(bench.stored())
+
+
 def few_handles(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
     """Fewer open files than a run needs, or hardly enough."""
     for _ in range(count):
@@ -324,7 +364,7 @@ def _workers(process: int) -> list[int]:
 
 FAULTS: Mapping[str, Callable[[Bench, int, random.Random], Iterator[tuple[str, str]]]] = {
     "signals": signals, "disks": disks, "two processes": two_at_once, "damage": damage, "few handles": few_handles,
-    "killed worker": killed_worker,
+    "killed worker": killed_worker, "clock": clock_set_back,
 }  # fmt: skip
 
 

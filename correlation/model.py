@@ -103,7 +103,10 @@ class Sensor:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineSensor:
-    """Sensor of the force of a contact line on the structure, summed over its contacts.
+    """Sensor of the force of a contact line, summed over its contacts.
+
+    The sign is that of the joints' laws: a line that sticks reads k_t u along its tangents, which the structure feels
+    as a force that resists u.
 
     Parameters
     ----------

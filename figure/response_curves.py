@@ -68,6 +68,8 @@ class DrawnCurve:
         Which points no motion stays at, shape (p,); None where that is not known.
     marks
         Points with names, such as bifurcations.
+    top
+        Point that is marked; by default that of the largest amplitude.
     """
 
     label: str
@@ -76,6 +78,7 @@ class DrawnCurve:
     group: float | None = None
     unstable: Bool[NDArray[np.bool_], " p"] | None = None
     marks: Sequence[CurveMark] = ()
+    top: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,7 +115,7 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
         # A dot shows where the solver stood: the curve between two is drawn straight.
         stable = slice(None) if curve.unstable is None else ~curve.unstable
         amplitude.plot(curve.parameter[stable], np.abs(curve.response[stable]), ".", color=colour, markersize=3)
-        top = int(np.argmax(np.abs(curve.response)))
+        top = int(np.argmax(np.abs(curve.response))) if curve.top is None else curve.top
         amplitude.plot(curve.parameter[top], np.abs(curve.response[top]), "o", color=colour, markersize=5)
     _draw_marks(amplitude, result.curves)
     amplitude.set_ylabel(result.amplitude_label)

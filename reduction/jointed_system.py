@@ -43,6 +43,7 @@ from reduction.joint_law.power_spring import PowerSpring
 from reduction.joint_law.quadratic_damper import QuadraticDamper
 from reduction.joint_law.registry import Joint
 from reduction.joint_law.smooth_friction import SmoothFriction
+from reduction.joint_law.structural_damper import StructuralDamper
 from reduction.joint_law.valanis import ValanisJoint
 from reduction.joint_law.viscous_damper import ViscousDamper
 
@@ -68,6 +69,7 @@ __all__ = [
     "PowerSpring",
     "QuadraticDamper",
     "SmoothFriction",
+    "StructuralDamper",
     "ValanisJoint",
     "ViscousDamper",
     "along",

@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from reduction.jointed_system import PowerSpring as PowerSpring
     from reduction.jointed_system import QuadraticDamper as QuadraticDamper
     from reduction.jointed_system import SmoothFriction as SmoothFriction
+    from reduction.jointed_system import StructuralDamper as StructuralDamper
     from reduction.jointed_system import ValanisJoint as ValanisJoint
     from reduction.jointed_system import ViscousDamper as ViscousDamper
     from reduction.jointed_system import along as along
@@ -137,6 +138,7 @@ _HOME = {
     "HertzContact": "reduction.jointed_system:HertzContact",
     "ViscousDamper": "reduction.jointed_system:ViscousDamper",
     "SmoothFriction": "reduction.jointed_system:SmoothFriction",
+    "StructuralDamper": "reduction.jointed_system:StructuralDamper",
     "PolynomialSpring": "reduction.jointed_system:PolynomialSpring",
     "PowerSpring": "reduction.jointed_system:PowerSpring",
     "QuadraticDamper": "reduction.jointed_system:QuadraticDamper",

@@ -46,6 +46,7 @@ COMMANDS = (
     ("spread", "study.command.spread:app", "Compute the spread of the response over uncertain parameters."),
     ("campaign", "study.command.campaign:app", "Draft the manifest of a folder of test files (campaign new)."),
     ("estimate", "study.command.estimate:app", "Read first values of contact and damping parameters from tests."),
+    ("plan", "study.command.plan:app", "Say which effects planned tests would show, and how strong they must be."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
     ("calibrate", "study.command.calibrate:app", "Fit the calibration parameters of a case, and write them into it."),
@@ -54,6 +55,7 @@ COMMANDS = (
     ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("runs", "study.command.runs:app", "List, compare and remove the runs of a folder."),
+    ("repeat", "study.command.repeat:app", "Run again what made a page or a result, and compare the numbers."),
     ("completion", "study.command.completion:app", "Print a script that completes commands in a shell."),
     ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )

@@ -227,10 +227,13 @@ class Suspicion:
         File, test or sensor.
     sentence
         Suspected mistake, with the evidence in numbers and the remedy.
+    of_test
+        Whether it spoils all readings of a test, so that a model says nothing about single channels beside it.
     """
 
     where: str
     sentence: str
+    of_test: bool = False
 
     def __str__(self) -> str:
         """``where: sentence``."""

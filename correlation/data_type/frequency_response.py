@@ -22,9 +22,14 @@ from correlation.data_type.mode import MeasuredMode, motion_sensors, predict_mod
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
-from correlation.modal.fit_modes import Modes, fit_modes
+from correlation.modal.fit_modes import FEWEST_LINES, Modes, fit_modes
 from correlation.model import DERIVATIVE, Model
-from correlation.signal.frequency_response import Excitation, estimate_frequency_response
+from correlation.signal.frequency_response import (
+    LEAST_COHERENCE,
+    Excitation,
+    coherence_limit,
+    estimate_frequency_response,
+)
 from fe.dense_modes import compute_dense_modes
 from geometry.read_only_array import freeze_fields
 from reduction.stuck import stick_at_rest
@@ -67,6 +72,8 @@ class MeasuredResponse:
         Unit of each row of `value`, in words.
     coherence
         Shape (c, f); 1 where it is not known [-].
+    coherence_limit
+        Coherence from which a value tells the response and not the noise [-].
     level
         Amplitude of the drive that the response stands for [its unit]; None if it is not stated.
     repeat
@@ -92,6 +99,7 @@ class MeasuredResponse:
     coherence: Float[NDArray[np.float64], "c f"]
     level: float | None
     repeat: int
+    coherence_limit: float = LEAST_COHERENCE
     held_out: bool = False
     modes: tuple[MeasuredMode, ...] = ()
     fit: Modes | None = None
@@ -100,6 +108,15 @@ class MeasuredResponse:
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "coherence")
         freeze_fields(self, "value", kind=np.complex128)
+
+    @property
+    def told(self) -> NDArray[np.bool_]:
+        """Lines at which all sensors have a value, and one of them a coherent one, shape (f,).
+
+        Where the force is next to nothing none has; at an antiresonance of one sensor the others have.
+        """
+        coherent = (self.coherence >= self.coherence_limit).any(axis=0)
+        return np.asarray(np.isfinite(self.value).all(axis=0) & coherent)
 
 
 def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredResponse:
@@ -143,12 +160,12 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     test = tests.index(table.choice("test", tests)) if "test" in table.values else -1
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
     suspicions: tuple[str, ...] = ()
+    averages = None
     if "frequency" in own:
         frequency, value, coherence = _read_lines(table, own, signals, coherent, file, sensors, context)
     else:
         with table.reading(file.path.name):
-            result = _estimate(table, own, signals, file, sensors, context)
-        frequency, value, coherence, suspicions = result
+            frequency, value, coherence, averages, suspicions = _estimate(table, own, signals, file, sensors, context)
     there = frequency > 0
     response = MeasuredResponse(
         name=table.take("name", str),
@@ -161,6 +178,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         coherence=coherence[:, there],
         level=None if level is None else float(level) * context.units.level_factor,
         repeat=table.take("repeat", int, 1),
+        coherence_limit=coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
         suspicions=suspicions + _describe_gaps(value[:, there], sensors),
     )
@@ -257,8 +275,8 @@ def _estimate(
     file: MeasuredFile,
     sensors: Sequence[MeasuredSensor],
     context: DataContext,
-) -> tuple[Frequencies, NDArray[np.complex128], NDArray[np.float64], tuple[str, ...]]:
-    """Frequency responses of a record."""
+) -> tuple[Frequencies, NDArray[np.complex128], NDArray[np.float64], int, tuple[str, ...]]:
+    """Frequency responses of a record, their coherence and number of averages, and what looks wrong."""
     if "force" not in own:
         raise table.problem("columns.force", 'is missing: add force = "COLUMN", the channel that drives', show=False)
     estimator = table.choice("estimator", ESTIMATORS) if "estimator" in table.values else "H1"
@@ -272,7 +290,7 @@ def _estimate(
         block=None if np.isnan(block) else block,
     )
     value = result.h1 if estimator == "H1" else result.h2
-    return result.frequency, np.asarray(value), np.asarray(result.coherence), result.suspicions
+    return result.frequency, np.asarray(value), np.asarray(result.coherence), result.averages, result.suspicions
 
 
 def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measurement | None:
@@ -400,10 +418,19 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
     sensors
         Sensors of its rows.
     """
+    told, there = response.told, np.isfinite(response.value).all(axis=0)
+    incoherent, suspicions = int((there & ~told).sum()), response.suspicions
+    low = f"no sensor has a coherence of {response.coherence_limit:.2g} at {incoherent} of {there.sum()} lines"
+    if told.sum() < FEWEST_LINES <= there.sum():
+        return replace(response, suspicions=(*suspicions, f"no mode was read: {low}: was the force too small there?"))
+    if 2 * incoherent > there.sum():
+        suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
     try:
-        found = fit_modes(response.frequency, response.value, quantity=[sensor.quantity for sensor in sensors])
+        found = fit_modes(
+            response.frequency[told], response.value[:, told], quantity=[sensor.quantity for sensor in sensors]
+        )
     except CampaignError as error:
-        return replace(response, suspicions=(*response.suspicions, f"no mode was read: {error}"))
+        return replace(response, suspicions=(*suspicions, f"no mode was read: {error}"))
     # A shape needs two sensors, each in its own unit.
     has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
     modes = []
@@ -426,7 +453,7 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
                 shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
             )
         )
-    return replace(response, modes=tuple(modes), fit=found, suspicions=(*response.suspicions, *found.suspicions))
+    return replace(response, modes=tuple(modes), fit=found, suspicions=(*suspicions, *found.suspicions))
 
 
 DATA_TYPES.register(

@@ -60,8 +60,7 @@ class ForceLoop:
     name
         As in the manifest.
     displacement, force
-        Signals, shape (n,) [m, N]. The force resists the displacement: of a contact line it is the opposite of the
-        contact force on the structure, which a sensor of the campaign reads.
+        Signals, shape (n,) [m, N]. The force resists the displacement.
     loops
         Periods and plateaus of the record.
     frequency
@@ -320,8 +319,11 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
     harmonics = np.arange(model.n_harmonic)
     x = seen.read(state, np.full(len(harmonics), motion.name), harmonics)
     f = seen.read(state, np.full(len(harmonics), force.name), harmonics)
-    # What a line does to the structure resists the motion: a bench shows the force with the other sign.
-    return _signal(x), -_signal(f)
+    members = model.lines[force.line]
+    tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in members], axis=0)
+    # A sensor may read the motion against the tangent: the force of a loop resists the motion that is read.
+    turn = -1.0 if float(motion.gain * (motion.row @ tangent)) < 0 else 1.0
+    return _signal(x), turn * _signal(f)
 
 
 def loop_panels(model: Model, loop: ForceLoop) -> list[Panel]:

@@ -19,6 +19,8 @@ Numbers = Float[NDArray[np.float64], " m"]
 
 #: Highest order of the diagram, and lines per order at least [-].
 HIGHEST_ORDER, LINES_PER_ORDER = 30, 3
+#: Lines that modes need at least [-].
+FEWEST_LINES = 8
 #: A mode stays if it improves the information criterion by more than chance does.
 SIGNIFICANT = 10.0
 #: Most modes that are added because the residual has a peak.
@@ -155,10 +157,8 @@ def _checked(
         used &= (lines >= band[0]) & (lines <= band[1])
     if (np.diff(lines) <= 0).any():
         raise CampaignError(f"frequencies do not rise at line {int(np.argmax(np.diff(lines) <= 0)) + 1}: sort them")
-    if used.sum() < 8:
-        raise CampaignError(
-            f"{int(used.sum())} lines are left between {lines[0]:.6g} and {lines[-1]:.6g} Hz: modes need 8 or more"
-        )
+    if used.sum() < FEWEST_LINES:
+        raise CampaignError(f"{int(used.sum())} lines are left{_between(lines)}: modes need {FEWEST_LINES} or more")
     silent = np.flatnonzero(~(np.abs(values[:, used]).max(axis=1) > 0))
     if len(silent):
         raise CampaignError(f"the response of sensor {silent[0]} is zero at all lines: leave it out")
@@ -168,6 +168,10 @@ def _checked(
         least = 1e-9 * np.abs(values[:, used]).max(axis=1, keepdims=True)
         spread = np.where(np.isfinite(whole), np.maximum(whole, least), np.abs(values[:, used]).max()).astype(complex)
     return lines[used], values[:, used], spread
+
+
+def _between(lines: Float[NDArray[np.float64], " f"]) -> str:
+    return f" between {lines[0]:.6g} and {lines[-1]:.6g} Hz" if len(lines) else ""
 
 
 def _choose(

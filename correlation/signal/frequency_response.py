@@ -42,6 +42,13 @@ BEFORE = 0.01
 PULSE_WINDOW = 5.0
 
 
+#: Coherence below which a response is smaller than its standard deviation over sqrt(2), even of one average, and the
+#: most that is asked for [-].
+LEAST_COHERENCE, MOST_COHERENCE = 0.5, 0.8
+#: Chance that all lines of noise together stay below the limit of the coherence is 1 less this.
+CHANCE = 0.01
+
+
 class Excitation(Enum):
     """What drove the structure."""
 
@@ -67,6 +74,8 @@ class FrequencyResponse:
         Ordinary coherence gamma^2 in [0, 1], shape (c, f) [-]; 1 everywhere for a single block, which tells nothing.
     decay
         sigma of the exponential window [1/s]: all poles of H are shifted to the left by it. 0 without one.
+    averages
+        Blocks that were averaged; those that overlap by half under Hann's window count as 5 % fewer.
     suspicions
         Double hits, clipped channels and the like, in words.
     """
@@ -76,6 +85,7 @@ class FrequencyResponse:
     h2: Responses
     coherence: Shares
     decay: float = 0.0
+    averages: int = 1
     suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -140,6 +150,25 @@ def estimate_frequency_response(
     return _average(x, y, lines, decay, tuple(suspicions))
 
 
+def coherence_limit(averages: int | None, count: int) -> float:
+    r"""Coherence from which a value of a frequency response tells the response and not the noise [-].
+
+    The relative standard deviation of H1 is :math:`\sqrt{(1 - \gamma^2) / (2 n \gamma^2)}`. Without any connection with
+    the force the estimate of n averages exceeds g with the probability :math:`(1 - g)^{n - 1}`.
+
+    Parameters
+    ----------
+    averages
+        Their number n; None if it is unknown, as that of an analyser.
+    count
+        Number of values, of which none should pass by chance.
+    """
+    if averages is None or averages < 2:
+        return LEAST_COHERENCE
+    by_chance = 1 - (CHANCE / max(count, 1)) ** (1 / (averages - 1))
+    return float(min(max(by_chance, LEAST_COHERENCE), MOST_COHERENCE))
+
+
 def _average(
     x: Complex[NDArray[np.complex128], "b f"],
     y: Complex[NDArray[np.complex128], "b c f"],
@@ -158,7 +187,7 @@ def _average(
     if len(x) == 1:
         suspicions = (*suspicions, "one block: the coherence is not known")
     return FrequencyResponse(
-        frequency=frequency, h1=h1, h2=h2, coherence=coherence, decay=decay, suspicions=suspicions
+        frequency=frequency, h1=h1, h2=h2, coherence=coherence, decay=decay, averages=len(x), suspicions=suspicions
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from correlation.errors import CampaignError
 from correlation.signal.record import Samples, check_channels
@@ -36,6 +37,9 @@ NO_FORCE, LEAST_PLAY, PLAY_BINS = 0.03, 0.1, 50
 BESIDE, DWELLS = 0.2, 2.5
 #: A settled loop does not close if its ends differ by this share of the force's range, and by so many deviations [-].
 OPEN, SURE = 0.05, 3.0
+#: A loop gives energy if its work is negative by this share of that of an ellipse of its size [-], and by more than
+#: chance does in one of so many records. The work of one period alone has no scatter: `OPEN` is the share then.
+NO_WORK, CHANCE = 1e-3, 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -313,6 +317,18 @@ def _dwell(x: Samples, f: Samples) -> float:
     return float(np.mean(found)) if all(found) else 0.0
 
 
+def _gives_energy(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...]) -> bool:
+    """Whether the work of settled periods, or else of all, is negative beyond its scatter."""
+    settled = [table[plateau.first : plateau.last + 1] for plateau in plateaus]
+    rows = np.concatenate(settled) if settled else table
+    ellipse = np.pi * np.abs(rows[:, 2]) * rows[:, 0] ** 2
+    share = rows[:, 1] / np.where(ellipse > 0, ellipse, np.inf)
+    if len(share) == 1:
+        return bool(share[0] < -OPEN)
+    chance = stdtrit(len(share) - 1, 1 - CHANCE) * share.std(ddof=1) / np.sqrt(len(share))
+    return bool(share.mean() < -max(NO_WORK, chance))
+
+
 def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Plateau, ...], play: float) -> list[str]:
     """What the periods say against the record, in words."""
     suspicions = []
@@ -323,7 +339,7 @@ def _suspicions(table: Float[NDArray[np.float64], "p 6"], plateaus: tuple[Platea
         )
     if not plateaus:
         suspicions.append("no two neighbouring periods have one amplitude: there is no settled loop, ramps alone")
-    if np.median(table[:, 1]) < 0:
+    if _gives_energy(table, plateaus):
         suspicions.append(
             "the loops run the other way round, as if the joint gave energy: one of the signals has the wrong sign"
         )

@@ -109,6 +109,21 @@ MOTION_WORDS = {
     "velocity": frozenset(["velocity", "vel", "v", "speed"]),
     "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
 }
+#: Names of a voltage that drives a shaker or is meant to.
+DRIVE_WORDS = frozenset(
+    [
+        "voltage",
+        "spannung",
+        "anregung",
+        "erregung",
+        "excitation",
+        "sollwert",
+        "generator",
+        "source",
+        "command",
+        "ansteuerung",
+    ]
+)
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 #: Why a column is not used though it is a channel.
@@ -157,8 +172,8 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if by_name in {Role.TIME, Role.FREQUENCY} and quantity in {"", "time", "frequency"} and _may_be_abscissa(column):
         angular = by_name is Role.FREQUENCY and not unit and bool(set(words) & {"omega", "om"})
         return Recognised(role=by_name, unit="rad/s" if angular else unit, evidence=f'called "{name}"')
-    if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}):
-        evidence = said if quantity else f'called "{name}"'
+    if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}) or _is_drive(words, quantity):
+        evidence = said if quantity and quantity != "voltage" else f'called "{name}"'
         return Recognised(
             role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
         )
@@ -234,6 +249,11 @@ def _role_by_name(words: list[str], quantity: str) -> Role | None:
     if quantity == "force" and Role.FORCE in roles:
         return Role.FORCE
     return roles[0] if roles else None
+
+
+def _is_drive(words: list[str], quantity: str) -> bool:
+    """Whether a voltage is that of a generator, not of a sensor of motion."""
+    return quantity == "voltage" and bool(set(words) & DRIVE_WORDS) and not set(words) & _motions()
 
 
 def _part(column: Column, words: list[str]) -> Part:

@@ -10,7 +10,7 @@ from tomlkit.items import InlineTable, Item, Table
 from study.campaign.question import Answers, Marked, Question
 
 #: Entries of the manifest in the order in which they are written.
-ENTRIES = ("sensor", "test", "run", "frf", "ring_down", "loop", "record")
+ENTRIES = ("sensor", "test", "run", "frf", "ring_down", "loop", "mode", "record")
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
 docs/campaign.md describes the keys."""

@@ -11,10 +11,7 @@ from study.campaign.draft_frequency import add_test, ask_configuration, force_co
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import add_sensor, direction_sign, reading, with_sign
 from study.campaign.table_kind import JudgedTable
-from study.campaign.time_history import strongest_line, uniform_rate
-
-#: Seconds of one unit of time.
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "": 1.0}
+from study.campaign.time_history import SECONDS, strongest_line, uniform_rate
 
 
 def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:

@@ -16,16 +16,18 @@ from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
+from correlation.file.format.uff import NOT_READ
 from correlation.file.read_file import read_file
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
-from study.campaign.draft import ENTRIES, Draft, Note
+from study.campaign.draft import ENTRIES, Draft, Note, plain
 from study.campaign.draft_frequency import (
     draft_frequency_responses,
     draft_stepped_sine,
     responses_with_phases,
     sensor_signs,
 )
+from study.campaign.draft_mode import draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.note import list_notes
 from study.campaign.question import Answers, Marked
@@ -35,7 +37,7 @@ from study.campaign.table import file_stem, split_tables
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
-NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|record)\[(\d+)\]")
+NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
 NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
 NAMED_TEST = re.compile(r'test "(.+?)"')
 NAMED_RECORD = re.compile(r'record "(.+?)"')
@@ -148,6 +150,12 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     judged = [judge_table(table) for file in measured.files.values() for table in split_tables(file)]
     draft.notes += list_notes(judged)
     _draft_tables(draft, judged)
+    draft_modes(draft, measured.files)
+    draft.left_out += [
+        f"{name}: datasets of the types {types}, which are not read"
+        for name, file in measured.files.items()
+        if (types := file.facts.get(NOT_READ))
+    ]
     draft.suspicions += list_suspicions(judged)
     number_repeats(draft, measured.files)
     if draft.entries["record"] and not any(draft.entries[kind] for kind in ENTRIES[2:-1]):
@@ -324,6 +332,7 @@ def _drop_unused(draft: Draft) -> None:
     for kind in ("run", "frf"):
         used |= {name for entry in draft.entries[kind] for name in entry["columns"]}
     used |= {entry["sensor"] for entry in draft.entries["ring_down"]}
+    used |= {name for entry in draft.entries["mode"] for name in plain(entry.get("shape", {}))}
     used |= {name for entry in draft.entries["record"] for name in entry["units"]}
     draft.entries["sensor"] = [entry for entry in draft.entries["sensor"] if entry["name"] in used]
     tests = {entry["test"] for entry in draft.entries["run"]}

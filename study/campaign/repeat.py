@@ -17,6 +17,8 @@ Series = Float[NDArray[np.float64], " n"]
 SAME_LEVEL = 0.03
 #: Digits of a level that was measured.
 DIGITS = 2
+#: Share by which steps one way exceed those the other way in passes of one direction [-].
+ONE_WAY = 0.5
 #: Readings at one frequency from which a trend can be told, and the share of frequencies that must show it [-].
 FEWEST, SHARE = 3, 0.7
 
@@ -71,12 +73,15 @@ def run_level(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> floa
 
 
 def run_direction(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> int:
-    """+1 for a run whose frequency only rises, -1 for one where it only falls, 0 for both or neither."""
+    """+1 for a run whose frequency rises, -1 for one where it falls, 0 for both or neither.
+
+    A file of several passes goes back once for each, so that most of its steps tell.
+    """
     entry = run["columns"]["frequency"]
     values = _column(run, files, str(entry if isinstance(entry, str) else plain(entry)["column"]))
-    steps = np.diff(values.real)
-    rises, falls = bool((steps > 0).any()), bool((steps < 0).any())
-    return 0 if rises == falls else (1 if rises else -1)
+    steps = np.sign(np.diff(values.real))
+    turned = float(steps.sum()) / max(int(np.count_nonzero(steps)), 1)
+    return int(np.sign(turned)) if abs(turned) > ONE_WAY else 0
 
 
 def _column(run: Mapping[str, Any], files: Mapping[str, MeasuredFile], name: str) -> NDArray[Any]:

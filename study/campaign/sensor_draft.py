@@ -3,7 +3,7 @@
 from typing import Any
 
 from correlation.campaign.measurement import SI_UNIT
-from correlation.file.column import Column
+from correlation.file.column import Column, Node
 from study.campaign.column_role import MOTION_WORDS, MOTIONS, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
@@ -137,27 +137,40 @@ def _unit(quantity: str, guess: Recognised, per: str) -> Marked:
 def _position(draft: Draft, judged: JudgedTable, column: Column, name: str) -> dict[str, Any]:
     """Direction and place: of the file where it says them."""
     point, nodes = column.response, judged.table.file.nodes
-    entry: dict[str, Any] = {}
+    count = len([one for one in judged.table.columns if judged.columns[one.name].role is Role.RESPONSE])
+    which = f'sensor "{name}"' if count <= FEW_SENSORS else f"the sensors of {judged.table.file.path.name}"
     axis = point.direction.lstrip("+-") if point is not None else ""
-    if not (axis and point is not None and point.node in nodes):
-        count = len([one for one in judged.table.columns if judged.columns[one.name].role is Role.RESPONSE])
-        which = f'sensor "{name}"' if count <= FEW_SENSORS else f"the sensors of {judged.table.file.path.name}"
-        so_far = {str(plain(one["place"])) for one in draft.entries["sensor"] if "place" in one}
-        known = f" (so far: {', '.join(sorted(so_far))})" if so_far else ""
-        why = (
-            f"the file does not say it; the name of a place of the case{known}, or coordinates such as 0.5 m, 0 m, "
-            "0 m, and an axis"
-        )
-        answer = draft.ask(f"Where is {which}, and along which axis does it read?", f"tip {axis or 'z'}", why)
-        place, _, given = str(answer.value).rpartition(" ")
-        place, given = (place, given) if given in AXES else (str(answer.value), axis or "z")
-        entry["direction"] = axis or Marked(value=given, assumed=answer.assumed and "the file does not say it")
-        coordinates = [part.strip() for part in place.split(",")]
-        if len(coordinates) == 3:
-            entry["coordinates"] = coordinates
-            return entry
-        entry["place"] = Marked(value=place, assumed=answer.assumed and "the file does not say where the sensor is")
-    if axis and point is not None and point.node is not None and point.node in nodes:
-        entry["direction"] = axis
-        entry["coordinates"] = [f"{coordinate:.9g} m" for coordinate in nodes[point.node].tolist()]
-    return entry
+    return draft_position(draft, which, axis, None if point is None or point.node is None else nodes.get(point.node))
+
+
+def draft_position(draft: Draft, which: str, axis: str, node: Node | None) -> dict[str, Any]:
+    """Direction and place of a sensor: what its file says, and else what is asked.
+
+    Parameters
+    ----------
+    draft
+        Draft that asks.
+    which
+        The sensor, or all those that stand at the same unknown place, in words.
+    axis
+        "x" and the like; empty if the file does not say it.
+    node
+        Coordinates that the file gives, shape (3,) [m]; None without any.
+    """
+    if axis and node is not None:
+        return {"direction": axis, "coordinates": [f"{coordinate:.9g} m" for coordinate in node.tolist()]}
+    so_far = {str(plain(one["place"])) for one in draft.entries["sensor"] if "place" in one}
+    known = f" (so far: {', '.join(sorted(so_far))})" if so_far else ""
+    why = (
+        f"the file does not say it; the name of a place of the case{known}, or coordinates such as 0.5 m, 0 m, "
+        "0 m, and an axis"
+    )
+    answer = draft.ask(f"Where is {which}, and along which axis does it read?", f"tip {axis or 'z'}", why)
+    place, _, given = str(answer.value).rpartition(" ")
+    place, given = (place, given) if given in AXES else (str(answer.value), axis or "z")
+    direction = axis or Marked(value=given, assumed=answer.assumed and "the file does not say it")
+    coordinates = [part.strip() for part in place.split(",")]
+    if len(coordinates) == 3:
+        return {"direction": direction, "coordinates": coordinates}
+    reason = answer.assumed and "the file does not say where the sensor is"
+    return {"direction": direction, "place": Marked(value=place, assumed=reason)}

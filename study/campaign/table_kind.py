@@ -7,10 +7,10 @@ from enum import Enum
 import numpy as np
 
 from correlation.file.column import Column
-from study.campaign.column_role import MOTIONS, Recognised, Role, name_words, recognise_column
+from study.campaign.column_role import MOTIONS, Part, Recognised, Role, name_words, recognise_column
 from study.campaign.set_point import changes_between_passes
 from study.campaign.table import Table, file_stem
-from study.campaign.time_history import distortion, judge_history, turns_with
+from study.campaign.time_history import SECONDS, distortion, judge_history, turns_with
 
 
 class Kind(Enum):
@@ -87,6 +87,9 @@ SPECTRA = ("auto spectrum", "cross spectrum", "spectral density", "coherence", "
 #: Fewer samples without a time are parameters, not a record.
 FEWEST_SAMPLES = 200
 MOST_SETTINGS = 60
+#: Samples of a history are nearer than this share of a period [-].
+NYQUIST = 0.5
+HERTZ = {"Hz": 1.0, "kHz": 1e3, "rpm": 1 / 60, "rad/s": 1 / (2 * np.pi)}
 #: A force that answers an imposed displacement has more of its power beside its first line [-].
 DISTORTED = 1e-3
 
@@ -100,7 +103,8 @@ def judge_table(table: Table) -> JudgedTable:
         Table of a measured file.
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
-    columns = _steps_of_level(table, _unknown_response(table, _one_abscissa(table, columns)))
+    columns = _time_stamps(table, _one_abscissa(table, columns))
+    columns = _steps_of_level(table, _unknown_response(table, columns))
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
@@ -139,12 +143,40 @@ def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, 
     return result
 
 
-def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
-    """Without any known response, what is unknown beside a time or a frequency is one."""
-    roles = {guess.role for guess in columns.values()}
-    if Role.RESPONSE in roles or not roles & {Role.TIME, Role.FREQUENCY}:
-        return dict(columns)
+def _time_stamps(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """A time beside a frequency is a time stamp if there are phases, or if a step of it is no part of a period."""
     result = dict(columns)
+    time, frequency = (
+        next((one for one in table.columns if columns[one.name].role is role), None)
+        for role in (Role.TIME, Role.FREQUENCY)
+    )
+    if time is None or frequency is None:
+        return result
+    others = [columns[one.name] for one in table.columns]
+    steps = SECONDS.get(columns[time.name].unit, 1.0) * np.abs(np.diff(time.values))
+    hertz = HERTZ.get(columns[frequency.name].unit, 1.0) * np.abs(frequency.values)
+    if any(np.iscomplexobj(one.values) for one in table.columns) or any(
+        guess.role is Role.PHASE or guess.part in {Part.REAL, Part.IMAGINARY} for guess in others
+    ):
+        why = "a time stamp: amplitudes and phases stand beside a frequency"
+    elif np.nanmedian(steps) * np.nanmedian(hertz) > NYQUIST:
+        why = "a time stamp: its steps are longer than half a period of the frequency beside it"
+    else:
+        return result
+    result[time.name] = replace(columns[time.name], role=Role.OTHER, evidence=why)
+    return result
+
+
+def _unknown_response(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Without any known response, what is unknown beside a time or a frequency is one, and so are voltages."""
+    roles = {guess.role for guess in columns.values()}
+    result = dict(columns)
+    if Role.RESPONSE in roles or not roles & {Role.TIME, Role.FREQUENCY}:
+        return result
+    voltages = [name for name, guess in columns.items() if guess.role is Role.FORCE and guess.quantity == "voltage"]
+    # One is the drive; a channel of several that are all called "voltage" is any.
+    for name in voltages if len(voltages) > 1 else ():
+        result[name] = replace(columns[name], role=Role.RESPONSE, evidence="nothing but voltages: any may be the drive")
     for column in table.columns:
         guess = columns[column.name]
         if guess.role is Role.OTHER and not column.words and len(np.unique(column.values)) > len(column.values) / 4:

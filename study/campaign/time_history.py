@@ -7,6 +7,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 Samples = Float[NDArray[np.float64], " n"]
+#: Seconds of one unit of time.
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "": 1.0}
 #: Windows of the envelope.
 WINDOWS = 20
 #: A decay ends below this share of its largest window, which is among the first ones [-].
@@ -54,7 +56,7 @@ def judge_history(values: Samples) -> Judged:
     """
     signal = values - np.mean(values)
     frequency, share = strongest_line(signal)
-    windows = np.array([np.sqrt(np.mean(part**2)) for part in np.array_split(signal, WINDOWS)])
+    windows = np.array([np.sqrt(np.mean(part**2)) for part in np.array_split(signal, min(WINDOWS, len(signal)))])
     largest = int(np.argmax(windows))
     crest = float(np.abs(signal).max() / max(float(np.sqrt(np.mean(signal**2))), 1e-300))
     end = float(windows[-3:].mean() / max(windows[largest], 1e-300))
@@ -67,7 +69,7 @@ def judge_history(values: Samples) -> Judged:
             return Judged(kind="decay", evidence=f"its envelope falls to {100 * end:.0f} %", frequency=frequency)
     if crest > CREST and int(np.argmax(np.abs(signal))) < SOON * len(signal):
         return Judged(kind="pulse", evidence=f"its peak is {crest:.0f} times its root mean square", frequency=frequency)
-    second = windows[WINDOWS // 2 :]
+    second = windows[len(windows) // 2 :]
     spread = float(np.ptp(second) / max(float(second.mean()), 1e-300))
     if spread < STEADY and share > IN_LINES:
         evidence = (

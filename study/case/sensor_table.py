@@ -20,7 +20,7 @@ class MotionSensorTable(PlaceTable):
 
 
 class LineSensorTable(CaseModel):
-    """What reads the force of a line on the structure."""
+    """What reads the force of a line."""
 
     name: Name
     line: str

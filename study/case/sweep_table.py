@@ -1,4 +1,7 @@
-"""The table ``[sweep]``: the curves that `stickslip solve` follows over frequency or level, a scale of the loads."""
+"""The table ``[sweep]``: the curves that `stickslip solve` follows.
+
+They go over frequency or level, a scale of the loads, or hold the amplitude of a sensor over frequency.
+"""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
@@ -8,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from casefile.quantity import Frequency, Ratio
 from casefile.table import CaseModel
 from casefile.validation import did_you_mean, require_different
+from study.case.joint_table import Name
 
 #: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
 LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12
@@ -74,14 +78,57 @@ class LevelSweepTable(CaseModel):
         return self
 
 
+def _with_unit(amplitude: object) -> object:
+    if not isinstance(amplitude, str):
+        raise ValueError('give a unit, e.g. "3 um"')
+    return amplitude
+
+
+class ControlledSweepTable(CaseModel):
+    """One curve over frequency for each amplitude of a sensor, which the level of the harmonic force holds.
+
+    The unit of the amplitudes is that of what the sensor reads, and so read when the sensor is known.
+    """
+
+    parameter: Annotated[Literal["frequency"], BeforeValidator(_known)] = "frequency"
+    control: Name
+    amplitudes: Annotated[
+        tuple[Annotated[str, BeforeValidator(_with_unit)], ...],
+        Field(min_length=1, examples=[["1 um", "3 um"]]),
+        AfterValidator(require_different),
+    ]
+    first: Annotated[Frequency, Field(alias="from", gt=0, examples=["20 Hz"])]
+    last: Annotated[Frequency, Field(alias="to", gt=0, examples=["60 Hz"])]
+    step: Annotated[Frequency, Field(gt=0)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_levels(cls, data: Any) -> Any:
+        of_levels = [name for name in FrequencySweepTable.model_fields if name not in cls.model_fields]
+        if given := [name for name in of_levels if isinstance(data, Mapping) and name in data]:
+            raise ValueError(f"{given[0]} is for curves at given levels: leave it out, or control and amplitudes")
+        return data
+
+    @model_validator(mode="after")
+    def _ends_differ(self) -> Self:
+        _check_ends(self.first, self.last, self.step, " Hz")
+        return self
+
+
 def _over(sweep: Any) -> str:
     """What a sweep goes over; frequency if it does not say, or says what there is not, which its table refuses."""
     over = sweep.get("parameter") if isinstance(sweep, Mapping) else getattr(sweep, "parameter", None)
-    return "level" if over == "level" else "frequency"
+    if over == "level":
+        return "level"
+    controlled = "control" in sweep if isinstance(sweep, Mapping) else hasattr(sweep, "control")
+    return "control" if controlled else "frequency"
 
 
 Sweep = Annotated[
-    Annotated[FrequencySweepTable, Tag("frequency")] | Annotated[LevelSweepTable, Tag("level")], Discriminator(_over)
+    Annotated[FrequencySweepTable, Tag("frequency")]
+    | Annotated[LevelSweepTable, Tag("level")]
+    | Annotated[ControlledSweepTable, Tag("control")],
+    Discriminator(_over),
 ]
 
 

@@ -156,8 +156,7 @@ def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
         fit = response.fit
         assert fit is not None
         diagram, order = fit.stabilisation, _derivative(model, response)
-        # The fit leaves out lines without a value.
-        there = np.isfinite(response.value).all(axis=0)
+        there = response.told  # the lines of the fit
         line = response.frequency[there]
         measured, fitted = (
             np.sqrt((np.abs(values / (2 * np.pi * line) ** order) ** 2).mean(axis=0))
@@ -210,8 +209,7 @@ def _compare_shapes(
 ) -> FdacMap:
     """FDAC of a measured response and the model's, of displacements, at most `MOST_LINES` frequencies of each."""
     # At 0 Hz accelerometers read nothing, which has no shape.
-    seen = [np.isfinite(value).all(axis=0) & value.any(axis=0) for value in (response.value, predicted)]
-    there = np.flatnonzero(seen[0] & seen[1])
+    there = np.flatnonzero(response.told & response.value.any(axis=0) & predicted.any(axis=0))
     there = there[np.unique(np.linspace(0, len(there) - 1, MOST_LINES).round().astype(int))]
     line = response.frequency[there]
     scale = (2 * np.pi * line) ** _derivative(model, response)

@@ -20,14 +20,14 @@ from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
-from study.case.sweep_table import FrequencySweepTable, LevelSweepTable
+from study.case.sweep_table import ControlledSweepTable, FrequencySweepTable, LevelSweepTable
 from study.limits.table import EVERYTHING, FORCES, MOST_POINTS, LimitsTable
 from study.solve.frequency_range import warn_of_high_frequency
 from study.solve.model import SolveModel
 from study.solve.result import find_main_harmonic
 
 Real = NDArray[np.float64]
-Sweep: TypeAlias = FrequencySweepTable | LevelSweepTable | None
+Sweep: TypeAlias = FrequencySweepTable | LevelSweepTable | ControlledSweepTable | None
 #: Without a step the band has so many intervals.
 INTERVALS = 50
 #: Numbers of a contact's directions, as `ContactForceHarmonic` counts them.
@@ -241,7 +241,7 @@ def _frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
     if table.frequencies is not None:
         return table.frequencies
     first, last, step = table.first, table.last, table.step
-    if isinstance(sweep, FrequencySweepTable):
+    if isinstance(sweep, FrequencySweepTable | ControlledSweepTable):
         first, last, step = first or sweep.first, last or sweep.last, step or sweep.step
     elif isinstance(sweep, LevelSweepTable) and first is None and last is None:
         return sorted(sweep.frequencies)
@@ -266,7 +266,8 @@ def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
         return tuple(sorted(sweep.levels))
     if sweep is None:
         return (1.0,)
-    raise BalanceError("levels are missing, and [sweep] goes over the level: give a list, such as levels = [1, 3, 5]")
+    why = "holds an amplitude" if isinstance(sweep, ControlledSweepTable) else "goes over the level"
+    raise BalanceError(f"levels are missing, and [sweep] {why}: give a list, such as levels = [1, 3, 5]")
 
 
 def _nominal(table: LimitsTable, sweep: Sweep, model: SolveModel) -> Real | None:

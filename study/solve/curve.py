@@ -17,6 +17,7 @@ from hbsolve.errors import NoSteadyState
 from pipeline.checkpoint import Checkpoint
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
+from study.solve.held_amplitude import HeldAmplitude
 
 Row = Float[NDArray[np.float64], " r"]
 #: Share of the way from which on it tells the time left.
@@ -34,7 +35,7 @@ class Curve:
     first, last
         Ends of the curve [rad/s, or - for levels].
     fixed
-        The other one of the two.
+        The other one of the two, or the amplitude that is held [rad/s, -, or SI].
     step
         The largest along it, in the unit of its ends; None leaves it to the solver.
     label
@@ -43,6 +44,8 @@ class Curve:
         Slider positions at its start, shape (s,) [m]; springs without tension by default.
     level_power
         Levels are times Omega^level_power [-].
+    held
+        What the level of each point of a curve over frequency holds; None where the level is given.
     """
 
     parameter: str
@@ -53,6 +56,7 @@ class Curve:
     label: str
     slider: Row | None = None
     level_power: int = 0
+    held: HeldAmplitude | None = None
 
 
 @stage("response curve", ignore=("checkpoint", "report"))
@@ -84,7 +88,6 @@ def response_curve(
     ComputationFailed
         No steady state at the first point.
     """
-    continuation = make_continuation(system, curve, harmonics, n_sample)
     done = 0.0
 
     def share(reached: float, way: float) -> None:
@@ -96,6 +99,12 @@ def response_curve(
             report(done, way)
 
     try:
+        if curve.held is not None:
+            balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
+            return curve.held.follow(
+                balance, curve.first, curve.last, step=curve.step, slider=curve.slider, report=share
+            )
+        continuation = make_continuation(system, curve, harmonics, n_sample)
         return run(
             continuation, slider=curve.slider, report=share,
             resumed=checkpoint.load() if checkpoint else None, save=checkpoint.offer if checkpoint else None,

@@ -5,18 +5,24 @@ from dataclasses import dataclass, field, replace
 from math import pi
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from casefile.table import located
-from correlation.model import Sensor
+from casefile.quantity import ACCELERATION, LENGTH, VELOCITY, read_quantity
+from casefile.table import at_key, located
+from casefile.validation import did_you_mean
+from correlation.model import DERIVATIVE, Sensor
 from reduction.errors import JointError
 from reduction.jointed_system import JointedSystem
 from study.case.setup import ReadCase, require_loads
-from study.case.sweep_table import LevelSweepTable
+from study.case.sweep_table import ControlledSweepTable, FrequencySweepTable, LevelSweepTable
 from study.kind.registry import OpenCase
 from study.solve.curve import Curve, Row
 from study.solve.frequency_range import warn_of_high_frequency
+from study.solve.held_amplitude import HeldAmplitude
+
+#: What the amplitude of a sensor is, by its quantity.
+HELD_DIMENSION = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,6 +72,11 @@ class SolveModel:
     base: Complex[NDArray[np.complex128], "n r"] | None = None
     level_power: int = 0
 
+    @property
+    def output_rows(self) -> Float[NDArray[np.float64], "n r"]:
+        """Rows of the outputs, shape (n, r) [-]."""
+        return np.array([output.row for output in self.outputs])
+
     def carried(self, output: Sensor) -> Complex[NDArray[np.complex128], " n"] | None:
         """Acceleration of the base that an output reads in each harmonic at level 1; None if it reads none."""
         return None if self.base is None or output.relative else self.base @ output.row
@@ -106,9 +117,11 @@ def make_solve_model(read: ReadCase) -> SolveModel:
     warn_of_high_frequency(model.system, [2 * pi * item for item in frequencies])
     return replace(
         model,
-        curves=_curves(read, "N" if model.in_newtons else ""),
-        stability=sweep.stability,
-        isolas=not isinstance(sweep, LevelSweepTable) and sweep.isolas,
+        curves=_controlled_curves(read, model, sweep)
+        if isinstance(sweep, ControlledSweepTable)
+        else _curves(read, sweep, "N" if model.in_newtons else ""),
+        stability=not isinstance(sweep, ControlledSweepTable) and sweep.stability,
+        isolas=isinstance(sweep, FrequencySweepTable) and sweep.isolas,
     )
 
 
@@ -144,9 +157,47 @@ def make_vibrating_model(read: ReadCase) -> SolveModel:
     )
 
 
-def _curves(read: ReadCase, unit: str) -> tuple[Curve, ...]:
-    sweep = read.opened.case.sweep
-    assert sweep is not None
+def _controlled_curves(read: ReadCase, model: SolveModel, sweep: ControlledSweepTable) -> tuple[Curve, ...]:
+    case, sensors = read.opened.case, {output.name: output for output in model.outputs}
+    with at_key(case, "sweep", "control"):
+        if sweep.control not in sensors:
+            guess = did_you_mean(sweep.control, list(sensors))
+            raise JointError(f"is no [[sensor]] of motion; there are {', '.join(sensors)}{guess}")
+        output = sensors[sweep.control]
+    if case.harmonics.tolerance is not None:
+        with at_key(case, "harmonics", "tolerance"):
+            raise JointError("refines curves at given levels, not held amplitudes: leave it out, and raise highest")
+    curves = []
+    for number, text in enumerate(sweep.amplitudes):
+        with at_key(case, "sweep", "amplitudes", number):
+            try:
+                amplitude = read_quantity(text, HELD_DIMENSION[output.quantity])
+            except ValueError as error:
+                raise JointError(f"{output.name} reads {output.quantity}: {error}") from error
+            if amplitude <= 0:
+                raise JointError("must be positive: it is what the level of the force holds")
+        carried = None if model.base is None or output.relative else model.base[1]
+        held = HeldAmplitude(
+            sensor=output.name, row=output.row, derivative=DERIVATIVE[output.quantity], amplitude=amplitude,
+            carried=carried, level_power=model.level_power,
+        )  # fmt: skip
+        curves.append(
+            Curve(
+                parameter="frequency",
+                first=2 * pi * sweep.first,
+                last=2 * pi * sweep.last,
+                fixed=amplitude,
+                step=None if sweep.step is None else 2 * pi * sweep.step,
+                label=f"{output.name} {text}",
+                slider=model.slider,
+                level_power=model.level_power,
+                held=held,
+            )
+        )
+    return tuple(curves)
+
+
+def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[Curve, ...]:
     if isinstance(sweep, LevelSweepTable):
         return tuple(
             Curve(

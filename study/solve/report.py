@@ -30,9 +30,11 @@ def solve_text(solved: Solved, extras: Extras | None = None) -> str:
     refined = f", up to {highest} where refined" if highest > model.harmonics else ""
     width = max(len(peak.label) for peak in solved.peaks)
     lines = [extras.text] if extras and extras.text else []
+    held = model.curves[0].held
+    which = f"points of least force that holds {held.sensor}, and" if held else "highest points of"
     lines += [
         f"{model.system.n_dof} degrees of freedom, {len(model.system.joints)} joints, "
-        f"harmonics 0 to {model.harmonics}{refined}; highest points of {model.outputs[0].name}:",
+        f"harmonics 0 to {model.harmonics}{refined}; {which} {model.outputs[0].name}:",
         "",
         f"  {'curve':<{width}}  frequency [Hz]     level  amplitude [{solved.peaks[0].unit}]  points  "
         "truncation error at the peak",

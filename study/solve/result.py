@@ -113,7 +113,9 @@ class SolvedCurve:
         return np.asarray(np.divide(changed, amplitude, out=np.zeros_like(changed), where=amplitude > 0))
 
     def peak(self, output: Sensor, harmonic: int) -> int:
-        """Point of the largest amplitude of a harmonic of an output."""
+        """Point of the largest amplitude of a harmonic of an output; of the least level where an amplitude is held."""
+        if self.curve.held is not None:
+            return int(np.argmin(self.level))
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 

@@ -43,6 +43,7 @@ from study.solve.stability import curve_stability
 
 #: Panels that still can be read: joints and curves beyond these are left to the netCDF file.
 MOST_JOINTS, MOST_CURVES = 4, 6
+LEVEL_LABEL = "level of the harmonic force [-]"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,11 +153,10 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[
 def _refined(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:
     model = item.model
     assert model.tolerance is not None
-    rows = np.array([output.row for output in model.outputs])
     with run.progress.step(f"harmonics of {place.partition(',')[0]}, {item.curve.label}") as report:
         branch = run.store.run(
-            refine_curve, model.system, item.curve, item.branch, model.harmonics, model.n_sample, model.tolerance, rows,
-            report=report,
+            refine_curve, model.system, item.curve, item.branch, model.harmonics, model.n_sample, model.tolerance,
+            model.output_rows, report=report,
         )  # fmt: skip
     return replace(item, branch=branch)
 
@@ -176,9 +176,14 @@ def _results(
     """What is drawn, by name."""
     harmonic = find_main_harmonic(model.system)
     over_frequency = curves[0].curve.parameter == "frequency"
-    label = "frequency [Hz]" if over_frequency else "level of the harmonic force [-]"
+    label = "frequency [Hz]" if over_frequency else LEVEL_LABEL
     drawn: dict[str, object] = {}
+    held = curves[0].curve.held
+    if held is not None:
+        drawn["force"] = _force_over_frequency(curves, title)
     for number, output in enumerate(model.outputs, start=1):
+        if held is not None and output.name == held.sensor:
+            continue  # its curves are straight lines
         unit, scale = SURFACE_UNIT[output.quantity]
         family = [
             DrawnCurve(
@@ -186,6 +191,7 @@ def _results(
                 parameter=item.parameter,
                 response=scale * item.output(output)[:, harmonic],
                 group=item.curve.fixed,
+                top=None if item.curve.held is None else item.peak(output, harmonic),
                 unstable=None if item.stability is None else ~item.stability.is_stable,
                 marks=_marks(item, output, scale, harmonic),
             )
@@ -216,12 +222,34 @@ def _results(
     ]
     which_joints = "the contacts do" if len(joints) == len(model.system.joints) else "the busiest contacts do"
     drawn["states"] = ContactStates(panels=panels, title=f"{title}: what {which_joints}", parameter_label=label)
+    which_point = "the point of least force" if chosen[0].curve.held else "the highest point"
     which_curves = "each curve" if len(chosen) == len(curves) else f"{len(chosen)} of {len(curves)} curves"
     drawn["loops"] = HysteresisLoops(
         joints=[(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
-        title=f"{title}: contacts at the highest point of {which_curves}",
+        title=f"{title}: contacts at {which_point} of {which_curves}",
     )
     return drawn
+
+
+def _force_over_frequency(curves: Sequence[SolvedCurve], title: str) -> ResponseCurves:
+    """What holds the amplitude of each curve, with the phase of the reading after it."""
+    model = curves[0].model
+    output = next(item for item in model.outputs if curves[0].curve.held and item.name == curves[0].curve.held.sensor)
+    family = [
+        DrawnCurve(
+            label=item.curve.label,
+            parameter=item.parameter,
+            response=item.level * np.exp(1j * np.angle(item.output(output)[:, 1])),
+            top=item.peak(output, 1),
+        )
+        for item in curves
+    ]
+    return ResponseCurves(
+        curves=family,
+        title=f"{title}: force that holds the {output.quantity} of {output.name}",
+        parameter_label="frequency [Hz]",
+        amplitude_label="amplitude of the force [N]" if model.in_newtons else LEVEL_LABEL,
+    )
 
 
 def _marks(item: SolvedCurve, output: Sensor, scale: float, harmonic: int) -> list[CurveMark]:

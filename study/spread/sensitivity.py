@@ -106,8 +106,8 @@ def differentiate_curve(
     rates = [ModelParameter() if item is None else item.jointed for item in tangents]
     response = np.empty((len(tangents), *nominal.shape), dtype=np.complex128)
     for point in range(len(branch.frequency)):
-        state = solved.branch.state(balance, point)
-        moved = sensitivity(balance, state, rates)[:, harmonic]
+        state = branch.state(balance, point)
+        moved = sensitivity(branch.balance_at(balance, point), state, rates)[:, harmonic]
         for number, output in enumerate(model.outputs):
             turn = 1j * harmonic * state.angular_frequency
             times = turn ** DERIVATIVE[output.quantity] * np.exp(-turn * output.delay)

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from correlation.uncertainty.variance_index import saltelli_design
+from pipeline.worker_pool import Workers
 from study.case.setup import read_case
 from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 from study.solve.curve import response_curve
 from study.solve.model import SolveModel, make_solve_model
+from study.solve.refinement import refine_curve
 from study.spread.band import CurveBand, curve_bands
 from study.spread.quantity import QuantitySpread, list_quantities
 from study.spread.sensitivity import CurveSensitivity, differentiate_curve, model_tangents
@@ -63,7 +65,7 @@ def spread(
     seed: int = 0,
     limits: bool | None = None,
     run: RunContext | None = None,
-    workers: int | None = 1,
+    workers: Workers = 1,
 ) -> Spread:
     """Spread of the response over the distributions of `[[uncertain]]`; nothing is written.
 
@@ -81,7 +83,7 @@ def spread(
         Store and progress; none by default.
     workers
         Processes [-]; this one by default. With more, or None for one per core, a script needs
-        ``if __name__ == "__main__":``.
+        ``if __name__ == "__main__":``. Or the address of a dask scheduler.
 
     Raises
     ------
@@ -149,6 +151,10 @@ def _sensitivities(
     result = []
     for curve in model.curves:
         with run.progress.step(f"derivatives of {curve.label}") as report:
-            branch = run.store.run(response_curve, model.system, curve, model.harmonics, model.n_sample)
+            sizes = model.harmonics, model.n_sample
+            branch = run.store.run(response_curve, model.system, curve, *sizes)
+            if model.tolerance is not None:
+                rows = model.output_rows
+                branch = run.store.run(refine_curve, model.system, curve, branch, *sizes, model.tolerance, rows)
             result.append(differentiate_curve(model, curve, branch, tangents, report))
     return tuple(result)

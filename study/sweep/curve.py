@@ -16,6 +16,7 @@ from hbsolve.errors import NoPeakError
 from pipeline.store import stage
 from study.solve.curve import Curve, response_curve
 from study.solve.model import SolveModel
+from study.solve.refinement import refine_curve
 from study.solve.result import SolvedCurve, find_main_harmonic
 
 Real = NDArray[np.float64]
@@ -125,6 +126,10 @@ def point_curve(model: SolveModel, curve: Curve) -> PointCurve:
             curve=curve, frequency=none, level=none, response=no_response, truncation_error=none,
             damping=np.full(len(outputs), np.nan), stop_message=str(error), complete=False,
         )  # fmt: skip
+    if model.tolerance is not None:
+        branch = refine_curve(
+            model.system, curve, branch, model.harmonics, model.n_sample, model.tolerance, model.output_rows
+        )
     return summarise_curve(model, curve, branch)
 
 
@@ -134,8 +139,9 @@ def summarise_curve(model: SolveModel, curve: Curve, branch: ResponseBranch) -> 
     solved, harmonic = SolvedCurve(curve=curve, branch=branch, model=model), find_main_harmonic(model.system)
     damping = []
     for output in model.outputs:
-        state = solved.branch.state(balance, solved.peak(output, harmonic))
-        damping.append(energy_balance(balance.at_level(state.level), state).loss_factor / 2)
+        peak = solved.peak(output, harmonic)
+        at_peak, state = branch.balance_at(balance, peak), branch.state(balance, peak)
+        damping.append(energy_balance(at_peak, state).loss_factor / 2)
     return PointCurve(
         curve=curve,
         frequency=branch.frequency,

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.output import replace_file
+from pipeline.worker_pool import Workers
 from study.case.setup import read_case
+from study.case.sweep_table import ControlledSweepTable
 from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
 from study.solve.model import make_solve_model, require_sweep
@@ -53,7 +55,7 @@ def sweep(
     *,
     limits: bool | None = None,
     run: RunContext | None = None,
-    workers: int | None = 1,
+    workers: Workers = 1,
 ) -> Swept:
     """Response curves, and limits, of a case over a grid of its parameters; nothing is written.
 
@@ -70,7 +72,7 @@ def sweep(
         Store and progress; none by default.
     workers
         Processes [-]; this one by default. With more, or None for one per core, a script needs
-        ``if __name__ == "__main__":``.
+        ``if __name__ == "__main__":``. Or the address of a dask scheduler.
 
     Raises
     ------
@@ -99,13 +101,19 @@ def sweep(
 
 
 def require_curves_or_limits(opened: OpenCase, *, with_limits: bool) -> None:
-    """Refuse a case that asks for nothing.
+    """Refuse a case that asks for nothing, or for curves that have no peak.
 
     Raises
     ------
     CaseError
-        It has no [sweep], and no limits are asked for.
+        It has no [sweep], and no limits are asked for; or its [sweep] holds an amplitude.
     """
+    if isinstance(opened.case.sweep, ControlledSweepTable):
+        raise opened.lacks(
+            "sweep",
+            "control holds an amplitude, whose curves have no peak to compare: give levels instead of control and "
+            "amplitudes, or compute the curves of each value with `stickslip solve`",
+        )
     if not with_limits:
         require_sweep(opened)
 
@@ -117,7 +125,7 @@ def warn_of_failures(failures: Sequence[str], count: int, run: RunContext) -> No
 
 
 def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> Swept:
-    """`sweep` with one process per core, and its tables and figures in the output folder.
+    """`sweep` with one process per core or the scheduler of the run, and its tables and figures in the output folder.
 
     Raises
     ------
@@ -127,7 +135,7 @@ def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool
         No curve could be started.
     """
     assert run.output is not None
-    swept = sweep(path, words, limits=limits, run=run, workers=None)
+    swept = sweep(path, words, limits=limits, run=run, workers=run.scheduler)
     title = open_case(path).title
     files = write_samples(swept.sampled, f"{path.stem}_sweep", title, run)
     drawn = draw_sweep(swept.grid, swept.sampled, title)

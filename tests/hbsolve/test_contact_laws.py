@@ -31,6 +31,7 @@ from reduction.jointed_system import (
     PowerSpring,
     QuadraticDamper,
     SmoothFriction,
+    StructuralDamper,
     ViscousDamper,
 )
 
@@ -266,6 +267,18 @@ def test_the_stop_has_the_coefficients_of_a_clipped_wave(gap: float) -> None:
     np.testing.assert_allclose(f[:, 0], [mean, first, *higher], atol=2e-5)  # two kinks between instants
     if gap == 0:
         np.testing.assert_allclose(f[:3, 0], k * A * np.array([1 / np.pi, 1 / 2, 2 / (3 * np.pi)]), atol=2e-5)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.7])
+def test_the_structural_damper_takes_the_work_of_a_complex_stiffness(exponent: float) -> None:
+    k, eta, r, A = 3.0, 0.2, 0.7, 1.4
+    slow = 1e-3 * OMEGA * A  # the step of the velocity is over in a thousandth of a period: 1e-6 of the work
+    damper = StructuralDamper(
+        name="d", direction=ONE, stiffness=k, loss_factor=eta, reference=r, exponent=exponent, velocity=slow
+    )
+    f = Prescribed(damper, cosine(A, 4), n_sample=4096).coefficients[:, 0]
+    np.testing.assert_allclose(f[1].imag, k * eta * (A / r) ** exponent * A, rtol=1e-5)
+    assert abs(f[1].real) < 1e-9
 
 
 def test_the_quadratic_damper_has_eight_thirds_over_pi() -> None:

@@ -63,12 +63,15 @@ def rows(file: Path) -> list[dict[str, str]]:
         ("wall.friction_coefficient=0.3,0.45,0.6", "coefficient = 0.5", "coefficient = 0.45"),
         ("wall.preload=2,3.6 N", '"4 N"', '"3.6 N"'),
         ("structure.damping.ratio=0.4 %,2 %", "0.7 %", "2 %"),
+        ("wall.preload=2 N,2.5 N", '"4 N"', '"2.5 N"'),
     ],
 )
 def test_a_point_of_the_grid_is_the_solved_case_to_the_last_digit(home: Path, word: str, old: str, new: str) -> None:
     case = CASE
     if "damping" in word:
         case = CASE.replace("[[line]]", '[structure.damping]\nratio = "0.7 %"\nreplace = true\n[[line]]')
+    if "2.5 N" in word:
+        case = CASE.replace("highest = 3", 'highest = 3\ntolerance = "0.2 %"')
     (home / "my.toml").write_text(case)
     (home / "changed.toml").write_text(case.replace(old, new, 1))
     assert cli.main(["sweep", "my.toml", word, "--out", "swept", "--quiet"]) == 0

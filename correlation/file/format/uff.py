@@ -14,6 +14,8 @@ from correlation.file.uff.dataset_55 import read_shape
 from correlation.file.uff.dataset_58 import Record58, read_58
 from correlation.file.uff.units import FileUnits, read_units
 
+#: Fact that names the types of datasets that were passed over.
+NOT_READ = "datasets that are not read"
 BEGINNING = re.compile(rb"(?:[ \t]*\r?\n)*[ \t]{0,4}-1[ \t]*\r?\n[ \t]{0,6}\d{1,6}")
 
 
@@ -46,7 +48,7 @@ def read(path: Path) -> MeasuredFile:
     if units.described:
         facts["units"] = units.described
     if others:
-        facts["datasets that are not read"] = ", ".join(dict.fromkeys(others))
+        facts[NOT_READ] = ", ".join(dict.fromkeys(others))
     return MeasuredFile(
         path=path, format="uff", title=title, columns=_with_abscissas(records), nodes=nodes, shapes=tuple(shapes),
         facts=facts,

@@ -112,5 +112,5 @@ def _judge_shapes(own: ModalSet) -> Iterator[str]:
 
 
 def _agreement(response: MeasuredResponse, predicted: Complex[NDArray[np.complex128], "c f"]) -> NDArray[np.float64]:
-    there = np.isfinite(response.value).all(axis=0)
+    there = response.told
     return np.asarray(response_assurance(response.value[:, there], predicted[:, there]))

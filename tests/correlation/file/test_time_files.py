@@ -26,7 +26,7 @@ def test_samples_of_a_wav_file_come_back(tmp_path: Path, kind: type) -> None:
 def test_a_cut_wav_file_is_a_sentence(tmp_path: Path) -> None:
     wavfile.write(tmp_path / "sound.wav", 8000, np.arange(100, dtype=np.int16))
     data = (tmp_path / "sound.wav").read_bytes()
-    for length in range(1, len(data)):
+    for length in range(1, len(data), 5):
         (tmp_path / "cut.wav").write_bytes(data[:length])
         with pytest.raises(CampaignError, match=r"^cut\.wav: [^\n]*$"):
             read_file(tmp_path / "cut.wav")
@@ -60,7 +60,7 @@ def test_a_cut_tdms_file_is_a_sentence(tmp_path: Path, capfd: pytest.CaptureFixt
     with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
         writer.write_segment([nptdms.ChannelObject("run", "acc", np.arange(20.0), {"wf_increment": 0.25})])
     data = (tmp_path / "run.tdms").read_bytes()
-    for length in range(1, len(data), 5):
+    for length in range(1, len(data), 11):
         (tmp_path / "cut.tdms").write_bytes(data[:length])
         with pytest.raises(CampaignError, match=r"^cut\.tdms: [^\n]*$"):
             read_file(tmp_path / "cut.tdms")

@@ -89,6 +89,14 @@ def test_offsets_are_those_of_the_sensors() -> None:
     assert plateau.displacement_offset[0] == pytest.approx(3e-5, rel=1e-3)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_joint_that_sticks_is_not_said_to_give_energy(seed: int) -> None:
+    random, x = np.random.default_rng(100 + seed), motion()
+    noise = 0.01 * random.standard_normal((2, len(x)))
+    loops = analyse_loop(x + AMPLITUDE * noise[0], STIFFNESS * (x + AMPLITUDE * noise[1]))
+    assert not any("energy" in sentence for sentence in loops.suspicions)
+
+
 def test_a_wrong_sign_of_one_signal_is_reported() -> None:
     x = motion()
     loops = analyse_loop(-x, elements(x, np.array([STIFFNESS]), np.array([LIMIT])))

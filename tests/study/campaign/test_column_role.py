@@ -34,6 +34,9 @@ RAMP = np.linspace(1.0, 5.0, 20)
         ("v01_m_s", "", Role.RESPONSE, "velocity", "m/s"),
         ("V1", "", Role.RESPONSE, "voltage", "V"),
         ("tip", "(m/s^2)/N", Role.RESPONSE, "acceleration", "(m/s^2)/N"),
+        ("Spannung", "V", Role.FORCE, "voltage", "V"),
+        ("generator voltage", "mV", Role.FORCE, "voltage", "mV"),
+        ("voltage acc", "V", Role.RESPONSE, "voltage", "V"),
         ("level", "", Role.LEVEL, "", ""),
         ("repeat", "", Role.REPEAT, "", ""),
         ("coherence tip", "", Role.COHERENCE, "", ""),
@@ -80,6 +83,12 @@ def test_a_history_is_judged_by_its_envelope_and_spectrum(values: np.ndarray, ki
     assert judged.kind == kind
     if kind == "steady state":
         assert judged.frequency == pytest.approx(0.05)  # 50 Hz at 1000 samples a second
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("count", [3, 10, 19, 21])
+def test_a_history_of_few_samples_is_judged_without_a_warning(count: int) -> None:
+    assert judge_history(np.sin(np.arange(float(count)))).kind
 
 
 def test_a_rate_needs_a_uniform_step() -> None:

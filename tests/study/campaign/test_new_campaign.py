@@ -259,6 +259,50 @@ def test_files_with_equal_columns_are_repeats_of_one_level(tmp_path: Path) -> No
     assert sorted(set(measurement.level.tolist())) == [5.0, 10.0]
 
 
+@pytest.mark.parametrize("with_phase", [True, False])
+@pytest.mark.parametrize("unit", ["s", "min"])
+def test_a_time_stamp_beside_a_frequency_makes_no_record(tmp_path: Path, with_phase: bool, unit: str) -> None:
+    x = receptance(FREQUENCY)
+    header, columns = f"time [{unit}],f [Hz],F [N],x [m]", [12.5 * np.arange(41.0), FREQUENCY, ONES, np.abs(x)]
+    if with_phase:
+        header, columns = f"{header},phase [deg]", [*columns, np.degrees(np.angle(x))]
+    write_csv(tmp_path / "sine.csv", header, *columns)
+    _, manifest = drafted(tmp_path)
+    assert "record" not in manifest
+    value = read_campaign(tmp_path).measurement.value
+    np.testing.assert_allclose(value if with_phase else np.abs(value), x if with_phase else np.abs(x), rtol=1e-12)
+
+
+def test_a_history_with_the_frequency_of_its_generator_stays_a_record(tmp_path: Path) -> None:
+    time = np.arange(4096) / 2000
+    frequency = 90 + 10 * time
+    noise = np.random.default_rng(5).standard_normal((2, 4096))
+    write_csv(tmp_path / "sweep.csv", "time [s],f [Hz],F [N],acc [m/s^2]", time, frequency, noise[0], noise[1])
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["record"]) == 1
+
+
+def test_a_voltage_that_drives_is_the_level_of_sweeps_up_and_down(tmp_path: Path) -> None:
+    volts, f = np.repeat([0.05, 0.2, 0.5], 41), np.tile(FREQUENCY, 3)
+    for name, way in (("up", 1), ("down", -1)):
+        order = np.concatenate([np.arange(41)[::way] + 41 * number for number in range(3)])
+        size = 1e6 * volts[order] * np.abs(receptance(f[order]))
+        write_csv(tmp_path / f"sweep_{name}.csv", "Frequenz [Hz],Spannung [V],Weg [um]", f[order], volts[order], size)
+    _, manifest = drafted(tmp_path)
+    assert [sensor["name"] for sensor in manifest["sensor"]] == ["weg"]
+    assert manifest["drive"]["calibrated"] is False
+    table = read_campaign(tmp_path).measurement
+    assert set(table.level.tolist()) == {0.05, 0.2, 0.5}
+    assert set(zip(table.sweep.tolist(), table.repeat.tolist(), strict=True)) == {(1, 1), (-1, 1)}
+
+
+def test_of_channels_that_are_all_voltages_one_is_a_response(tmp_path: Path) -> None:
+    size = np.abs(receptance(FREQUENCY))
+    write_csv(tmp_path / "d.csv", "f [Hz],Voltage_0 [V],Voltage_1 [V]", FREQUENCY, size, 0.5 * size)
+    _, manifest = drafted(tmp_path)
+    assert [sensor["calibrated"] for sensor in manifest["sensor"]] == [False, False]
+
+
 def test_readings_that_settle_are_no_repeats(tmp_path: Path) -> None:
     frequency = np.repeat(FREQUENCY, 4)
     size = np.abs(receptance(frequency)) * (1 + 0.2 * 0.4 ** np.tile(np.arange(4.0), len(FREQUENCY)))

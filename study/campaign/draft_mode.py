@@ -1,0 +1,123 @@
+"""Drafts of natural modes from the shapes of measured files."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.file.column import MeasuredFile, MeasuredShape, Node
+from study.campaign.draft import Draft, Note, plain
+from study.campaign.draft_frequency import ask_configuration
+from study.campaign.question import Marked
+from study.campaign.sensor_draft import AXES, draft_position
+from study.campaign.table import file_stem
+
+MODES = {"normal mode", "complex mode"}
+#: Axes of displacements; others are rotations.
+MOTIONS = 3
+#: A reading of a shape, by the name of its sensor: node, axis and value.
+Readings = dict[str, tuple[int, str, complex]]
+
+
+def draft_modes(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
+    """One mode per shape that has a natural frequency; others are left out with the reason.
+
+    Parameters
+    ----------
+    draft
+        Draft that grows.
+    files
+        Measured files by their names; nodes may stand in another file than shapes.
+    """
+    nodes = {number: node for file in files.values() for number, node in file.nodes.items()}
+    for name, file in files.items():
+        reasons = [_unusable(shape) for shape in file.shapes]
+        pairs = [*zip(file.shapes, reasons, strict=True)]
+        draft.left_out += [f"{name}, {shape.where}: {reason}" for shape, reason in pairs if reason]
+        modes = [shape for shape, reason in pairs if not reason]
+        taken: set[str] = set()
+        for number, shape in enumerate(modes, start=1):
+            called = _unique(f"{file_stem(name)} {shape.facts.get('mode', number)}", taken)
+            draft.entries["mode"].append(_mode(draft, file, shape, called, {**nodes, **file.nodes}))
+        if modes:
+            found = [shape.frequency for shape in modes]
+            why = f"shapes with natural frequencies from {min(found):.4g} to {max(found):.4g} Hz"
+            draft.notes.append(Note(file=name, columns=f"{len(modes)} shapes", role="modes", unit="", evidence=why))
+
+
+def _unusable(shape: MeasuredShape) -> str:
+    """Why a shape is no natural mode; empty if it is one."""
+    if shape.kind not in MODES:
+        return f"a shape of the kind {shape.kind} is no natural mode"
+    if not (np.isfinite(shape.frequency) and shape.frequency > 0):
+        return f"its natural frequency is {shape.frequency:g} Hz: a mode that is compared has one above zero"
+    return ""
+
+
+def _unique(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "'"
+    taken.add(name)
+    return name
+
+
+def _mode(
+    draft: Draft, file: MeasuredFile, shape: MeasuredShape, name: str, nodes: Mapping[int, Node]
+) -> dict[str, Any]:
+    """Entry of one mode."""
+    entry: dict[str, Any] = {"name": name, "configuration": ask_configuration(draft, file_stem(file.path.name))}
+    entry["frequency"] = f"{shape.frequency:.9g} Hz"
+    if np.isfinite(shape.damping_ratio) and shape.damping_ratio > 0:
+        entry["damping"] = float(f"{shape.damping_ratio:.9g}")
+    where = f"{file.path.name}, {shape.where}"
+    quantity, readings = _of_one_quantity(draft, _readings(draft, shape, where), where)
+    if len(readings) < 2:
+        draft.left_out.append(f"{where}: its shape moves {len(readings)} points, and a comparison needs two")
+        return entry
+    for sensor, (node, axis, _) in readings.items():
+        if draft.named("sensor", sensor) is None:
+            which = f"the points of the shapes of {file.path.name}"
+            position = draft_position(draft, which, axis, nodes.get(node))
+            draft.entries["sensor"].append({"name": sensor, "quantity": quantity, **position})
+    turned, share = _turn(np.array([value for *_, value in readings.values()]))
+    values = {sensor: float(f"{value:.9g}") for sensor, value in zip(readings, turned.tolist(), strict=True)}
+    why = f"the real part of a complex shape that was turned; its imaginary part is {100 * share:.2g} % of it"
+    return {**entry, "shape": Marked(value=values, assumed=why) if share > 0 else values}
+
+
+def _readings(draft: Draft, shape: MeasuredShape, where: str) -> Readings:
+    """Displacements of a shape, of axes along which any point moves."""
+    values = np.asarray(shape.values, dtype=np.complex128)
+    moves = np.flatnonzero(np.nan_to_num(values).any(axis=0)).tolist()
+    if any(axis >= MOTIONS for axis in moves):
+        draft.left_out.append(f"{where}: rotations of its shape: displacements alone are compared")
+    return {
+        f"{node}{AXES[axis].upper()}": (int(node), AXES[axis], complex(values[row, axis]))
+        for row, node in enumerate(shape.nodes.tolist())
+        for axis in moves
+        if axis < MOTIONS and np.isfinite(values[row, axis])
+    }
+
+
+def _of_one_quantity(draft: Draft, readings: Readings, where: str) -> tuple[str, Readings]:
+    """Quantity of most sensors that are there, and the readings at these and at new ones: a shape has one factor."""
+    of = {sensor: str(plain(entry["quantity"])) for sensor in readings if (entry := draft.named("sensor", sensor))}
+    main = max(of.values(), key=[*of.values()].count, default="displacement")
+    if others := [sensor for sensor in of if of[sensor] != main]:
+        listed = ", ".join(f'"{sensor}"' for sensor in others)
+        draft.left_out.append(
+            f"{where}: points {listed} of its shape, whose sensors measure no {main} as the others do"
+        )
+    return main, {sensor: reading for sensor, reading in readings.items() if sensor not in others}
+
+
+def _turn(values: Complex[NDArray[np.complex128], " n"]) -> tuple[NDArray[np.float64], float]:
+    """Real shape nearest to a complex one, shape (n,), and the size of the rest over it [-]."""
+    if not values.imag.any():
+        return values.real, 0.0
+    # Of all turns exp(-i a) the one that leaves the smallest imaginary part.
+    real = values * np.exp(-0.5j * np.angle((values**2).sum()))
+    size = float(np.linalg.norm(real.real))
+    return real.real, float(np.linalg.norm(real.imag)) / size
