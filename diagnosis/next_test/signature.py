@@ -25,6 +25,9 @@ from diagnosis.next_test.planned_errors import PlannedErrors, plan_errors
 from diagnosis.next_test.planned_noise import PlannedNoise
 from diagnosis.next_test.separation import compute_separation, whiten_difference
 
+#: Root mean square of z^2 of a standard normal z: an error of second order [-].
+BENT = np.sqrt(3.0)
+
 Readings = Complex[NDArray[np.complex128], " k"]
 
 
@@ -154,8 +157,11 @@ class SetUpSignatures:
             model = tested.apply(candidate.model, [])
             prediction = predictor.predict(model)
             slopes = differentiate_readings(predictor, unknowns, candidate.fit_values, model, prediction)
-            drawn = [predictor.predict(tested.apply(each, [])).value - prediction.value for each in candidate.draws]
-            more = np.array(drawn).reshape(len(drawn), len(points)).T / np.sqrt(max(len(drawn), 1))
+            changes = [_predict_change(predictor, tested, each, prediction) for each in candidate.draws]
+            more = np.array(changes).reshape(len(changes), len(points)).T / np.sqrt(max(len(changes), 1))
+            if candidate.bend is not None:
+                up, down = (_predict_change(predictor, tested, each, prediction) for each in candidate.bend)
+                more = np.column_stack([more, BENT * (up + down) / 2])
             models.append(model)
             predictions.append(prediction)
             values.append(prediction.value)
@@ -219,6 +225,11 @@ class SetUpSignatures:
         predictor = replace(self.predictor, points=points)
         patterns = ErrorPatterns.at(features, predictor, self.model, part, np.nan_to_num(features.of_values(value)))
         return features, patterns.widen(whitening, self.sources.model_error)
+
+
+def _predict_change(predictor: Predictor, tested: _InSetUp, model: Model, prediction: Prediction) -> Readings:
+    """Change of the readings from a prediction to that of another model; zero where either has no state."""
+    return np.nan_to_num(predictor.predict(tested.apply(model, [])).value - prediction.value)
 
 
 def _columns(points: Points) -> list[NDArray[Any]]:

@@ -89,6 +89,17 @@ def test_decisions_on_a_chain_are_as_probable_as_among_draws_of_its_measurements
     assert signatures.take_curve(TEST).sensor in {"at m2", "further sensor at m1"}
 
 
+def test_predictions_that_bend_within_what_is_known_separate_less() -> None:
+    straight = make_candidates()
+    bent = []
+    for each in straight:
+        along = np.array([*np.zeros(len(each.fit_values) - 1), 0.5 * each.fit_values[-1]])
+        ends = (each.unknowns.compose(each.fit_values + along), each.unknowns.compose(each.fit_values - along))
+        bent.append(replace(each, bend=ends))
+    found = [SetUpSignatures.predict(each, [TEST], SOURCES).separate(TEST)[0, 1] for each in (straight, bent)]
+    assert 0 < found[1] < found[0]
+
+
 def test_the_test_that_takes_least_is_advised_among_those_that_decide_alike() -> None:
     model = make_model()
     tested = Tested(
