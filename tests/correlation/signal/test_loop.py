@@ -231,3 +231,18 @@ def test_a_stroke_of_twelve_deviations_of_the_noise_is_a_motion(seed: int) -> No
     # Highest points lie amid each period; noise moves them along the flat top, by a tenth of a period or two.
     assert len(found) == 8
     assert found == pytest.approx(50 + 100 * np.arange(8), abs=20)
+
+
+def test_periods_of_a_dying_motion_are_all_found() -> None:
+    # Each is 0.69 of the one before: more than 0.4 of those two before it, less than 0.4 of the third.
+    turn = np.arange(6 * 200 + 1) / 200
+    found = find_periods(-(0.69**turn) * np.cos(2 * np.pi * turn))
+    assert len(found) == 6
+
+
+def test_a_spring_does_no_work_on_a_motion_that_drifts() -> None:
+    turn = np.arange(6 * 200 + 1) / 200
+    x = AMPLITUDE * (0.02 * turn - np.cos(2 * np.pi * turn))
+    loops = analyse_loop(x, STIFFNESS * x)
+    # The trapezoidal rule is exact for a straight line; what is left is round-off of some hundred terms.
+    assert np.abs(loops.work).max() < 1e-12 * STIFFNESS * AMPLITUDE**2
