@@ -14,6 +14,7 @@ which must not compute again what was stored. Faults are
 """
 
 import argparse
+import csv
 import hashlib
 import os
 import random
@@ -46,6 +47,10 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 INTERRUPTED = {3, 0, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT}
 #: Times of writing, which CAD kernel and reduced models put into their files.
 TIMES = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\+00:00)?")
+
+#: What the rows of `table1` took, in its page and its table.
+COST = re.compile(rb'<td class="cost">[^<]*</td>')
+COSTS = {"seconds", "memory_bytes"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,17 +100,18 @@ COMMANDS = {
         ]},
     ),
     "diagnose": Command(
-        words=("diagnose", "chain.toml", "campaign"), files=(),
+        words=("diagnose", "chain.toml", "campaign", "--without", "spring", "dashpot", "cubic"), files=(),
         prepare=lambda folder: write_two_masses(folder, {"mass at tip": 0.006}),
     ),
     "table1": Command(
         words=("table1", "table1_plain.toml"), files=("table1_plain.toml",),
         changes={"table1_plain.toml": [
-            # The first two of ten models and one prediction, and all meshes coarse.
+            # A stubby bar: the first two of ten models, one prediction, and all meshes coarse.
             (r"(?s)(\n\[\[model\]\]\nmodel = 3\b.*?)(?=\n\[\[prediction\]\])", ""),
             (r"(?s)(\n\[\[prediction\]\].*?)(\n\[\[prediction\]\].*?)(?=\n# Nested)", r"\1"),
             ("elements_through_thickness = [34]", "elements_through_thickness = 2"), ("modes = 150", "modes = 20"),
-            ('length_cap = "5 mm"', 'length_cap = "15 mm"'), ('length_cap = "12 mm"', 'length_cap = "20 mm"'),
+            ('"201.6 mm"', '"100 mm"'), ('"24 mm"', '"12 mm"'), ('root_height = "20 mm"', 'root_height = "10 mm"'),
+            ('length_cap = "5 mm"', 'length_cap = "10 mm"'), ('length_cap = "12 mm"', 'length_cap = "20 mm"'),
         ]},
     ),
 }  # fmt: skip
@@ -198,7 +204,10 @@ def _content(file: Path) -> bytes:
                 name.encode() + (np.asarray(node[()]).tobytes() if isinstance(node, h5py.Dataset) else b"")
             ))  # fmt: skip
         return b"".join(parts)
-    return TIMES.sub(b"", file.read_bytes())
+    if file.name == "table1.csv":
+        rows = [*csv.DictReader(file.read_text(encoding="utf-8").splitlines())]
+        return repr([{name: cell for name, cell in row.items() if name not in COSTS} for row in rows]).encode()
+    return COST.sub(b"", TIMES.sub(b"", file.read_bytes()))
 
 
 def _ends_well(code: int, errors: str, codes: set[int]) -> str:

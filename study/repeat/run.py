@@ -12,8 +12,9 @@ from geometry.errors import InputError
 from study.case.trust import require_trust
 from study.diagnose.history import history_file
 from study.difference import find_differences
+from study.json_value import plain
 from study.provenance import Provenance, current_versions, digest
-from study.repeat.source import Result, read_result, without_files
+from study.repeat.source import Result, only_results, read_result
 from study.run_context import RunContext
 from study.run_record import recorded
 
@@ -161,7 +162,8 @@ def _run_again(words: list[str], start: Path, target: Path, run: RunContext, pat
         answer = command_line()([*words, *options])
         answers.append((answer.exit_code, answer.document))
     if not page:
-        return without_files(answer.document)
+        values: dict[str, Any] = only_results(plain(answer.document))
+        return values
     new = target / path.name
     if not new.is_file():
         raise InputError(f"the command writes no {path.name}: give the page the name that it was written with")

@@ -17,6 +17,9 @@ RUN = re.compile(r'<meta name="stickslip-run" content="([^"]*)">')
 DATA = re.compile(r"<script>const DATA = (\{[^<]*\});</script>")
 #: What is no text for a reader, or changes with the version alone.
 UNREAD = re.compile(r"<(script|style|footer|head)\b.*?</\1>", re.DOTALL)
+#: What a result took, in cells of a page: another each time, like such values of an answer and names of its files.
+COST = re.compile(r'<td class="cost">[^<]*</td>')
+NO_RESULT = {"files", "seconds", "memory_bytes"}
 TAG = re.compile(r"<[^>]*>")
 
 
@@ -84,16 +87,18 @@ def _read_record(path: Path, stored: Path) -> Result:
         command=words_of_result(record.command), folder=os.path.relpath(folder, path.resolve()), inputs=record.inputs,
         versions={"stickslip": record.version, "python": record.python},
     )  # fmt: skip
-    return Result(provenance=made_by, folder=folder, values=without_files(record.answer))
+    return Result(provenance=made_by, folder=folder, values=only_results(record.answer))
 
 
-def without_files(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """An answer without names of files, which differ with their folder."""
-    return {name: value for name, value in answer.items() if name != "files"}
+def only_results(answer: Any) -> Any:
+    """An answer without names of files and without what it took."""
+    if isinstance(answer, Mapping):
+        return {name: only_results(value) for name, value in answer.items() if name not in NO_RESULT}
+    return [only_results(item) for item in answer] if isinstance(answer, list | tuple) else answer
 
 
 def _text_lines(text: str) -> list[str]:
-    body = TAG.sub("\n", UNREAD.sub("", text))
+    body = TAG.sub("\n", COST.sub("", UNREAD.sub("", text)))
     return [line.strip() for line in html.unescape(body).splitlines() if line.strip()]
 
 

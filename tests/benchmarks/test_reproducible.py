@@ -16,6 +16,8 @@ def test_a_changed_number_row_or_word_is_a_difference() -> None:
     assert difference(TABLE, TABLE.replace(b"level 1,10", b"level 2,10")) == np.inf
     assert difference(TABLE, TABLE.replace(b"11,\n", b"11,1\n")) == np.inf
     assert difference(TABLE, TABLE + b"level 1,12,1\n") == np.inf
+    # What is left of the balance is round-off, whatever its size.
+    assert difference(b"residual norm\n1e-12\n", b"residual norm\n3e-12\n") == pytest.approx(2e-12, rel=1e-9)
 
 
 def test_threads_may_change_no_byte_and_processors_no_more_than_round_off() -> None:
