@@ -23,6 +23,8 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     """
     sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
     for number, test in enumerate(campaign.tests):
+        if test.settling:
+            continue  # its readings differ since they settle
         repeats, values = arrange_by_repeat(campaign.measurement.where(campaign.measurement.test == number), sensors)
         size = np.abs(values).reshape(-1, len(repeats))
         size = size[(size > 0).all(axis=1)]

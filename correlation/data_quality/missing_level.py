@@ -55,6 +55,8 @@ def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
     sensors = [number for number, each in enumerate(campaign.sensors) if each.quantity != CONTACT_FORCE]
     table = campaign.measurement
     for number, test in enumerate(campaign.tests):
+        if test.settling:
+            continue  # its readings differ since they settle
         for level in np.unique(table.level[table.test == number]):
             repeats, values = arrange_by_repeat(table.where((table.test == number) & (table.level == level)), sensors)
             factors = find_common_factors(np.abs(values).reshape(-1, len(repeats))) if len(repeats) > 1 else None

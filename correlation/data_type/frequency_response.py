@@ -19,6 +19,7 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.mode import MeasuredMode, motion_sensors, predict_mode
+from correlation.data_type.mode_set import mend_modes
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
@@ -43,6 +44,8 @@ OWN = ("frequency", "time", "force")
 MOST_STATES, COHERENT = 60, 0.8
 #: A coherence may exceed 1 by so much: analysers compute it with few digits [-].
 ROUNDED = 1e-3
+#: Modes that leave more than this share of the responses do not explain them [-].
+UNEXPLAINED = 0.5
 #: Modes whose frequency is known no better than this share are no modes [-].
 VAGUE = 0.01
 #: Least standard deviations, relative [-]: one test on a bench repeats no better, whatever its noise.
@@ -163,6 +166,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     averages = None
     if "frequency" in own:
         frequency, value, coherence = _read_lines(table, own, signals, coherent, file, sensors, context)
+        suspicions = _suspect_degrees(signals, file)
     else:
         with table.reading(file.path.name):
             frequency, value, coherence, averages, suspicions = _estimate(table, own, signals, file, sensors, context)
@@ -180,7 +184,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         repeat=table.take("repeat", int, 1),
         coherence_limit=coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
-        suspicions=suspicions + _describe_gaps(value[:, there], sensors),
+        suspicions=suspicions + _describe_gaps(value[:, there], sensors) + _find_dead(value[:, there], sensors),
     )
     if response.level is not None and test < 0:
         raise table.problem("level", "makes steady states of the response: name their test as well")
@@ -234,6 +238,24 @@ def _describe_gaps(value: Complex[NDArray[np.complex128], "c f"], sensors: Seque
             "that lacks many an [[frf]] of its own"
         )
     return (sentence,)
+
+
+def _suspect_degrees(signals: Mapping[str, SignalEntry], file: MeasuredFile) -> tuple[str, ...]:
+    """Sensors whose phases look like degrees, in one sentence."""
+    found = {name: why for name, signal in signals.items() if (why := signal.suspect_degrees(file))}
+    if len(found) < 2:
+        return tuple(found.values())
+    return (f"the phases of {', '.join(found)}: {next(iter(found.values()))}",)
+
+
+def _find_dead(value: Complex[NDArray[np.complex128], "c f"], sensors: Sequence[MeasuredSensor]) -> tuple[str, ...]:
+    """Sensors that read one value at all lines."""
+    dead = [
+        item.name
+        for item, row in zip(sensors, value, strict=True)
+        if len(known := row[np.isfinite(row)]) >= FEWEST_LINES and (known == known[0]).all()
+    ]
+    return tuple(f'"{name}" has one value at all lines: a dead channel? Remove it from the columns' for name in dead)
 
 
 def _per_force(
@@ -354,7 +376,8 @@ def predict_response(model: Model, response: MeasuredResponse) -> Float[NDArray[
     CampaignError
         A sensor that the model has not as one of motion.
     """
-    parts = [predict_mode(model, mode) for mode in response.modes]
+    # Swapped sensors must not decide which mode is which.
+    parts = [predict_mode(model, mode) for mode in mend_modes(model, response.modes)]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
@@ -426,11 +449,12 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
     if 2 * incoherent > there.sum():
         suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
     try:
-        found = fit_modes(
-            response.frequency[told], response.value[:, told], quantity=[sensor.quantity for sensor in sensors]
-        )
+        found = _fit(response, sensors)
     except CampaignError as error:
-        return replace(response, suspicions=(*suspicions, f"no mode was read: {error}"))
+        why = _fits_conjugate(response, sensors) or str(error)
+        return replace(response, suspicions=(*suspicions, f"no mode was read: {why}"))
+    if float(np.median(found.residual)) > UNEXPLAINED and (why := _fits_conjugate(response, sensors)):
+        suspicions += (why,)
     # A shape needs two sensors, each in its own unit.
     has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
     modes = []
@@ -454,6 +478,28 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
             )
         )
     return replace(response, modes=tuple(modes), fit=found, suspicions=(*suspicions, *found.suspicions))
+
+
+def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
+    told = response.told
+    quantity = [sensor.quantity for sensor in sensors]
+    return fit_modes(response.frequency[told], response.value[:, told], quantity=quantity)
+
+
+def _fits_conjugate(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> str:
+    """Evidence that the responses are of the other time factor: their conjugates are those of modes; else empty."""
+    try:
+        found = _fit(replace(response, value=response.value.conj()), sensors)
+    except CampaignError:
+        return ""
+    if float(np.median(found.residual)) > UNEXPLAINED:
+        return ""
+    listed = ", ".join(f"{frequency:.4g}" for frequency in found.frequency[:4])
+    return (
+        f"with the other sign of the imaginary parts {len(found.frequency)} modes at {listed} Hz leave "
+        f"{np.median(found.residual):.0%} of the responses, and as they are none fits: do the numbers belong to the "
+        "other time factor? If so, change convention.time of the manifest"
+    )
 
 
 DATA_TYPES.register(

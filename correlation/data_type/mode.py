@@ -1,8 +1,8 @@
 """Measured natural frequencies and damping ratios, with shapes where several sensors saw them.
 
 They are compared with the linear modes of the model, free of its contacts or with all that are closed stuck. A measured
-mode is paired with the model's mode of the best modal assurance criterion (MAC) if it has a shape, else with the
-nearest frequency: without a shape a wrong partner cannot be told.
+mode is paired with the model's mode of the best modal assurance criterion (MAC) times nearness in frequency if it has a
+shape, else with the nearest frequency: without a shape a wrong partner cannot be told.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
 from correlation.errors import CampaignError
+from correlation.modal.pairing import score_pairs
 from correlation.model import DERIVATIVE, Model, Sensor
 from fe.dense_modes import compute_dense_modes
 from geometry.read_only_array import freeze_fields
@@ -183,7 +184,8 @@ def find_partner(
     projection = np.abs(mode.shape.conj() @ seen) ** 2
     size = (np.abs(seen) ** 2).sum(axis=0) * (np.abs(mode.shape) ** 2).sum()
     with np.errstate(divide="ignore", invalid="ignore"):
-        return int(candidates[np.nanargmax(np.where(size > 0, projection / size, -1.0))])
+        score = score_pairs((projection / size)[None, :], np.array([mode.frequency]), frequency[candidates])[0]
+        return int(candidates[np.argmax(np.where(size > 0, score, -1.0))])
 
 
 def shape_at_sensors(

@@ -83,9 +83,8 @@ def pair_modes(
 
     assurance = modal_assurance(measured, model)
     first, second = np.asarray(measured_frequency), np.asarray(model_frequency)
-    ratio = np.abs(np.log(second[None, :] / first[:, None]))
-    score = assurance * 0.5 ** ((ratio / HALF_SCORE) ** 2)
-    possible = (assurance >= LEAST_ASSURANCE) & (ratio <= np.log(MOST_RATIO))
+    score = score_pairs(assurance, first, second)
+    possible = (assurance >= LEAST_ASSURANCE) & (_ratio(first, second) <= np.log(MOST_RATIO))
     rows, places = linear_sum_assignment(np.where(possible, score, 0.0), maximize=True)
     pairs = tuple(
         ModePair(
@@ -106,3 +105,21 @@ def pair_modes(
         model_only=tuple(int(place) for place in inside if place not in taken),
         assurance=assurance,
     )
+
+
+def score_pairs(assurance: Criterion, measured_frequency: Frequencies, model_frequency: Frequencies) -> Criterion:
+    """MAC times nearness in frequency of all pairs, shape (n_measured, n_model) [-].
+
+    Parameters
+    ----------
+    assurance
+        MAC, shape (n_measured, n_model) [-].
+    measured_frequency, model_frequency
+        Shape (n_measured,) and (n_model,) [Hz].
+    """
+    return np.asarray(assurance * 0.5 ** ((_ratio(measured_frequency, model_frequency) / HALF_SCORE) ** 2))
+
+
+def _ratio(first: Frequencies, second: Frequencies) -> Criterion:
+    """Size of the logarithm of all ratios of frequencies."""
+    return np.asarray(np.abs(np.log(second[None, :] / first[:, None])))

@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 
+from correlation.campaign.measurement import LOAD_CELL
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.unit_label import split_label, unit_text
@@ -124,6 +125,8 @@ DRIVE_WORDS = frozenset(
         "ansteuerung",
     ]
 )
+#: Names of load cells behind a contact line, such as R3.
+LOAD_CELL_NAME = re.compile(r"(?:R|LC|load[ _]?cell)[ _]?[1-9](?![0-9])", re.IGNORECASE)
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 #: Why a column is not used though it is a channel.
@@ -172,6 +175,9 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if by_name in {Role.TIME, Role.FREQUENCY} and quantity in {"", "time", "frequency"} and _may_be_abscissa(column):
         angular = by_name is Role.FREQUENCY and not unit and bool(set(words) & {"omega", "om"})
         return Recognised(role=by_name, unit="rad/s" if angular else unit, evidence=f'called "{name}"')
+    if quantity == "force" and LOAD_CELL_NAME.match(name):
+        why = f'called "{name}": a load cell'
+        return Recognised(role=Role.RESPONSE, part=part, quantity=LOAD_CELL, unit=unit, evidence=why, stem=stem)
     if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}) or _is_drive(words, quantity):
         evidence = said if quantity and quantity != "voltage" else f'called "{name}"'
         return Recognised(

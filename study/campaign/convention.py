@@ -97,6 +97,9 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
         level = answer
         if answer.value in UNCALIBRATED:
             draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}
+    elif drive == VOLTAGE:
+        why = "the drive is in volts: with the sensitivity of a force sensor write its unit and sensitivity"
+        draft.single["drive"] = {"calibrated": Marked(value=False, assumed=why)}
     draft.single["convention"] = {"time": time, "amplitude": amplitude}
     draft.single["units"] = {"level": level, "frequency": "Hz"}
     return -1 if plain(time) == TIMES[1] else 1

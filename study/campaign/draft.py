@@ -9,8 +9,9 @@ from tomlkit.items import InlineTable, Item, Table
 
 from study.campaign.question import Answers, Marked, Question
 
-#: Entries of the manifest in the order in which they are written.
-ENTRIES = ("sensor", "test", "run", "frf", "ring_down", "loop", "mode", "record")
+#: Entries of the manifest that hold data, and all of them, in the order in which they are written.
+DATA = ("run", "frf", "ring_down", "loop", "mode", "record")
+ENTRIES = ("sensor", "load_cells", "test", *DATA)
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
 docs/campaign.md describes the keys."""
@@ -69,7 +70,7 @@ class Draft:
     @property
     def is_empty(self) -> bool:
         """Whether there are no data in it."""
-        return not any(self.entries[kind] for kind in ENTRIES[1:])
+        return not any(self.entries[kind] for kind in DATA)
 
     def assumptions(self) -> list[str]:
         """What was assumed, one sentence each: entries with the same assumption together."""

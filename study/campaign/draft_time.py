@@ -4,10 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from correlation.campaign.measurement import LOAD_CELL
 from correlation.file.column import Column
 from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import add_test, ask_configuration, force_column
+from study.campaign.drive_channel import mark_drive
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import add_sensor, direction_sign, reading, with_sign
 from study.campaign.table_kind import JudgedTable
@@ -65,7 +67,11 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
         columns: dict[str, Any] = {"time": reading(draft, judged, time)}
         if force is not None:
             columns["force"] = with_sign(_with_unit(draft, judged, force, ""), direction_sign(force))
-        for column in motions(judged):
+            if plain(draft.single.get("drive", {})).get("calibrated") is False and isinstance(columns["force"], dict):
+                columns["force"].pop("unit", None)
+            columns["force"] = mark_drive(judged, force, columns["force"])
+        cells = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].quantity == LOAD_CELL]
+        for column in [*motions(judged), *cells]:
             sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
             columns[sensor] = with_sign(reading(draft, judged, column, sensor=sensor), direction_sign(column))
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}

@@ -20,15 +20,18 @@ from correlation.file.format.uff import NOT_READ
 from correlation.file.read_file import read_file
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
-from study.campaign.draft import ENTRIES, Draft, Note, plain
+from study.campaign.draft import DATA, Draft, Note, plain
 from study.campaign.draft_frequency import (
+    LEVEL_IN_NAME,
     draft_frequency_responses,
     draft_stepped_sine,
     responses_with_phases,
     sensor_signs,
 )
+from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
+from study.campaign.drive_channel import choose_drive
 from study.campaign.note import list_notes
 from study.campaign.question import Answers, Marked
 from study.campaign.repeat import is_settling, number_repeats
@@ -36,6 +39,8 @@ from study.campaign.suspicion import list_suspicions
 from study.campaign.table import file_stem, split_tables
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
+#: Words in the name of a group that stand beside the level or number of a run.
+OF_A_RUN = {"level", "rep", "repeat", "repetition"}
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
 NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
 NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
@@ -147,9 +152,11 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         sentence = reason.removeprefix(name).lstrip(":, ")
         draft.notes.append(Note(file=name, columns="", role="cannot be read", unit="", evidence=sentence))
         draft.left_out.append(reason)
-    judged = [judge_table(table) for file in measured.files.values() for table in split_tables(file)]
+    tables = [judge_table(table) for file in measured.files.values() for table in split_tables(file)]
+    judged = [choose_drive(draft, table) for table in tables]
     draft.notes += list_notes(judged)
     _draft_tables(draft, judged)
+    draft_load_cells(draft)
     draft_modes(draft, measured.files)
     draft.left_out += [
         f"{name}: datasets of the types {types}, which are not read"
@@ -158,7 +165,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     ]
     draft.suspicions += list_suspicions(judged)
     number_repeats(draft, measured.files)
-    if draft.entries["record"] and not any(draft.entries[kind] for kind in ENTRIES[2:-1]):
+    if draft.entries["record"] and not any(draft.entries[kind] for kind in DATA[:-1]):
         draft.suspicions.append(
             "there are time records alone, which no command compares: add sines, ring-downs or frequency responses; a "
             "record with a force gives these by [[frf]] with time, force and an estimator (docs/campaign.md)"
@@ -232,14 +239,17 @@ def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table: tables with equal columns are runs of one test."""
     groups: dict[tuple[str, ...], list[JudgedTable]] = {}
     for table in tables:
-        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", table.table.path)
+        # A level or a number in the name of a group tells a run, not a test.
+        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", LEVEL_IN_NAME.sub("", table.table.path))
         names = [table.table.short_name(column) for column in table.table.columns]
         groups.setdefault((table.kind.value, shape, *names), []).append(table)
     result: dict[int, str] = {}
     taken: set[str] = set()
     for (kind, shape, *_), members in groups.items():
         stem = _common_start([file_stem(member.table.file.path.name) for member in members])
-        name = shape.rpartition(".")[2].rpartition("/")[2] or stem.rstrip("_- .0123456789") or kind
+        own = shape.rpartition(".")[2].rpartition("/")[2]
+        words = [word for word in re.split(r"[_ -]+", own) if word and word.lower() not in OF_A_RUN]
+        name = ("_".join(words) if own.strip("_- ") else "") or stem.rstrip("_- .0123456789") or kind
         while name in taken:
             name += "'"
         taken.add(name)
@@ -334,6 +344,8 @@ def _drop_unused(draft: Draft) -> None:
     used |= {entry["sensor"] for entry in draft.entries["ring_down"]}
     used |= {name for entry in draft.entries["mode"] for name in plain(entry.get("shape", {}))}
     used |= {name for entry in draft.entries["record"] for name in entry["units"]}
+    draft.entries["load_cells"] = [entry for entry in draft.entries["load_cells"] if {*entry["cells"]} <= used]
+    used |= {entry[force] for entry in draft.entries["load_cells"] for force in ("tangential", "normal")}
     draft.entries["sensor"] = [entry for entry in draft.entries["sensor"] if entry["name"] in used]
     tests = {entry["test"] for entry in draft.entries["run"]}
     draft.entries["test"] = [entry for entry in draft.entries["test"] if entry["name"] in tests]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from correlation.campaign.measurement import SI_UNIT
+from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
 from correlation.file.column import Column, Node
 from study.campaign.column_role import MOTION_WORDS, MOTIONS, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
@@ -20,6 +20,8 @@ def sensor_name(judged: JudgedTable, column: Column) -> str:
     if point is not None and (point.node is not None or point.name):
         return f"{point.node if point.node is not None else point.name}{point.direction.lstrip('+-').upper()}"
     guess = judged.columns[column.name]
+    if guess.quantity == LOAD_CELL:
+        return guess.stem.replace(" ", "").upper()
     if guess.stem and guess.quantity in MOTIONS and not set(guess.stem.split()) & MOTION_WORDS[guess.quantity]:
         # A case may have a sensor "tip" of another quantity.
         return f"{guess.stem} {guess.quantity}"
@@ -56,7 +58,8 @@ def add_sensor(
     if draft.named("sensor", name) is not None:
         return name
     quantity = ask_quantity(draft, name, guess)
-    entry: dict[str, Any] = {"name": name, "quantity": quantity, **_position(draft, judged, column, name)}
+    entry: dict[str, Any] = {"name": name, "quantity": quantity}
+    entry |= {} if quantity == LOAD_CELL else _position(draft, judged, column, name)
     if not has_phase:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
@@ -72,7 +75,7 @@ def add_sensor(
 
 def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
     """What a sensor measures."""
-    if guess.quantity in MOTIONS:
+    if guess.quantity in {*MOTIONS, LOAD_CELL}:
         return guess.quantity
     return draft.ask(f'What does "{name}" measure?', "displacement", "its unit and its name do not say it", *MOTIONS)
 

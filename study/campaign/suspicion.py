@@ -91,8 +91,7 @@ def _branches(judged: JudgedTable) -> list[str]:
             names = np.array([SWEEP_WORDS[word.lower()] > 0 for word in sweeps[0].words])
             rising = names[sweeps[0].values[mask].astype(int)]
         else:
-            steps = np.sign(np.diff(frequency.values[mask]))
-            rising = np.concatenate([steps[:1], steps]) > 0
+            rising = _rises(frequency.values[mask])
         for column, _ in responses_with_phases(judged):
             apart = two_branches(frequency.values[mask], np.abs(column.values[mask]), rising)
             if apart:
@@ -102,6 +101,17 @@ def _branches(judged: JudgedTable) -> list[str]:
                     f"factor of {apart[2]:.2g} from {apart[0]:g} to {apart[1]:g} Hz: two branches, no repeats"
                 )
     return sentences
+
+
+def _rises(frequency: Series) -> Bool[NDArray[np.bool_], " n"]:
+    """Whether the frequency rises at each row; one that stands for several readings goes on as before."""
+    steps = np.sign(np.diff(frequency))
+    moving = np.flatnonzero(steps)
+    if not len(moving):
+        return np.ones(len(frequency), dtype=bool)
+    last = np.searchsorted(moving, np.arange(len(steps)), side="right") - 1
+    steps = steps[moving[np.maximum(last, 0)]]
+    return np.asarray(np.concatenate([steps[:1], steps]) > 0)
 
 
 def _varying_force(judged: JudgedTable) -> list[str]:

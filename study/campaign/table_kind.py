@@ -261,6 +261,13 @@ def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     )
 
 
+def unnamed_channels(judged: JudgedTable) -> list[Column]:
+    """Channels of which nothing says what they measure, where no other one drives; empty if any is known."""
+    columns = judged.of_role(Role.RESPONSE)
+    known = judged.of_role(Role.FORCE) or any(judged.columns[one.name].quantity in MOTIONS for one in columns)
+    return [] if known else columns
+
+
 def _judge_time(judged: JudgedTable) -> JudgedTable:
     """Kind of histories, from those of the first series."""
     mask = judged.mask(judged.rows()[0])
@@ -284,6 +291,6 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     evidence = histories[kinds.index(kind)].evidence
     if kind in {"decay", "pulse"} and pulse:
         return _as(judged, Kind.RING_DOWN, evidence)
-    if kind == "steady state" and forces:
+    if kind == "steady state" and (forces or len(unnamed_channels(judged)) > 1):
         return _as(judged, Kind.STEADY_STATE, evidence)
     return _as(judged, Kind.RECORD, evidence)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.data_quality.response import find_response_suspicions
 from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
@@ -122,13 +123,14 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         if fitted:
             model, calibrated = calibrate_on_data(setup, campaign)
         data = compare_data(model, campaign.data)
+    suspicions = (*campaign.suspicions, *find_response_suspicions(model, campaign.data))
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
         drawn, sections = show_data(model, campaign.data, data, title)
     result = DataCompared(
-        title=setup.title, campaign=campaign.title, data=data, calibrated=calibrated, suspicions=campaign.suspicions
+        title=setup.title, campaign=campaign.title, data=data, calibrated=calibrated, suspicions=suspicions
     )
-    for suspicion in campaign.suspicions:
+    for suspicion in suspicions:
         run.warn(str(suspicion))
     stem = f"{case.stem}_compare"
     html = render_sections(
@@ -136,7 +138,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         campaign=campaign.title,
         summary=result.summary,
         calibrated=calibrated,
-        suspicions=campaign.suspicions,
+        suspicions=suspicions,
         sections=sections,
     )
     files = {

@@ -4,18 +4,19 @@
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from correlation.data_type.frequency_response import MeasuredResponse, predict_linear_response
-from correlation.data_type.mode import FAR, MeasuredMode, linear_modes, motion_sensors, shape_at_sensors
+from correlation.data_type.mode import MeasuredMode, motion_sensors
+from correlation.data_type.mode_set import group_modes
 from correlation.data_type.registry import Datum
 from correlation.data_type.ring_down import LEAST_DAMPING, LEAST_FREQUENCY, FreeDecay, chosen_rows
 from correlation.errors import CampaignError
-from correlation.modal.assurance import coordinate_assurance, domain_assurance
+from correlation.modal.assurance import coordinate_assurance, domain_assurance, modal_assurance
 from correlation.modal.pairing import Pairing, pair_modes
 from correlation.model import DERIVATIVE, Model
 from figure.backbone import BackboneCurve, Backbones
@@ -113,30 +114,23 @@ def view_modes(model: Model, data: Sequence[Datum], compared: Sequence[DataCompa
 
 def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet]:
     """Modes of one test with shapes, by configuration and sensors."""
-    groups: dict[tuple[str, tuple[str, ...]], list[MeasuredMode]] = {}
-    for mode in modes:
-        if mode.sensors:
-            groups.setdefault((mode.configuration, mode.sensors), []).append(mode)
-    for (configuration, sensors), own in groups.items():
-        measured = sorted(own, key=lambda mode: mode.frequency)
-        frequency, damping, shapes = linear_modes(model, configuration)
-        near = (frequency > measured[0].frequency / FAR) & (frequency < measured[-1].frequency * FAR)
-        try:
-            seen = shape_at_sensors(model, sensors, frequency[near], shapes[:, near])
-        except CampaignError:
-            continue
-        visible = np.abs(seen).max(axis=0, initial=0.0) > 0
-        frequency, damping, seen = frequency[near][visible], damping[near][visible], seen[:, visible]
-        if not len(frequency):
-            continue
-        shape = np.array([mode.shape for mode in measured]).T
-        pairing = pair_modes(np.array([mode.frequency for mode in measured]), shape, frequency, seen)
-        rows, columns = [pair.measured for pair in pairing.pairs], [pair.model for pair in pairing.pairs]
+    try:
+        groups = [*group_modes(model, modes)]
+    except CampaignError:
+        return  # said in the text, with its reason
+    for group in groups:
+        measured = np.array([mode.frequency for mode in group.modes])
+        # Swapped sensors must not decide which mode is which; the MAC is that of the shapes as they were measured.
+        pairing = pair_modes(measured, group.mended, group.frequency, group.seen)
+        assurance = modal_assurance(group.shape, group.seen)
+        pairs = tuple(replace(one, assurance=float(assurance[one.measured, one.model])) for one in pairing.pairs)
+        pairing = replace(pairing, pairs=pairs, assurance=assurance)
+        rows, columns = [pair.measured for pair in pairs], [pair.model for pair in pairs]
         # A single mode says nothing of a sensor beside what its MAC says.
-        coordinate = coordinate_assurance(shape[:, rows], seen[:, columns]) if len(rows) > 1 else np.zeros(0)
+        coordinate = coordinate_assurance(group.shape[:, rows], group.seen[:, columns]) if len(rows) > 1 else ()
         yield ModalSet(
-            configuration=configuration, sensors=sensors, measured=tuple(measured), frequency=frequency,
-            damping=damping, pairing=pairing, coordinate=np.asarray(coordinate),
+            configuration=group.configuration, sensors=group.sensors, measured=group.modes,
+            frequency=group.frequency, damping=group.damping, pairing=pairing, coordinate=np.asarray(coordinate),
         )  # fmt: skip
 
 

@@ -50,16 +50,21 @@ def test_shapes_decide_which_mode_is_which() -> None:
     expected = {"together": 2.02**2 / (2 * (1 + 1.02**2)), "apart": 1.98**2 / (2 * (1 + 0.98**2))}
     assert assurance == pytest.approx(expected)
     assert own.coordinate == pytest.approx(1, abs=1e-3)
-    (section,) = modal_sections(view, {"mac": b""})
+    section, sensors = modal_sections(view, {"mac": b""})
     assert section.table is not None
     assert len(section.table.rows) == 2
     assert "2 sensors" in section.text
+    assert sensors.table is not None
+    assert {row[1]: float(row[2]) for row in sensors.table.rows} == pytest.approx(
+        dict(zip("ab", own.coordinate, strict=True)),
+        abs=5e-4,  # three digits
+    )
 
 
 def test_modes_without_a_partner_are_named_on_either_side() -> None:
     modes = [mode("together", HERTZ, 1, 1), mode("stranger", 1.01 * HERTZ, 1, 0.98)]
     view = view_modes(model(), modes, compare_data(model(), modes), "Chain")
-    (section,) = modal_sections(view, {})
+    section, *_ = modal_sections(view, {})
     assert section.table is not None
     assert [row[2] for row in section.table.rows if row[1].startswith("32.149")] == ["none"]
 

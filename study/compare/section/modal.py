@@ -19,6 +19,10 @@ PAIRING = (
     "Measured modes and the linear modes of the model, paired by shape and nearness in frequency; the closed contacts "
     "of a jointed structure stick. MAC is 1 for equal shapes; the picture shows it for all modes, pairs are framed."
 )
+SENSORS = (
+    "CoMAC is 1 for a sensor that moves as in the model in all pairs, the worst sensor first. It sees sizes alone: a "
+    "sensor with the opposite sign keeps its CoMAC and lowers the MAC of the modes."
+)
 RESPONSES = (
     "FRAC is 1 where the model's linear response has the shape of the measured one over frequency; a resonance that is "
     "off lowers it, however alike the modes are. Poles that come back at every order of the fit (stable) are modes; "
@@ -55,6 +59,12 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
             table=Table(head=head, rows=rows),
             pictures=pictures("mac"),
         )
+    sensors = [row for own in view.sets for row in _sensor_rows(own)]
+    if sensors:
+        head = ("modes", "sensor", "CoMAC")
+        yield Section(
+            title="Sensors over the paired modes", text=SENSORS, table=Table(head=head, rows=sensors, words=2)
+        )
     if view.responses:
         rows = [
             [response.name, sensor, f"{value:.3f}"]
@@ -90,6 +100,12 @@ def _pair_rows(own: ModalSet) -> list[list[str]]:
         for number in own.pairing.model_only
     ]
     return rows
+
+
+def _sensor_rows(own: ModalSet) -> list[list[str]]:
+    """CoMAC of each sensor of a set with two pairs or more, the lowest first."""
+    rows = sorted(zip(own.coordinate.tolist(), own.sensors, strict=False))
+    return [[own.name, sensor, f"{value:.3f}" if np.isfinite(value) else "at rest"] for value, sensor in rows]
 
 
 def _percent(value: float) -> str:

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
+import scipy.io.wavfile
 from numpy.typing import NDArray
 
 from correlation.campaign.read_campaign import read_campaign
@@ -318,6 +319,60 @@ def test_readings_that_settle_are_no_repeats(tmp_path: Path) -> None:
     )
     draft = draft_campaign(read_folder(tmp_path, overwrite=True), Assumptions())
     assert "settling" not in draft.entries["test"][0]
+
+
+def test_nothing_contradicts_that_readings_settle(tmp_path: Path) -> None:
+    frequency = np.repeat(FREQUENCY, 6)
+    x = receptance(frequency) * (1 - 0.4 * np.exp(-0.9 * np.tile(np.arange(6.0), 41)))
+    columns = [frequency, 2 + 0 * frequency, np.abs(x), np.degrees(np.angle(x))]
+    write_csv(tmp_path / "sine.csv", "f [Hz],F [N],a [m],phase [deg]", *columns)
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["test"][0]["settling"] is True
+    assert not campaign.suspicions
+
+
+def test_groups_named_by_level_and_repeat_are_one_test(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "blade.h5", "w") as file:
+        for level in (0.5, 2.0):
+            for repeat in (1, 2):
+                group = file.create_group(f"level_{level:g}N_rep{repeat}".replace(".", "p"))
+                columns = {"frequency": FREQUENCY, "force": level * ONES, "disp": level * receptance(FREQUENCY)}
+                for (name, values), unit in zip(columns.items(), ("Hz", "N", "m"), strict=True):
+                    group.create_dataset(name, data=values).attrs["unit"] = unit
+    _, manifest = drafted(tmp_path)
+    assert [test["name"] for test in manifest["test"]] == ["blade"]
+    table = read_campaign(tmp_path).measurement
+    pairs = set(zip(table.level.tolist(), table.repeat.tolist(), strict=True))
+    assert pairs == {(0.5, 1), (0.5, 2), (2.0, 1), (2.0, 2)}
+
+
+def test_a_pair_of_load_cells_gives_the_forces_of_a_line(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    names = "f [Hz],F [N],R3_re [N],R3_im [N],R4_re [N],R4_im [N],R5_re [N],R5_im [N]"
+    write_csv(tmp_path / "sine.csv", names, FREQUENCY, 5 * ONES, h.real, h.imag, 2 * h.real, 2 * h.imag, h.real, h.imag)
+    campaign, manifest = drafted(tmp_path)
+    (pair,) = manifest["load_cells"]
+    assert pair["cells"] == ["R3", "R4"]
+    assumed = campaign.draft.assumptions()
+    assert all(any(f"{key} = " in sentence for sentence in assumed) for key in ("taper", "arm", "side", "line"))
+    assert any('"R5"' in sentence for sentence in campaign.draft.left_out)
+    read = read_campaign(tmp_path)
+    assert {sensor.component for sensor in read.sensors} == {"tangential", "normal"}
+
+
+def test_steady_states_without_names_have_their_first_channel_as_drive(tmp_path: Path) -> None:
+    time = np.arange(8192) / 4096
+    for number, f in enumerate((80.0, 85.0)):
+        channels = np.stack([0.02 * np.cos(2 * np.pi * f * time), 0.01 * np.cos(2 * np.pi * f * time - 0.5)], axis=1)
+        scipy.io.wavfile.write(tmp_path / f"steady_{number}.wav", 4096, channels.astype(np.float32))
+    campaign, manifest = drafted(tmp_path)
+    assert "record" not in manifest
+    assert manifest["drive"]["calibrated"] is False
+    assert any("channel 1" in sentence and "usually the first" in sentence for sentence in campaign.draft.assumptions())
+    table = read_campaign(tmp_path).measurement
+    # Six digits in the file; harmonics are fitted to some 1e-6 where the frequency is found.
+    np.testing.assert_allclose(table.frequency[table.harmonic == 1], [80.0, 85.0], rtol=1e-5)
+    np.testing.assert_allclose(table.value[table.harmonic == 1], 0.01 * np.exp(-0.5j), rtol=1e-4)
 
 
 def test_an_acceleration_with_the_phase_of_a_displacement_is_suspected(tmp_path: Path) -> None:

@@ -1,0 +1,95 @@
+"""Suspected mistakes of measured modes and frequency responses by comparison with a model, each with its evidence."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Suspicion
+from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
+from correlation.data_type.mode_set import group_modes
+from correlation.data_type.registry import Datum
+from correlation.errors import CampaignError
+from correlation.modal.assurance import modal_assurance
+from correlation.model import Model
+
+Frequencies = Float[NDArray[np.float64], " m"]
+
+#: A mode of the model is a measured one's if the logarithms of their frequencies differ by less [-], and as surely if
+#: the unit is mended.
+SAME, SAME_AFTER_MENDING = 0.25, 0.1
+#: Least MAC of a partner, where there are shapes [-].
+ALIKE = 0.8
+
+
+def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspicion, ...]:
+    """Frequencies in another unit, swapped sensors and reversed ones, of frequency responses and of modes.
+
+    Parameters
+    ----------
+    model
+        With the sensors of the campaign.
+    data
+        Data of a campaign.
+    """
+    tests: list[tuple[str, Sequence[MeasuredMode]]] = [
+        (item.name, item.modes) for item in data if isinstance(item, MeasuredResponse)
+    ]
+    tests.append(("modes", [item for item in data if isinstance(item, MeasuredMode)]))
+    found: list[Suspicion] = []
+    for name, modes in tests:
+        try:
+            found += _wrong_frequency_unit(model, name, modes) or _wrong_sensors(model, name, modes)
+        except CampaignError:
+            continue  # the comparison says it: a sensor that the model has not
+    return tuple(found)
+
+
+def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:
+    """One factor of 2 pi between all modes and those of the model."""
+    if not modes or any(_has_partner(model, mode, 1.0, SAME) for mode in modes):
+        return []
+    for factor, words, unit in ((2 * np.pi, "2 pi times", "rad/s"), (1 / (2 * np.pi), "a 2 pi-th of", "Hz")):
+        if all(_has_partner(model, mode, factor, SAME_AFTER_MENDING) for mode in modes):
+            listed = ", ".join(f"{mode.frequency:.4g}" for mode in modes[:4])
+            return [
+                Suspicion(
+                    where=name,
+                    sentence=f"its modes at {listed} Hz are {words} those of the model, and none is near one as it is: "
+                    f'is the frequency in {unit}? If so, say unit = "{unit}" for its column',
+                )
+            ]
+    return []
+
+
+def _has_partner(model: Model, mode: MeasuredMode, factor: float, apart: float) -> bool:
+    """Whether the model has a mode at a frequency divided by a factor, alike where there is a shape."""
+    frequency, _, shapes = linear_modes(model, mode.configuration)
+    with np.errstate(divide="ignore"):
+        near = np.abs(np.log(frequency * factor / mode.frequency)) < apart
+    if not (near.any() and mode.sensors):
+        return bool(near.any())
+    seen = shape_at_sensors(model, mode.sensors, frequency[near], shapes[:, near])
+    seen = seen[:, np.abs(seen).max(axis=0) > 0]
+    return seen.shape[1] > 0 and bool(modal_assurance(mode.shape[:, None], seen).max() > ALIKE)
+
+
+def _wrong_sensors(model: Model, name: str, modes: Sequence[MeasuredMode]) -> Iterator[Suspicion]:
+    """Sensors that are swapped, or one that is reversed."""
+    for group in group_modes(model, modes):
+        mistake = group.mistake
+        if mistake is None:
+            continue
+        names = " and ".join(f'"{group.sensors[row]}"' for row in mistake.sensors)
+        swapped = len(mistake.sensors) > 1
+        change = "if these two are swapped" if swapped else "with the opposite sign of this sensor"
+        asked = "check the cables" if swapped else "was it mounted the other way round? If so, write sign = -1"
+        if len(group.sensors) == 2 and not swapped:
+            names, change = " or ".join(f'"{sensor}"' for sensor in group.sensors), "with the opposite sign of one"
+        yield Suspicion(
+            where=f"{name}, {names}",
+            sentence=f"the shapes of {len(group.modes)} modes agree with those of the model to a mean MAC of "
+            f"{mistake.before:.2f}, and of {mistake.after:.2f} {change}: {asked}",
+        )

@@ -1,0 +1,91 @@
+"""Modes of one test with shapes at the same sensors, beside those of a model."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.data_type.mode import FAR, MeasuredMode, linear_modes, motion_sensors, shape_at_sensors
+from correlation.modal.sensor_mistake import SensorMistake, find_sensor_mistake
+from correlation.model import Model
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeSet:
+    """Measured modes and those of the model that are near them.
+
+    Parameters
+    ----------
+    configuration, sensors
+        Of all of them.
+    modes
+        Measured modes by rising frequency.
+    frequency, damping
+        Of the model's modes, shape (m,) [Hz, -].
+    seen
+        What the sensors read of the model's modes, shape (c, m).
+    mistake
+        A change of the sensors without which the shapes do not agree; None for none.
+    """
+
+    configuration: str
+    sensors: tuple[str, ...]
+    modes: tuple[MeasuredMode, ...]
+    frequency: Float[NDArray[np.float64], " m"]
+    damping: Float[NDArray[np.float64], " m"]
+    seen: Complex[NDArray[np.complex128], "c m"]
+    mistake: SensorMistake | None
+
+    @property
+    def shape(self) -> Complex[NDArray[np.complex128], "c n"]:
+        """Measured shapes, shape (c, n)."""
+        return np.array([mode.shape for mode in self.modes]).T
+
+    @property
+    def mended(self) -> Complex[NDArray[np.complex128], "c n"]:
+        """Measured shapes without the mistake of a sensor: these tell which mode is which, shape (c, n)."""
+        return self.shape if self.mistake is None else np.asarray(self.mistake.mend(self.shape))
+
+
+def group_modes(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModeSet]:
+    """Modes with shapes, by configuration and sensors; those of a set that no mode of the model is near are left out.
+
+    Raises
+    ------
+    CampaignError
+        A sensor that the model has not as one of motion.
+    """
+    groups: dict[tuple[str, tuple[str, ...]], list[MeasuredMode]] = {}
+    for mode in modes:
+        if mode.sensors:
+            groups.setdefault((mode.configuration, mode.sensors), []).append(mode)
+    for (configuration, sensors), own in groups.items():
+        measured = sorted(own, key=lambda mode: mode.frequency)
+        frequency, damping, shapes = linear_modes(model, configuration)
+        near = (frequency > measured[0].frequency / FAR) & (frequency < measured[-1].frequency * FAR)
+        seen = shape_at_sensors(model, sensors, frequency[near], shapes[:, near])
+        visible = np.abs(seen).max(axis=0, initial=0.0) > 0
+        frequency, damping, seen = frequency[near][visible], damping[near][visible], seen[:, visible]
+        if not len(frequency):
+            continue
+        mistake = find_sensor_mistake(
+            np.array([mode.frequency for mode in measured]), np.array([mode.shape for mode in measured]).T,
+            frequency, seen, [sensor.quantity for sensor in motion_sensors(model, sensors)],
+        )  # fmt: skip
+        yield ModeSet(
+            configuration=configuration, sensors=sensors, modes=tuple(measured), frequency=frequency,
+            damping=damping, seen=seen, mistake=mistake,
+        )  # fmt: skip
+
+
+def mend_modes(model: Model, modes: Sequence[MeasuredMode]) -> list[MeasuredMode]:
+    """The same modes in the same order, their shapes without the mistake of a sensor."""
+    mended = {
+        id(mode): replace(mode, shape=shape)
+        for group in group_modes(model, modes)
+        if group.mistake is not None
+        for mode, shape in zip(group.modes, group.mended.T, strict=True)
+    }
+    return [mended.get(id(mode), mode) for mode in modes]

@@ -1,0 +1,96 @@
+"""Two sensors that are swapped, or one whose sign is reversed, told by measured mode shapes beside those of a model.
+
+A mistake of a sensor is the same in all modes, an error of the model is not: the one change of the sensors that makes
+nearly all shapes those of the model at nearly their frequencies is the likely cause.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.modal.assurance import Shapes, modal_assurance
+from correlation.modal.pairing import score_pairs
+
+Frequencies = Float[NDArray[np.float64], " m"]
+
+#: Shapes agree with a mean score or MAC from here on [-], and a change is suspected if it leaves at most this share of
+#: what is lacking in the score [-].
+AGREES, AFTER_MENDING = 0.9, 1 / 3
+#: With more sensors than this only reversed ones are looked for: pairs are too many.
+MOST_SENSORS = 60
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorMistake:
+    """A change of the sensors that mends the shapes.
+
+    Parameters
+    ----------
+    sensors
+        Row of the sensor whose sign is reversed, or of both that are swapped.
+    before, after
+        Mean MAC of the modes with those of the model, as measured and with the change [-].
+    """
+
+    sensors: tuple[int, ...]
+    before: float
+    after: float
+
+    def mend(self, shapes: Shapes) -> Shapes:
+        """Shapes with the change, shape (c, m)."""
+        return _change(shapes, self.sensors)
+
+
+def find_sensor_mistake(
+    measured_frequency: Frequencies,
+    measured: Shapes,
+    model_frequency: Frequencies,
+    model: Shapes,
+    quantities: Sequence[str],
+) -> SensorMistake | None:
+    """The mistake that explains best why shapes do not agree; None if they do, or if none explains it.
+
+    Parameters
+    ----------
+    measured_frequency, model_frequency
+        Shape (n_measured,) and (n_model,) [Hz].
+    measured, model
+        Shapes at the same sensors, shape (c, n_measured) and (c, n_model).
+    quantities
+        What each sensor measures: others than those of one quantity are not swapped.
+    """
+    if measured.shape[1] < 2 or len(measured) < 2 or not len(model_frequency):
+        return None
+
+    def judge(shapes: Shapes) -> tuple[float, float]:
+        assurance = modal_assurance(shapes, model)
+        score = score_pairs(assurance, measured_frequency, model_frequency)
+        best = score.argmax(axis=1)
+        rows = np.arange(len(best))
+        return float(score[rows, best].mean()), float(assurance[rows, best].mean())
+
+    score, before = judge(measured)
+    if score > AGREES:
+        return None
+    trials = [(judge(_change(measured, sensors)), sensors) for sensors in _changes(quantities)]
+    (mended, after), sensors = max(trials, key=lambda trial: trial[0][0])
+    if after < AGREES or 1 - mended > AFTER_MENDING * (1 - score):
+        return None
+    return SensorMistake(sensors=sensors, before=before, after=after)
+
+
+def _changes(quantities: Sequence[str]) -> Iterator[tuple[int, ...]]:
+    count = len(quantities)
+    yield from ((row,) for row in range(count))
+    if count <= MOST_SENSORS:
+        yield from ((i, j) for i, j in combinations(range(count), 2) if quantities[i] == quantities[j])
+
+
+def _change(shapes: Shapes, sensors: tuple[int, ...]) -> Shapes:
+    changed = np.array(shapes)
+    changed[list(sensors)] = -shapes[list(sensors)] if len(sensors) == 1 else shapes[list(sensors[::-1])]
+    return changed
