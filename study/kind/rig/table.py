@@ -1,12 +1,13 @@
 """``[structure]`` with ``kind = "rig"``: dimensions of five bodies, their contacts and dead weights."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import degrees, pi
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from casefile.quantity import Angle, Force, Length, Stiffness
+from casefile.quantity import Angle, Force, Length, MaterialDensity, Stiffness, YoungsModulus
 from casefile.source import find_key_in_message, find_value
 from casefile.table import CaseModel, located
 from geometry.blade import Blade
@@ -171,6 +172,19 @@ class SideWeightTable(CaseModel):
     inclination: Inclination = 0.0
 
 
+class BladeMaterialTable(CaseModel):
+    """What the blade has of its own; its Poisson's ratio is that of all bodies."""
+
+    young: YoungsModulus | None = None
+    density: MaterialDensity | None = None
+
+
+class RootTable(CaseModel):
+    """The clamp of the blade as one rigid piece on springs, stiffness in all along each axis; fixed by default."""
+
+    stiffness: Positive | None = None
+
+
 class DeadWeightTable(CaseModel):
     """What pulls the dampers up into their grooves."""
 
@@ -187,6 +201,8 @@ class RigTable(StructureTable):
     damper: DamperDimensions = DamperDimensions()
     decoupler: DecouplerDimensions = DecouplerDimensions()
     material: MaterialTable
+    blade_material: BladeMaterialTable = BladeMaterialTable()
+    root: RootTable = RootTable()
     mesh: RigMeshTable
     reduction: RigReductionTable = RigReductionTable()
     contact: ContactTable
@@ -211,6 +227,9 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
         decoupler = table.decoupler.decoupler()
     with located(case, "structure", "material"):
         material = table.material.material()
+    own = {name: value for name, value in table.blade_material.model_dump().items() if value is not None}
+    with located(case, "structure", "blade_material"):
+        blade_material = replace(material, **own)
     try:
         rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=table.blade.excitation_radius)
     except GeometryError as error:
@@ -223,6 +242,8 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
         element=table.mesh.element,
         size=table.mesh.size,
         n_mode=modes if isinstance(modes, int) else modes.model_dump(),
+        blade_material=blade_material,
+        root_compliance=0.0 if table.root.stiffness is None else 1 / table.root.stiffness,
     )
 
 
