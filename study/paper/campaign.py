@@ -1,6 +1,5 @@
 """The reference campaign: its truth, its tests, and its folder in the form that every command reads."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,11 +13,11 @@ from study.kind.registry import OpenCase
 from study.kind.rig.table import make_rig_model
 from study.paper.case import PaperCase
 from study.paper.parameters import meshed
-from study.paper.specimen import LASER, TIP, Specimen, find_density, make_specimen
-from study.paper.truth import Truth, draw_truth, write_truth
+from study.paper.specimen import find_density, make_specimen
+from study.paper.truth import draw_truth, write_truth
 from study.paper.virtual_tests import (
-    LOOP,
     MEASURED,
+    TIP,
     Loop,
     TestPoints,
     measure_free,
@@ -48,7 +47,9 @@ class Reference:
     loops: tuple[Loop, ...]
 
 
-def make_reference(case: PaperCase, opened: OpenCase, folder: Path, run: RunContext, *, seed: int, like: int) -> Reference:
+def make_reference(
+    case: PaperCase, opened: OpenCase, folder: Path, run: RunContext, *, seed: int, like: int
+) -> Reference:
     """Measure a specimen, or find its tests in the store, and write the campaign's folder.
 
     Parameters
@@ -68,7 +69,11 @@ def make_reference(case: PaperCase, opened: OpenCase, folder: Path, run: RunCont
     truth = find_density(fine, draw_truth(case, seed, like), run)
     specimen, points = make_specimen(fine, truth, run), _points(case, fine, seed)
     tasks = [
-        Task(stage=measure_repeat, inputs={"specimen": specimen, "points": points, "repeat": number}, label=f"repeat {number}")
+        Task(
+            stage=measure_repeat,
+            inputs={"specimen": specimen, "points": points, "repeat": number},
+            label=f"repeat {number}",
+        )
         for number in range(1, points.n_repeat + 1)
     ]
     common = {"specimen": specimen, "points": points}

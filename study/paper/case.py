@@ -43,11 +43,18 @@ class TruthTable(CaseModel):
     mu: Ends
     damping: tuple[Ratio, Ratio]
     root: Stiffnesses
+    root_loss: tuple[Ratio, Ratio]
     free_frequency: tuple[Frequency, Frequency]
     shift_left: Lengths
     shift_right: Lengths
     inclination_left: Angles
     inclination_right: Angles
+
+
+class RelaxedTable(CaseModel):
+    """A root on springs."""
+
+    root: Stiffness
 
 
 class LinearTable(CaseModel):
@@ -96,6 +103,7 @@ class PaperCase(CaseModel):
     specimen: MeshTable
     campaign: CampaignTable
     truth: TruthTable
+    relaxed: RelaxedTable
     linear: tuple[LinearTable, LinearTable, LinearTable]
     nonlinear: tuple[NonlinearTable, NonlinearTable, NonlinearTable, NonlinearTable]
     criteria: CriteriaTable

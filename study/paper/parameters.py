@@ -80,5 +80,5 @@ def configure(case: Case[RigTable], parameters: RigParameters) -> Case[RigTable]
 
 
 def _with_tables(case: Case[RigTable], **tables: Mapping[str, Any]) -> Case[RigTable]:
-    changed = {name: getattr(case.structure, name).model_copy(update=dict(new)) for name, new in tables.items() if hasattr(case.structure, name)}
+    changed = {name: getattr(case.structure, name).model_copy(update=dict(new)) for name, new in tables.items()}
     return case.model_copy(update={"structure": case.structure.model_copy(update=changed)})

@@ -30,12 +30,15 @@ class Truth:
         Parameters; the density of the blade is that which gives the frequency below, and None before it is found.
     free_frequency
         First frequency of the free blade [Hz].
+    root_loss
+        Loss factor of the springs of the root [-].
     """
 
     like: int
     seed: int
     parameters: RigParameters
     free_frequency: float
+    root_loss: float
 
 
 def draw_truth(case: PaperCase, seed: int, like: int) -> Truth:
@@ -52,13 +55,13 @@ def draw_truth(case: PaperCase, seed: int, like: int) -> Truth:
     """
     random = np.random.default_rng([seed, like])
     drawn = {name: float(random.uniform(*ends)) for name, ends in case.truth.model_dump().items()}
-    frequency = drawn.pop("free_frequency")
+    frequency, loss = drawn.pop("free_frequency"), drawn.pop("root_loss")
     parameters = RigParameters(**drawn)
     if like < 3:
         parameters = replace(parameters, inclination_left=0.0, inclination_right=0.0)
     if like < 2:
         parameters = replace(parameters, shift_left=0.0, shift_right=0.0)
-    return Truth(like=like, seed=seed, parameters=parameters, free_frequency=frequency)
+    return Truth(like=like, seed=seed, parameters=parameters, free_frequency=frequency, root_loss=loss)
 
 
 def write_truth(truth: Truth, folder: Path) -> None:

@@ -12,18 +12,47 @@ from numpy.typing import NDArray
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
 from reduction.load_cell import along_line, blade_contact, decoupler_contact
-from study.paper.specimen import LASER, Specimen
 from transient.state import TransientState
 from transient.virtual_bench.campaign import Sweep, with_noise
 from transient.virtual_bench.repeats import repeated_test
 from transient.virtual_bench.sweep import Readings, SweptBench
 
+Row = Float[NDArray[np.float64], " r"]
 Samples = Float[NDArray[np.float64], " t"]
 
+#: What the bench measures, in its order: the tip, and the right damper against the blade.
+TIP, LASER = "tip", "laser"
 #: Lines of the bench in the order of its forces, and those with load cells behind them.
 MEASURED = ("left_decoupler", "right_decoupler")
 #: The side whose loop is read.
 LOOP = "right_decoupler"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Specimen:
+    """What is measured.
+
+    Parameters
+    ----------
+    jointed, free
+        Rig at rest under its dead weights, and blade without dampers.
+    sensors
+        Rows of the motions by name.
+    signs
+        Sign of the tangential force of each line where it acts on its other body away from the damper [-].
+    dead_weight
+        Upward pull on the right damper [N].
+    resonance, free_resonance
+        Frequency of the first mode that the force drives, stuck and free [Hz].
+    """
+
+    jointed: JointedSystem
+    free: JointedSystem
+    sensors: Mapping[str, Row]
+    signs: Mapping[str, float]
+    dead_weight: float
+    resonance: float
+    free_resonance: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,11 +187,11 @@ def _gains(points: TestPoints) -> Mapping[str, NDArray[np.float64]]:
 
 def _with_cells(
     force: tuple[NDArray[Any], NDArray[Any]], gains: NDArray[np.float64], points: TestPoints
-) -> list[NDArray[Any]]:
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """What the cells R3 and R4 of a line read of its T and N, by eq (1) turned round."""
     along, up = along_line(force[0], force[1], -points.theta)
     half = along / cos(points.alpha) / 2, up / sin(points.alpha) / 2
-    return [gains[0] * (half[0] + half[1]), gains[1] * (half[0] - half[1])]
+    return gains[0] * (half[0] + half[1]), gains[1] * (half[0] - half[1])
 
 
 def _by_cells(readings: Readings, specimen: Specimen, points: TestPoints) -> Readings:
