@@ -35,6 +35,16 @@ class CampaignTable(CaseModel):
     frequency_error: Ratio
 
 
+class EffortTable(CaseModel):
+    """How hard limits are searched for, and parameters fitted."""
+
+    frequencies: Count
+    population: Count
+    samples: Count
+    loop_frequencies: Count
+    evaluations: Count
+
+
 class TruthTable(CaseModel):
     """Intervals from which the specimen is drawn."""
 
@@ -102,6 +112,7 @@ class PaperCase(CaseModel):
     model: MeshTable
     specimen: MeshTable
     campaign: CampaignTable
+    effort: EffortTable
     truth: TruthTable
     relaxed: RelaxedTable
     linear: tuple[LinearTable, LinearTable, LinearTable]

@@ -18,10 +18,6 @@ from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
 from study.run_context import RunContext
 
-#: Effort of the searches: states that are continued along frequency, and random histories: none may be outside.
-EFFORT = LimitsTable(population=4, samples=6)
-#: Frequencies of the response limits.
-N_FREQUENCY = 20
 TIP = "tip"
 
 
@@ -111,10 +107,12 @@ def find_limits(
         No rest under the dead weights, or a process that was killed.
     """
     read = model.read(parameters)
-    budget = read.setup.budget
+    budget, effort = read.setup.budget, model.effort
+    table = LimitsTable(population=effort.population, samples=effort.samples)
     search = family_search(
-        read.setup.model, budget, model.campaign, measured.response, EFFORT, None, most=N_FREQUENCY, fewest=N_FREQUENCY
-    )
+        read.setup.model, budget, model.campaign, measured.response, table, None, most=effort.frequencies,
+        fewest=effort.frequencies,
+    )  # fmt: skip
     step = run.step(f"{stem}: reach of the sliders", expected=20)
     search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
     found = run_search(find_family_limits, search, f"{stem}_response", run, None)

@@ -11,6 +11,7 @@ from correlation.model import Model
 from reduction.stuck import stick_at_rest
 from study.case.setup import ReadCase, read_case
 from study.kind.registry import OpenCase
+from study.paper.case import EffortTable
 from study.paper.parameters import RigParameters, configure
 from study.paper.resonance import scale_damping, tip_row
 from study.run_context import RunContext
@@ -30,11 +31,14 @@ class PaperModel:
         Campaign whose sensors the models have.
     run
         Store of the reduced bodies, and progress.
+    effort
+        Effort of searches and fits.
     """
 
     opened: OpenCase
     campaign: Campaign
     run: RunContext
+    effort: EffortTable
 
     def read(self, parameters: RigParameters) -> ReadCase:
         """The case with some parameters, and its model.

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.family.family import Family
 from correlation.family.frequencies import choose_frequencies
@@ -25,8 +27,6 @@ from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
 from study.run_context import RunContext
 
-#: Frequencies of the bands in the loop of a fit, and models that are tried at most [-].
-LOOP_FREQUENCIES, MOST_RESPONSE, MOST_ALIGNMENT = 10, 60, 60
 #: Steps that matter, of parameters for the response as shares of their values, and of the alignment.
 RESPONSE_STEPS = {"kt": 0.01, "kn": 0.05, "mu": 0.05, "damping": 0.05}
 SHIFT_STEP, INCLINATION_STEP = 0.4e-3, np.radians(1.0)
@@ -105,12 +105,9 @@ def judge_iteration(
     )  # fmt: skip
 
 
-def _target(families: Sequence[Family], measured: MeasuredFamilies, *, at_resonance: bool) -> FamilyTarget:
-    frequency = (
-        np.array(sorted(set(measured.peak.values())))
-        if at_resonance
-        else choose_frequencies(measured.response, LOOP_FREQUENCIES, LOOP_FREQUENCIES)
-    )
+def _target(
+    families: Sequence[Family], measured: MeasuredFamilies, frequency: Float[NDArray[np.float64], " f"]
+) -> FamilyTarget:
     return FamilyTarget(families=families, errors=measured.errors, frequency=frequency, shift=measured.errors.frequency)
 
 
@@ -119,9 +116,11 @@ def _fit_response(
 ) -> RigParameters:
     """Contact parameters and damping whose bands hold the response of all levels."""
     scale = {name: share * getattr(start, name) for name, share in RESPONSE_STEPS.items()}
-    step = run.step("iteration 2: contact parameters", expected=200)
-    target = _target(measured.response, measured, at_resonance=False)
-    found = step.run(fit_parameters, model.opened.case, start, scale, target, MOST_RESPONSE, model, report=step.report)
+    step, count = run.step("iteration 2: contact parameters", expected=200), model.effort.loop_frequencies
+    target = _target(measured.response, measured, choose_frequencies(measured.response, count, count))
+    found = step.run(
+        fit_parameters, model.opened.case, start, scale, target, model.effort.evaluations, model, report=step.report
+    )
     return found.parameters
 
 
@@ -145,8 +144,15 @@ def _fit_alignment(
     """Shifts and inclinations whose bands hold the static forces of all levels."""
     static = [family for family in measured.forces if family.harmonic == 0]
     step = run.step("iteration 3: alignment", expected=200)
-    target = _target(static, measured, at_resonance=True)
+    target = _target(static, measured, np.array(sorted(set(measured.peak.values()))))
     found = step.run(
-        fit_parameters, model.opened.case, start, ALIGNMENT_STEPS, target, MOST_ALIGNMENT, model, report=step.report
+        fit_parameters,
+        model.opened.case,
+        start,
+        ALIGNMENT_STEPS,
+        target,
+        model.effort.evaluations,
+        model,
+        report=step.report,
     )
     return found.parameters

@@ -39,7 +39,7 @@ def find_resonance(system: JointedSystem, row: Row) -> float:
     """
     modes = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     eigenvalue, shapes = modes.lambda_[:LOWEST], modes.mode_shapes[:, :LOWEST]
-    moved = np.abs((row @ shapes) * (system.harmonic_force[1].real @ shapes)) / eigenvalue
+    moved = np.abs((row @ shapes) * (system.dynamic[1].real @ shapes)) / eigenvalue
     return float(np.sqrt(eigenvalue[np.argmax(moved > DRIVEN * moved.max())]) / (2 * np.pi))
 
 
