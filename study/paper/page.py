@@ -73,7 +73,9 @@ def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
 
 def count_pattern(result: Replay) -> tuple[int, int]:
     """How many criteria of Table 2 and figure 16 come out as printed, and of how many [-]."""
-    pairs = [(item.own.free_met, item.printed.free) for item in result.linear.iterations]
+    pairs: list[tuple[bool | None, bool]] = [
+        (item.own.free_met, item.printed.free) for item in result.linear.iterations
+    ]
     pairs += [(item.own.stuck_met, item.printed.stuck) for item in result.linear.iterations]
     for item in result.nonlinear:
         pairs += [(item.response.met, item.printed.response)]

@@ -8,7 +8,8 @@ import numpy as np
 
 from casefile.table import load_case
 from correlation.family.frequencies import choose_frequencies
-from study.kind.registry import open_case
+from pipeline.progress import SilentProgress
+from study.kind.registry import OpenCase, open_case
 from study.paper.campaign import Reference, make_reference
 from study.paper.case import PaperCase
 from study.paper.first_guess import FirstGuess, guess_first
@@ -16,7 +17,7 @@ from study.paper.limits import MeasuredFamilies, read_families
 from study.paper.linear import LinearCalibration, calibrate_linear
 from study.paper.model import PaperModel
 from study.paper.nonlinear import NonlinearIteration, calibrate_nonlinear
-from study.paper.parameters import RigParameters
+from study.paper.parameters import RigParameters, meshed
 from study.paper.sensitivity import Sensitivity, compute_sensitivities
 from study.paper.truth import FILE
 from study.run_context import RunContext
@@ -117,6 +118,13 @@ def _quick(case: PaperCase) -> PaperCase:
     return case.model_copy(
         update={"model": coarse, "specimen": coarse, "effort": effort, "campaign": campaign.model_copy(update=fewer)}
     )
+
+
+def _model(case: PaperCase, opened: OpenCase, reference: Reference, run: RunContext) -> PaperModel:
+    coarse = replace(opened, case=meshed(opened.case, case.model.size, case.model.modes))
+    coarse.kind.structure(coarse, run)  # reduced with progress; hundreds of models that follow find it in the store
+    silent = replace(run, progress=SilentProgress(), quiet=True)
+    return PaperModel(opened=coarse, campaign=reference.campaign, run=silent, effort=case.effort)
 
 
 def _sensitivities(
