@@ -107,7 +107,7 @@ def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left
 
 def test_the_search_from_a_state_finds_the_steady_state_that_waiting_finds() -> None:
     bench = SweptBench(pad(), {"pad": np.array([1.0, 0.0])})
-    left = quasi_static(bench.structure, (1.4, 0.6, 1.0))
+    left = quasi_static(bench.structure, (1.4, 1.0), bench.random_start(np.array([0.6])).slider)
     frequencies, level = [150.0, 170.0], 0.2  # so small that nothing slips
     waited = sweep_settled(bench, frequencies, level, left, 1e-6)
     searched = bench.sweep(frequencies, level, start=left, tolerance=1e-6)
