@@ -19,5 +19,6 @@ def test_the_quick_replay_writes_every_figure_of_the_paper(tmp_path: Path, capsy
     assert [(item["free_met"], item["stuck_met"]) for item in document["linear"]] == [
         (False, False), (False, True), (True, True),
     ]  # fmt: skip
+    assert all(item["verdict"] and item["evidence"] for item in document["findings"])
     page = (tmp_path / "paper.html").read_text(encoding="utf-8")
     assert "http" not in page.replace("http-equiv", "")
