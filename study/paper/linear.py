@@ -15,12 +15,20 @@ from math import log, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
+from correlation.model import Model
 from geometry.errors import ComputationFailed
+from pipeline.store import stage
+from study.case.tables import Case
 from study.estimate.resonance import find_resonances
+from study.kind.rig.table import RigTable
 from study.paper.case import CriteriaTable, LinearTable, PaperCase
 from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
 from study.paper.resonance import Peak, find_small_peak
+from study.run_context import RunContext
+
+#: Makes the model of some parameters.
+Make = Callable[[RigParameters], Model]
 
 #: Stiffnesses between which the stuck resonance is looked for [N/m], and how near is near enough [-].
 STIFFNESS, NEAR = (1e6, 5e7), 1e-5
@@ -73,7 +81,7 @@ class LinearCalibration:
     iterations: tuple[LinearIteration, ...]
 
 
-def calibrate_linear(case: PaperCase, model: PaperModel, mu: float) -> LinearCalibration:
+def calibrate_linear(case: PaperCase, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
     """Go through the iterations of Table 2.
 
     Parameters
@@ -84,6 +92,8 @@ def calibrate_linear(case: PaperCase, model: PaperModel, mu: float) -> LinearCal
         Makes models of the rig.
     mu
         Friction coefficient of the rest under the dead weights [-].
+    run
+        Store and progress.
 
     Raises
     ------
@@ -97,29 +107,52 @@ def calibrate_linear(case: PaperCase, model: PaperModel, mu: float) -> LinearCal
         lacking = "without dampers" if True not in peaks else "of the lowest level"
         raise ComputationFailed(f"there is no resonance in the tests {lacking}: Table 2 needs both")
     free, stuck = peaks[True], peaks[False]
+    step = run.step("linear iterations", expected=30)
+    fits = step.run(fit_linear, case, model.opened.case, free, stuck, mu, model)
+    iterations = [
+        LinearIteration(printed=row, as_printed=printed, own=own)
+        for row, (printed, own) in zip(case.linear, fits, strict=True)
+    ]
+    return LinearCalibration(free=free, stuck=stuck, iterations=tuple(iterations))
 
-    def judge(parameters: RigParameters) -> LinearFit:
-        return judge_linear(model, parameters, free, stuck, case.criteria)
 
+@stage("linear iterations of the paper", ignore=("make",))
+def fit_linear(
+    case: PaperCase, rig: Case[RigTable], free: Peak, stuck: Peak, mu: float, make: Make
+) -> tuple[tuple[LinearFit, LinearFit], ...]:
+    """Each iteration as printed, and as it comes out on this rig.
+
+    Parameters
+    ----------
+    case
+        Case of the replay.
+    rig
+        Case of the rig, on which the models depend.
+    free, stuck
+        Measured resonances.
+    mu
+        Friction coefficient [-].
+    make
+        Makes the model of some parameters.
+    """
     printed = [
         RigParameters(
             kt=row.kt, kn=row.kn, mu=mu, damping=row.damping, root=case.relaxed.root if row.root == "relaxed" else None
         )
         for row in case.linear
     ]
-    second = tune_stiffness(model, replace(printed[1], damping=stuck.damping), stuck.frequency)
-    own = [printed[0], second]
-    own.append(_third(model, case, second, free, stuck))
-    rows = zip(case.linear, printed, own, strict=True)
-    iterations = [LinearIteration(printed=row, as_printed=judge(a), own=judge(b)) for row, a, b in rows]
-    return LinearCalibration(free=free, stuck=stuck, iterations=tuple(iterations))
+    second = tune_stiffness(make, replace(printed[1], damping=stuck.damping), stuck.frequency)
+    nominal, ratio = rig.structure.material.density, case.linear[-1].kn / case.linear[-1].kt
+    own = [printed[0], second, _third(make, second, free, stuck, nominal=nominal, ratio=ratio)]
+    return tuple(
+        (judge_linear(make, a, free, stuck, case.criteria), judge_linear(make, b, free, stuck, case.criteria))
+        for a, b in zip(printed, own, strict=True)
+    )
 
 
-def judge_linear(
-    model: PaperModel, parameters: RigParameters, free: Peak, stuck: Peak, criteria: CriteriaTable
-) -> LinearFit:
+def judge_linear(make: Make, parameters: RigParameters, free: Peak, stuck: Peak, criteria: CriteriaTable) -> LinearFit:
     """Resonances of some parameters beside measured ones, and whether the criteria are met."""
-    made = model(parameters)
+    made = make(parameters)
     own_free, own_stuck = (find_small_peak(made, free=item) for item in (True, False))
     return LinearFit(
         parameters=parameters,
@@ -135,7 +168,7 @@ def _meets(model: Peak, measured: Peak, frequency: float, width: float) -> bool:
     return near and abs(model.damping / measured.damping - 1) <= width
 
 
-def tune_stiffness(model: PaperModel, parameters: RigParameters, stuck: float) -> RigParameters:
+def tune_stiffness(make: Make, parameters: RigParameters, stuck: float) -> RigParameters:
     """Both contact stiffnesses, their ratio as it is, for a stuck resonance [Hz].
 
     Raises
@@ -150,7 +183,7 @@ def tune_stiffness(model: PaperModel, parameters: RigParameters, stuck: float) -
         return replace(parameters, kt=kt, kn=ratio * kt)
 
     def miss(logarithm: float) -> float:
-        return find_small_peak(model(made(logarithm)), free=False).frequency / stuck - 1
+        return find_small_peak(make(made(logarithm)), free=False).frequency / stuck - 1
 
     return made(_solve(miss, (log(STIFFNESS[0]), log(STIFFNESS[1])), f"a stuck resonance at {stuck:.5g} Hz"))
 
@@ -161,13 +194,15 @@ def _solve(miss: Callable[[float], float], ends: tuple[float, float], what: str)
     return float(brentq(miss, ends[0], ends[1], xtol=NEAR))
 
 
-def _third(model: PaperModel, case: PaperCase, second: RigParameters, free: Peak, stuck: Peak) -> RigParameters:
-    printed = case.linear[-1]
-    before = find_small_peak(model(second), free=True)
-    nominal = model.opened.case.structure.material.density
+def _third(
+    make: Make, second: RigParameters, free: Peak, stuck: Peak, *, nominal: float, ratio: float
+) -> RigParameters:
+    """Density for the free resonance, stiffness for the stuck one, damping for both widths."""
+    before = find_small_peak(make(second), free=True)
     # One density of the whole blade scales all of its frequencies alike.
     light = replace(second, density=nominal * (before.frequency / free.frequency) ** 2)
-    result = tune_stiffness(model, replace(light, kn=light.kt * printed.kn / printed.kt), stuck.frequency)
-    widths = [find_small_peak(model(result), free=item).damping for item in (True, False)]
+    result = tune_stiffness(make, replace(light, kn=light.kt * ratio), stuck.frequency)
+    tuned = make(result)
+    widths = [find_small_peak(tuned, free=item).damping for item in (True, False)]
     wanted = [result.damping * measured.damping / own for own, measured in zip(widths, (free, stuck), strict=True)]
     return replace(result, damping=sqrt(wanted[0] * wanted[1]))

@@ -94,8 +94,7 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     reference = make_reference(case, opened, folder, run, seed=seed, like=like)
     model = _model(case, opened, reference, run)
     guess, measured = guess_first(reference), read_families(reference.campaign)
-    with run.progress.step("linear iterations", expected=30):
-        linear = calibrate_linear(case, model, guess.mu)
+    linear = calibrate_linear(case, model, guess.mu, run)
     # The paper keeps the stiffness of the linear calibration, and returns to the damping of the narrow stuck resonance.
     start = replace(linear.iterations[-1].own.parameters, mu=guess.mu, damping=linear.stuck.damping)
     nonlinear = calibrate_nonlinear(case, model, start, measured, run)
