@@ -106,12 +106,9 @@ def _points(case: PaperCase, opened: OpenCase, seed: int) -> TestPoints:
 
 
 def _write_loops(folder: Path, loops: tuple[Loop, ...]) -> None:
-    """The loops as tables, named in the manifest."""
-    lines = [(folder / "campaign.toml").read_text(encoding="utf-8")]
+    """The loops as tables beside the campaign: its manifest has no sensor that leans."""
     for loop in loops:
-        name = f"loop_{loop.level:g}N"
-        period = np.arange(len(loop.displacement)) / len(loop.displacement) / loop.frequency
-        columns = np.column_stack([period, 1e6 * loop.displacement, loop.tangential, loop.normal])
+        time = np.arange(len(loop.displacement)) / len(loop.displacement) / loop.frequency
+        columns = np.column_stack([time, 1e6 * loop.displacement, loop.tangential, loop.normal])
         rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in columns)
-        replace_file(folder / f"{name}.csv", f"time [s],x [um],T [N],N [N]\n{rows}\n")
-    replace_file(folder / "campaign.toml", "\n".join(lines))
+        replace_file(folder / f"loop_{loop.level:g}N.csv", f"time [s],x [um],T [N],N [N]\n{rows}\n")

@@ -1,6 +1,7 @@
 """Limits of one nonlinear iteration beside what was measured: the response over frequency, the forces at resonance."""
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -84,7 +85,7 @@ def _at(family: Family, index: int, frequency: float) -> Family:
 
 def find_limits(
     model: PaperModel, parameters: RigParameters, measured: MeasuredFamilies, run: RunContext, stem: str,
-    *, forces: bool = True,
+    executor: Executor,
 ) -> IterationLimits:  # fmt: skip
     """Search for the limits of an iteration, and lay what was measured over them.
 
@@ -98,8 +99,8 @@ def find_limits(
         Output folder, store and progress.
     stem
         Stem of the folders of unfinished tasks.
-    forces
-        Whether those of the forces are wanted.
+    executor
+        Runs the tasks of all searches.
 
     Raises
     ------
@@ -115,14 +116,14 @@ def find_limits(
     )  # fmt: skip
     step = run.step(f"{stem}: reach of the sliders", expected=20)
     search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
-    found = run_search(find_family_limits, search, f"{stem}_response", run, None)
+    found = run_search(find_family_limits, search, f"{stem}_response", run, executor)
     response = judge_families(measured.response, found, measured.errors, budget, search)
-    if not forces:
-        return IterationLimits(response=response, forces=())
-    return IterationLimits(response=response, forces=tuple(_forces(search, measured, run, stem)))
+    return IterationLimits(response=response, forces=tuple(_forces(search, measured, run, stem, executor)))
 
 
-def _forces(search: FamilySearch, measured: MeasuredFamilies, run: RunContext, stem: str) -> Sequence[FamilyVerdict]:
+def _forces(
+    search: FamilySearch, measured: MeasuredFamilies, run: RunContext, stem: str, executor: Executor
+) -> Sequence[FamilyVerdict]:
     result = []
     for number, level in enumerate(search.levels):
         families = [family for family in measured.forces if family.level == level]
@@ -135,7 +136,7 @@ def _forces(search: FamilySearch, measured: MeasuredFamilies, run: RunContext, s
             earlier=np.eye(1, dtype=bool),
             reach=search.reach[[number]],
         )
-        found = run_search(find_family_limits, own, f"{stem}_forces_{level:g}N", run, None)
+        found = run_search(find_family_limits, own, f"{stem}_forces_{level:g}N", run, executor)
         n_reading = count_readings(measured.forces)
         for family in families:
             channel = family.sensor, family.harmonic

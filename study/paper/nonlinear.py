@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from correlation.family.family import Family
 from correlation.family.frequencies import choose_frequencies
 from diagnosis.fit.family_fit import FamilyTarget
+from pipeline.parallel import process_pool
 from study.paper.case import CriteriaTable, NonlinearTable, PaperCase
 from study.paper.criteria import Criterion, judge_forces, judge_response, static_deviation
 from study.paper.fit import fit_parameters
@@ -80,18 +81,19 @@ def calibrate_nonlinear(
     run
         Output folder, store and progress.
     """
+    # One pool for all searches: its processes read the compiled code once.
+    with process_pool(["hbsolve.limits.several_limits"]) as executor:
 
-    def judged(number: int, parameters: RigParameters) -> NonlinearIteration:
-        limits = find_limits(model, parameters, measured, run, f"iteration_{number}")
-        return judge_iteration(number, case.nonlinear[number - 1], parameters, limits, case.criteria)
+        def judged(number: int, parameters: RigParameters) -> NonlinearIteration:
+            limits = find_limits(model, parameters, measured, run, f"iteration_{number}", executor)
+            return judge_iteration(number, case.nonlinear[number - 1], parameters, limits, case.criteria)
 
-    first = judged(1, start)
-    tuned = _fit_response(model, start, measured, run)
-    second = judged(
-        2, replace(tuned, **_shifts(first, measured, model.opened.case.structure.damper.damper().cylinder_length))
-    )
-    third = judged(3, _fit_alignment(model, second.parameters, measured, run))
-    fourth = judged(4, replace(third.parameters, gap_angle=case.nonlinear[3].gap_angle))
+        first = judged(1, start)
+        tuned = _fit_response(model, start, measured, run)
+        length = model.opened.case.structure.damper.damper().cylinder_length
+        second = judged(2, replace(tuned, **_shifts(first, measured, length)))
+        third = judged(3, _fit_alignment(model, second.parameters, measured, run))
+        fourth = judged(4, replace(third.parameters, gap_angle=case.nonlinear[3].gap_angle))
     return first, second, third, fourth
 
 
