@@ -53,6 +53,7 @@ COMMANDS = (
     ("add", "study.command.add:app", "Write a missing effect into a case: later commands compute the mended model."),
     ("undo", "study.command.undo:app", "Take the effect or the calibration that was written last out of a case."),
     ("bench", "study.command.bench:app", "Open case and measurements in the browser: see, add, undo, move parameters."),
+    ("study", "study.command.study:app", "Run a whole study: replay the calibration of the reference paper."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("runs", "study.command.runs:app", "List, compare and remove the runs of a folder."),
     ("repeat", "study.command.repeat:app", "Run again what made a page or a result, and compare the numbers."),
