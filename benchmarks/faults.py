@@ -45,8 +45,8 @@ YEAR = 365 * 24 * 3600.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 #: Exit codes of a run that was interrupted: by a signal that Python heard, or none, or did not live to hear.
 INTERRUPTED = {3, 0, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT}
-#: Times of writing, which CAD kernel and reduced models put into their files.
-TIMES = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\+00:00)?")
+#: Times of writing, which CAD kernel, reduced models and the history of a diagnosis put into their files.
+TIMES = re.compile(rb"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\+00:00)?)?")
 
 #: What the rows of `table1` took, in its page and its table.
 COST = re.compile(rb'<td class="cost">[^<]*</td>')

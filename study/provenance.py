@@ -1,6 +1,6 @@
 """What a result is made by: the command, hashes of the files that it read, and versions.
 
-Every page carries it. It holds no time and no name of a machine: the same command on the same data makes the same page.
+Every page carries it. It holds no time and no name of a machine, so that it is the same for the same command and data.
 """
 
 import hashlib

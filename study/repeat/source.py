@@ -20,6 +20,8 @@ UNREAD = re.compile(r"<(script|style|footer|head)\b.*?</\1>", re.DOTALL)
 #: What a result took, in cells of a page: another each time, like such values of an answer and names of its files.
 COST = re.compile(r'<td class="cost">[^<]*</td>')
 NO_RESULT = {"files", "seconds", "memory_bytes"}
+#: When the steps of a history were made.
+TIME = re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d")
 TAG = re.compile(r"<[^>]*>")
 
 
@@ -98,7 +100,7 @@ def only_results(answer: Any) -> Any:
 
 
 def _text_lines(text: str) -> list[str]:
-    body = TAG.sub("\n", COST.sub("", UNREAD.sub("", text)))
+    body = TIME.sub("", TAG.sub("\n", COST.sub("", UNREAD.sub("", text))))
     return [line.strip() for line in html.unescape(body).splitlines() if line.strip()]
 
 

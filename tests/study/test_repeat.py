@@ -108,11 +108,11 @@ def test_a_page_is_repeated_without_a_record_and_leaves_the_history_alone(
     assert changed != read_result(Path("again") / page.name, Path("another")).values
 
 
-def test_what_a_result_took_is_no_part_of_it(tmp_path: Path) -> None:
+def test_what_a_result_took_and_when_is_no_part_of_it(tmp_path: Path) -> None:
     assert only_results({"rows": [{"seconds": 1.0, "peak": 2.0}], "files": ["a"]}) == {"rows": [{"peak": 2.0}]}
     made_by = {"command": ["table1"], "folder": ".", "inputs": {}, "versions": {}}
-    for name, took in (("a.html", "1.0"), ("b.html", "2.0")):
-        text = f'<table><tr><td>125.1</td><td class="cost">{took}</td></tr></table>'
+    for name, took, when in (("a.html", "1.0", "2026-11-27 17:45"), ("b.html", "2.0", "2026-11-27 17:46")):
+        text = f'<table><tr><td>125.1</td><td class="cost">{took}</td><td>{when}</td></tr></table>'
         (tmp_path / name).write_text(HOSTILE.format(html.escape(json.dumps(made_by))) + text)
     first, second = (read_result(tmp_path / name, tmp_path).values for name in ("a.html", "b.html"))
     assert first == second == {"data": {}, "text": ["125.1"]}

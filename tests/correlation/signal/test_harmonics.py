@@ -177,6 +177,7 @@ def test_steady_records_in_noise_are_called_settled() -> None:
         (times(1.0), steady(times(1.0)), 900.0, "harmonic 3"),
         (times(1.0), steady(times(1.0)), 1.0, "periods"),
         (times(1.0), steady(times(1.0)), -3.0, "-3"),
+        (times(1.0), steady(times(1.0)), 0.0, "positive"),
         (times(1.0)[::-1], steady(times(1.0)), FREQUENCY, "rise"),
         (times(0.5), steady(times(1.0)), FREQUENCY, "2500"),
     ],
