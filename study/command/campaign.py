@@ -40,7 +40,7 @@ def new(
         raise InputError(
             "there is nobody to ask: standard input is no terminal; add --yes, which marks what is assumed"
         )
-    run = options.open()
+    run = options.open(place=folder)
     with run.progress.step("read the files") as report:
         measured = read_folder(folder, overwrite=force, report=report)
     draft = draft_campaign(measured, Assumptions() if yes else Terminal())

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, same_level
-from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError

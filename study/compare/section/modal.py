@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.measured_response import MeasuredResponse
 from correlation.modal.assurance import response_assurance
 from study.compare.modal_view import ModalSet, ModalView
 from study.compare.section.section import Section, Table
@@ -61,10 +61,8 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
         )
     sensors = [row for own in view.sets for row in _sensor_rows(own)]
     if sensors:
-        head = ("modes", "sensor", "CoMAC")
-        yield Section(
-            title="Sensors over the paired modes", text=SENSORS, table=Table(head=head, rows=sensors, words=2)
-        )
+        table = Table(head=("modes", "sensor", "CoMAC"), rows=sensors, words=2)
+        yield Section(title="Sensors over the paired modes", text=SENSORS, table=table)
     if view.responses:
         rows = [
             [response.name, sensor, f"{value:.3f}"]
