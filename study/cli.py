@@ -164,11 +164,12 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
     from pipeline.output import system_failure
+    from study.alike import merge_alike
 
     if isinstance(error, CaseError):
         return output.error(ExitCode.BAD_INPUT, "case", str(error), error.problems)
     if isinstance(error, InputError):
-        return output.error(ExitCode.BAD_INPUT, "input", str(error))
+        return output.error(ExitCode.BAD_INPUT, "input", "\n".join(merge_alike(str(error).splitlines())))
     if isinstance(error, ComputationFailed):
         return output.error(ExitCode.FAILED, "computation", str(error))
     if (sentence := system_failure(error)) is not None:

@@ -145,7 +145,9 @@ class Options:
         Parameter(negative="", help="Run the Python files that the case names, though they are not your own."),
     ] = False
 
-    def open(self, output: Path | None = None, *, scheduler: str | None = None) -> RunContext:
+    def open(
+        self, output: Path | None = None, *, scheduler: str | None = None, place: Path | None = None
+    ) -> RunContext:
         """Begin a run.
 
         Parameters
@@ -154,6 +156,8 @@ class Options:
             Folder to write into, if the command writes files.
         scheduler
             Address of a dask scheduler that takes tasks, if the user gave one.
+        place
+            Measured folder or case of the run: a step takes another time with another one.
 
         Raises
         ------
@@ -178,8 +182,8 @@ class Options:
         store = Store(self.cache_folder, RunContext.warn)
         if prepared is not None:
             note_output(prepared, store.folder)
-        place = "" if prepared is None else str(prepared.resolve())
-        durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn, place)
+        about = ":".join(str(path.resolve()) for path in (prepared, place) if path is not None)
+        durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn, about)
         progress: Progress
         if self.quiet or self.json:
             progress = SilentProgress()

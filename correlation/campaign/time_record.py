@@ -11,6 +11,7 @@ from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
+from correlation.signal.record import recover_clock
 from geometry.read_only_array import freeze_fields
 
 TIME = "time"
@@ -160,6 +161,8 @@ def record_of_columns(
             raise CampaignError(
                 f'record "{name}": "{TIME}" of {file.path.name} is not as long as its channels: mend it'
             )
+        if (np.diff(time) <= 0).any() and (clock := recover_clock(time)) is not None:
+            time = clock
         if (np.diff(time) <= 0).any():
             row = int(np.argmax(np.diff(time) <= 0)) + 1
             raise CampaignError(

@@ -45,6 +45,8 @@ class TomlTable:
         try:
             yield
         except CampaignError as error:
+            if str(error).startswith(f"{self.file}: "):
+                raise  # it names its place already
             raise CampaignError(f"{self.file}: {self.path} ({file}): {error}") from None
 
     def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
-from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
 from correlation.data_type.mode_set import group_modes
 from correlation.data_type.registry import Datum

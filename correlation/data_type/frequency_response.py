@@ -5,8 +5,6 @@ as steady states of that level, thinned to where they change; without it they gi
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -18,21 +16,20 @@ from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Mea
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
-from correlation.data_type.mode import MeasuredMode, motion_sensors, predict_mode
+from correlation.data_type.measured_response import MeasuredResponse
+from correlation.data_type.mode import motion_sensors, predict_mode
 from correlation.data_type.mode_set import mend_modes
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
-from correlation.errors import CampaignError
+from correlation.data_type.response_modes import read_modes
 from correlation.file.column import MeasuredFile
-from correlation.modal.fit_modes import FEWEST_LINES, Modes, fit_modes
+from correlation.modal.fit_modes import FEWEST_LINES
 from correlation.model import DERIVATIVE, Model
 from correlation.signal.frequency_response import (
-    LEAST_COHERENCE,
     Excitation,
     coherence_limit,
     estimate_frequency_response,
 )
 from fe.dense_modes import compute_dense_modes
-from geometry.read_only_array import freeze_fields
 from reduction.stuck import stick_at_rest
 
 Frequencies = Float[NDArray[np.float64], " f"]
@@ -44,82 +41,6 @@ OWN = ("frequency", "time", "force")
 MOST_STATES, COHERENT = 60, 0.8
 #: A coherence may exceed 1 by so much: analysers compute it with few digits [-].
 ROUNDED = 1e-3
-#: Modes that leave more than this share of the responses do not explain them [-].
-UNEXPLAINED = 0.5
-#: Modes whose frequency is known no better than this share are no modes [-].
-VAGUE = 0.01
-#: Least standard deviations, relative [-]: one test on a bench repeats no better, whatever its noise.
-LEAST_FREQUENCY, LEAST_DAMPING = 2e-4, 0.03
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MeasuredResponse:
-    """Frequency responses to one force.
-
-    Parameters
-    ----------
-    name
-        As in the manifest.
-    test
-        Number of its test among those of the campaign.
-    configuration
-        "jointed", or "free" of all contacts.
-    sensors
-        Names of the sensors.
-    frequency
-        Rising, shape (f,) [Hz].
-    value
-        Response per unit of the drive, e^{+i Omega t}, shape (c, f) [unit of each sensor per unit of the drive]; NaN
-        where a sensor has no value.
-    units
-        Unit of each row of `value`, in words.
-    coherence
-        Shape (c, f); 1 where it is not known [-].
-    coherence_limit
-        Coherence from which a value tells the response and not the noise [-].
-    level
-        Amplitude of the drive that the response stands for [its unit]; None if it is not stated.
-    repeat
-        Number of the repeat.
-    held_out
-        Whether no calibration may see it.
-    modes
-        Modes that the responses show.
-    fit
-        The fit that they are of; None if there is none.
-    suspicions
-        What looks wrong in the record, in words.
-    """
-
-    type: ClassVar[str] = "frequency response"
-    name: str
-    test: int
-    configuration: str
-    sensors: tuple[str, ...]
-    frequency: Frequencies
-    value: Complex[NDArray[np.complex128], "c f"]
-    units: tuple[str, ...]
-    coherence: Float[NDArray[np.float64], "c f"]
-    level: float | None
-    repeat: int
-    coherence_limit: float = LEAST_COHERENCE
-    held_out: bool = False
-    modes: tuple[MeasuredMode, ...] = ()
-    fit: Modes | None = None
-    suspicions: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze_fields(self, "frequency", "coherence")
-        freeze_fields(self, "value", kind=np.complex128)
-
-    @property
-    def told(self) -> NDArray[np.bool_]:
-        """Lines at which all sensors have a value, and one of them a coherent one, shape (f,).
-
-        Where the force is next to nothing none has; at an antiresonance of one sensor the others have.
-        """
-        coherent = (self.coherence >= self.coherence_limit).any(axis=0)
-        return np.asarray(np.isfinite(self.value).all(axis=0) & coherent)
 
 
 def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredResponse:
@@ -429,77 +350,6 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
             sensor.gain * moved * (1j * omega) ** DERIVATIVE[sensor.quantity] * np.exp(-1j * omega * sensor.delay)
         )
     return np.array(rows)
-
-
-def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> MeasuredResponse:
-    """The responses with their modes; without any, and with a suspicion, if none stands out.
-
-    Parameters
-    ----------
-    response
-        Measured responses.
-    sensors
-        Sensors of its rows.
-    """
-    told, there = response.told, np.isfinite(response.value).all(axis=0)
-    incoherent, suspicions = int((there & ~told).sum()), response.suspicions
-    low = f"no sensor has a coherence of {response.coherence_limit:.2g} at {incoherent} of {there.sum()} lines"
-    if told.sum() < FEWEST_LINES <= there.sum():
-        return replace(response, suspicions=(*suspicions, f"no mode was read: {low}: was the force too small there?"))
-    if 2 * incoherent > there.sum():
-        suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
-    try:
-        found = _fit(response, sensors)
-    except CampaignError as error:
-        why = _fits_conjugate(response, sensors) or str(error)
-        return replace(response, suspicions=(*suspicions, f"no mode was read: {why}"))
-    if float(np.median(found.residual)) > UNEXPLAINED and (why := _fits_conjugate(response, sensors)):
-        suspicions += (why,)
-    # A shape needs two sensors, each in its own unit.
-    has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
-    modes = []
-    for number in np.flatnonzero(found.frequency_deviation < VAGUE * found.frequency):
-        omega = 2j * np.pi * found.frequency[number]
-        turned = [omega ** DERIVATIVE[sensor.quantity] for sensor in sensors]
-        modes.append(
-            MeasuredMode(
-                name=f"{response.name}, mode {number + 1}",
-                configuration=response.configuration,
-                frequency=float(found.frequency[number]),
-                frequency_deviation=float(
-                    np.hypot(found.frequency_deviation[number], LEAST_FREQUENCY * found.frequency[number])
-                ),
-                damping=float(found.damping_ratio[number]),
-                damping_deviation=float(
-                    np.hypot(found.damping_deviation[number], LEAST_DAMPING * found.damping_ratio[number])
-                ),
-                sensors=response.sensors if has_shape else (),
-                shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
-            )
-        )
-    return replace(response, modes=tuple(modes), fit=found, suspicions=(*suspicions, *found.suspicions))
-
-
-def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
-    told = response.told
-    quantity = [sensor.quantity for sensor in sensors]
-    return fit_modes(response.frequency[told], response.value[:, told], quantity=quantity)
-
-
-def _fits_conjugate(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> str:
-    """Evidence that the responses are of the other time factor: their conjugates are those of modes; else empty."""
-    try:
-        found = _fit(replace(response, value=response.value.conj()), sensors)
-    except CampaignError:
-        return ""
-    if float(np.median(found.residual)) > UNEXPLAINED:
-        return ""
-    listed = ", ".join(f"{frequency:.4g}" for frequency in found.frequency[:4])
-    return (
-        f"with the other sign of the imaginary parts {len(found.frequency)} modes at {listed} Hz leave "
-        f"{np.median(found.residual):.0%} of the responses, and as they are none fits: do the numbers belong to the "
-        "other time factor? If so, change convention.time of the manifest"
-    )
 
 
 DATA_TYPES.register(

@@ -21,6 +21,7 @@ from correlation.data_type.backbone import predict_backbone
 from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion
 from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.signal.record import note_rounded_time
 from correlation.signal.ring_down import RingDown, analyse_ring_down
 from geometry.read_only_array import freeze_fields
 
@@ -80,6 +81,11 @@ class FreeDecay:
     def sensors(self) -> tuple[str, ...]:
         """Names of sensors of the campaign that it uses."""
         return (self.sensor,)
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """What looks wrong in the record, in words."""
+        return note_rounded_time(self.time)
 
 
 def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:

@@ -54,7 +54,7 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
     Raises
     ------
     CampaignError
-        Another number of instants than of samples, too few, or times that do not rise.
+        Another number of instants than of samples, too few, or times that do not rise and that no constant rate makes.
     """
     instants = np.asarray(time, dtype=np.float64)
     if instants.shape != (n_sample,):
@@ -67,12 +67,40 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
         raise CampaignError(f"the time of sample {int(np.argmin(np.isfinite(instants)))} is no number: correct it")
     step = np.diff(instants)
     if (step <= 0).any():
+        if (clock := recover_clock(instants)) is not None:
+            return clock
         first = int(np.argmax(step <= 0)) + 1
         raise CampaignError(
             f"time does not rise at sample {first} ({instants[first - 1]:.9g} s, then {instants[first]:.9g} s): sort "
             "the samples, or cut the record there"
         )
     return _unrounded(instants)
+
+
+def recover_clock(time: Samples) -> Samples | None:
+    """The constant rate that fits instants to their last digits, some rounded to one, shape (n,) [s]; None without."""
+    if (np.diff(time) < 0).any() or not time[-1] > time[0]:
+        return None
+    clock = _unrounded(time)
+    return clock if (np.diff(clock) > 0).all() else None
+
+
+def note_rounded_time(time: Samples) -> tuple[str, ...]:
+    """Which clock is used in place of instants of which several were rounded to one; empty for others.
+
+    Parameters
+    ----------
+    time
+        Instants that `check_time` takes, shape (n,) [s].
+    """
+    equal, clock = int((np.diff(time) == 0).sum()), recover_clock(time)
+    if not equal or clock is None:
+        return ()
+    rate = 1 / uniform_step(clock)
+    return (
+        f"{equal} of {len(time)} instants are rounded to that of the sample before: a constant rate of {rate:.6g} Hz "
+        "fits all of them to their last digit and is used; write more digits",
+    )
 
 
 def _unrounded(time: Samples) -> Samples:

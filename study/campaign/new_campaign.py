@@ -33,8 +33,8 @@ from study.campaign.draft_mode import draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
 from study.campaign.note import list_notes
-from study.campaign.question import Answers, Marked
-from study.campaign.repeat import is_settling, number_repeats
+from study.campaign.question import Answers
+from study.campaign.repeat import mark_settling, number_repeats
 from study.campaign.suspicion import list_suspicions
 from study.campaign.table import file_stem, split_tables
 from study.campaign.table_kind import JudgedTable, Kind, judge_table
@@ -267,10 +267,7 @@ def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:
     frequency = judged.of_role(Role.FREQUENCY)[0]
     mask = judged.mask(judged.rows()[0])
     sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
-    why = is_settling(frequency.values[mask], sizes)
-    entry = draft.named("test", test)
-    if why and entry is not None:
-        entry["settling"] = Marked(value=True, assumed=why)
+    mark_settling(draft, test, frequency.values[mask], sizes)
 
 
 def _keep_readable(draft: Draft, folder: Path) -> list[str]:

@@ -22,6 +22,8 @@ ONE_WAY = 0.5
 #: Readings at one frequency from which a trend can be told, and the share of frequencies that must show it [-].
 FEWEST, SHARE = 3, 0.7
 
+REPEATS, SETTLING = "repeats", "settling"
+
 
 def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
     """Give runs of one test, level and direction of sweep one level and a number each.
@@ -51,6 +53,11 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
             continue
         levels = [run_level(run, files) for run in members]
         why = f"{len(members)} runs of {test} with levels from {min(levels):.4g} to {max(levels):.4g}: repeats"
+        settle = _ask(draft, f"Are runs of {test} at one level and of one direction repeats", REPEATS, why)
+        why = why if settle.assumed else ""
+        entry = draft.named("test", test)
+        if settle.value == SETTLING and entry is not None:
+            entry["settling"] = Marked(value=True, assumed=settle.assumed)
         common = float(f"{np.median(levels):.{DIGITS}g}")
         for number, run in enumerate(members, start=1):
             columns = run.pop("columns")
@@ -58,6 +65,34 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
                 run["level"] = Marked(value=common, assumed=why)
             run["repeat"] = Marked(value=number, assumed=why)
             run["columns"] = columns
+
+
+def mark_settling(draft: Draft, test: str, frequency: Series, sizes: Sequence[Series]) -> None:
+    """Ask whether readings that follow each other at one frequency settle, and say so in their test.
+
+    Parameters
+    ----------
+    draft
+        Draft with the test.
+    test
+        Its name.
+    frequency, sizes
+        Frequencies in the order of measurement, shape (n,), and the sizes of each response there, shape (n,) each.
+    """
+    entry = draft.named("test", test)
+    if entry is None or len(_blocks(frequency)) < FEWEST:
+        return
+    evidence = is_settling(frequency, sizes)
+    why = evidence or "readings at one frequency go in no one direction"
+    text = f"Are readings of {test} that follow each other at one frequency repeats"
+    answer = _ask(draft, text, SETTLING if evidence else REPEATS, why)
+    if answer.value == SETTLING:
+        entry["settling"] = Marked(value=True, assumed=answer.assumed)
+
+
+def _ask(draft: Draft, text: str, default: str, why: str) -> Marked:
+    """Whether readings are repeats or one response that settles."""
+    return draft.ask(f"{text}, or one response that settles?", default, why, REPEATS, SETTLING)
 
 
 def run_level(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> float:
@@ -104,16 +139,21 @@ def is_settling(
     -------
     The evidence; empty if they are not, or if there are too few readings to tell.
     """
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(frequency) != 0]))
-    blocks = [
-        (start, end) for start, end in zip(starts, [*starts[1:], len(frequency)], strict=True) if end - start >= FEWEST
-    ]
+    blocks = _blocks(frequency)
     if len(blocks) < FEWEST:
         return ""
     settling = sum(any(_settles(values[start:end]) for values in response) for start, end in blocks)
     if settling < SHARE * len(blocks):
         return ""
     return f"readings at one frequency go one way in ever smaller steps at {settling} of {len(blocks)} frequencies"
+
+
+def _blocks(frequency: Series) -> list[tuple[int, int]]:
+    """First and last reading, exclusive, of each frequency at which readings follow each other."""
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(frequency) != 0])).tolist()
+    return [
+        (start, end) for start, end in zip(starts, [*starts[1:], len(frequency)], strict=True) if end - start >= FEWEST
+    ]
 
 
 def _settles(values: Series) -> bool:

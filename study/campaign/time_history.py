@@ -6,6 +6,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.errors import CampaignError
+from correlation.signal.record import check_time
+
 Samples = Float[NDArray[np.float64], " n"]
 #: Seconds of one unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "": 1.0}
@@ -157,7 +160,10 @@ def uniform_rate(time: Samples) -> float | None:
     time
         Instants, shape (n,).
     """
-    steps = np.diff(time)
+    try:
+        steps = np.diff(check_time(time, len(time)))
+    except CampaignError:
+        return None
     mean = float(steps.mean()) if len(steps) else 0.0
     # Instants are rounded in files: a step may be off by the last digit, the mean is not.
     if mean <= 0 or (steps <= 0).any() or np.abs(steps - mean).max() > 0.05 * mean:

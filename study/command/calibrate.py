@@ -37,5 +37,5 @@ def calibrate(
     from study.diagnose.report import step_in_words
     from study.diagnose.run import step_document
 
-    step = calibrate_case(case, campaign, options.open(), without)
+    step = calibrate_case(case, campaign, options.open(place=campaign), without)
     return Answer(document={"case": str(case), **step_document(step)}, text=step_in_words(step, case))

@@ -40,7 +40,7 @@ def new(
         raise InputError(
             "there is nobody to ask: standard input is no terminal; add --yes, which marks what is assumed"
         )
-    run = options.open()
+    run = options.open(place=folder)
     with run.progress.step("read the files") as report:
         measured = read_folder(folder, overwrite=force, report=report)
     draft = draft_campaign(measured, Assumptions() if yes else Terminal())
@@ -62,6 +62,8 @@ def document(drafted: "NewCampaign") -> dict[str, object]:
 
 def in_words(drafted: "NewCampaign") -> str:
     """The answer for people: what was understood as a table, then what was assumed, left out and suspected."""
+    from study.alike import merge_alike
+
     draft = drafted.draft
     rows = [("file", "columns", "is", "unit", "because")]
     rows += [(note.file, note.columns, note.role, note.unit, note.evidence) for note in draft.notes]
@@ -74,8 +76,8 @@ def in_words(drafted: "NewCampaign") -> str:
     ]
     for title, sentences in (
         ("Assumed, since no file says it (check these):", draft.assumptions()),
-        ("Left out:", draft.left_out),
-        ("Suspected:", drafted.suspicions),
+        ("Left out:", merge_alike(draft.left_out)),
+        ("Suspected:", merge_alike(drafted.suspicions)),
     ):
         if sentences:
             lines += ["", title, *(f"  {' '.join(sentence.split())}" for sentence in sentences)]

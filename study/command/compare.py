@@ -50,7 +50,8 @@ def compare(
     from study.compare.run import run_compare
 
     compared = run_compare(
-        case, campaign, options.open(out), calibrate=calibrate, limits=limits, onto_families=calibrate_families
+        case, campaign, options.open(out, place=campaign), calibrate=calibrate, limits=limits,
+        onto_families=calibrate_families,
     )  # fmt: skip
     if isinstance(compared, DataCompared):
         return Answer(document=compared.document(), text=compared.text())

@@ -57,6 +57,11 @@ def diagnose(
     if trials < 0 or trials == 1:
         raise LoopError(f"--trials {trials} is too few: give 0 for linear theory, or at least 2, such as 40")
     diagnosed = run_diagnose(
-        case, campaign, options.open(out, scheduler=scheduler), without=without, auto=auto, trials=trials
+        case,
+        campaign,
+        options.open(out, scheduler=scheduler, place=campaign),
+        without=without,
+        auto=auto,
+        trials=trials,
     )
     return Answer(document=full_document(diagnosed), text=full_text(diagnosed))

@@ -31,5 +31,5 @@ def estimate(
     one_thread_by_default()
     from study.estimate.run import run_estimate
 
-    estimated = run_estimate(case, campaign, options.open(), write=write)
+    estimated = run_estimate(case, campaign, options.open(place=campaign), write=write)
     return Answer(document=estimated.document(), text=estimated.text())

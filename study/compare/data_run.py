@@ -15,6 +15,7 @@ from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from geometry.plain_number import plain
 from pipeline.output import replace_file
+from study.alike import merge_suspicions
 from study.case.setup import Setup
 from study.compare.data import (
     CLEAR,
@@ -123,7 +124,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         if fitted:
             model, calibrated = calibrate_on_data(setup, campaign)
         data = compare_data(model, campaign.data)
-    suspicions = (*campaign.suspicions, *find_response_suspicions(model, campaign.data))
+    suspicions = merge_suspicions((*campaign.suspicions, *find_response_suspicions(model, campaign.data)))
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
         drawn, sections = show_data(model, campaign.data, data, title)

@@ -105,8 +105,8 @@ def document(compared: Compared) -> dict[str, Any]:
 
 
 def side_by_side(case: str, campaign: str) -> str:
-    """Titles of a case and of what was measured: once, if they are called the same."""
-    return " beside ".join(dict.fromkeys([case, campaign]))
+    """Titles of a case and of what was measured: once, if they are called the same or one has none."""
+    return " beside ".join(dict.fromkeys(filter(None, [case, campaign])))
 
 
 def _sides(compared: Compared) -> Mapping[str, Misfit]:

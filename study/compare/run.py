@@ -34,6 +34,7 @@ from fe.blas_threads import on_one_blas_thread
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
+from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
@@ -188,10 +189,12 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
         unread=sides[0].find_unread_peaks(campaign.drive.unit),
-        suspicions=(
-            *find_all_suspicions(campaign, model, sides[0].prediction),
-            *find_response_suspicions(model, campaign.data),
-            *gained.remarks,
+        suspicions=merge_suspicions(
+            (
+                *find_all_suspicions(campaign, model, sides[0].prediction),
+                *find_response_suspicions(model, campaign.data),
+                *gained.remarks,
+            )
         ),
         calibrated=calibrated,
     )

@@ -13,6 +13,7 @@ from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
+from study.alike import merge_suspicions
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
@@ -127,7 +128,7 @@ def diagnose_file(
     if run is not None:  # before what takes minutes: it may be in vain
         run_step = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
-        for suspicion in run_step("suspicions", partial(find_all_suspicions, campaign, model)):
+        for suspicion in merge_suspicions(run_step("suspicions", partial(find_all_suspicions, campaign, model))):
             run.warn(str(suspicion))
     rounds: list[Round] = []
     while True:

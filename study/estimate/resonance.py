@@ -8,7 +8,7 @@ from jaxtyping import Bool
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, same_level
-from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError

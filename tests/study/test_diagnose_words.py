@@ -122,3 +122,4 @@ def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, 
 def test_titles_that_are_alike_are_told_once() -> None:
     assert side_by_side("Beam", "Beam") == "Beam"
     assert side_by_side("Beam", "Tests of May") == "Beam beside Tests of May"
+    assert side_by_side("Beam", "") == "Beam"

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import MeasuredSensor
-from correlation.data_type.frequency_response import MeasuredResponse, predict_linear_response, read_modes
+from correlation.data_type.frequency_response import predict_linear_response
+from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
+from correlation.data_type.response_modes import read_modes
 from correlation.model import Model, Sensor
 from figure.stabilisation import StabilisationDrawing
 from reduction.jointed_system import JointedSystem

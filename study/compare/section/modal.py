@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from correlation.data_type.frequency_response import MeasuredResponse
+from correlation.data_type.measured_response import MeasuredResponse
 from correlation.modal.assurance import response_assurance
 from study.compare.modal_view import ModalSet, ModalView
 from study.compare.section.section import Section, Table

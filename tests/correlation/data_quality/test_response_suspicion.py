@@ -12,6 +12,7 @@ from correlation.campaign.read_campaign import read_campaign
 from correlation.data_quality.response import find_response_suspicions
 from correlation.data_type.mode import MeasuredMode, linear_modes
 from correlation.data_type.mode_set import mend_modes
+from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
 from reduction.jointed_system import JointedSystem
 
@@ -122,3 +123,15 @@ def test_mistakes_of_frequency_responses_are_told_from_right_ones(tmp_path: Path
     assert sum("phase_unit" in sentence for sentence in degrees) == 1
     dead = campaign(tmp_path, {**right, "c": (np.full(1000, 1e-6), np.full(1000, 0.3))}, "rad")
     assert [sentence for sentence in dead if "dead" in sentence and '"c"' in sentence]
+
+
+def test_a_record_without_its_force_is_refused_with_its_place_once(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "h.csv", np.zeros((50, 2)), delimiter=",", header="t,x", comments="")
+    (tmp_path / "campaign.toml").write_text(
+        'schema = 1\n[[sensor]]\nname = "a"\nquantity = "displacement"\nplace = "a"\ndirection = "z"\n'
+        '[[frf]]\nname = "noise"\nfile = "h.csv"\nconfiguration = "free"\n[frf.columns]\ntime = "t"\n'
+        'a = { column = "x", unit = "m" }\n'
+    )
+    with pytest.raises(CampaignError, match=r"columns\.force") as raised:
+        read_campaign(tmp_path)
+    assert str(raised.value).count("campaign.toml") == 1

@@ -5,7 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import MeasuredSensor
-from correlation.data_type.frequency_response import MeasuredResponse, read_modes
+from correlation.data_type.measured_response import MeasuredResponse
+from correlation.data_type.response_modes import read_modes
 from correlation.signal.frequency_response import coherence_limit, estimate_frequency_response
 
 MODES, DAMPING = np.array([40.0, 55.0]), 0.01

@@ -321,6 +321,26 @@ def test_readings_that_settle_are_no_repeats(tmp_path: Path) -> None:
     assert "settling" not in draft.entries["test"][0]
 
 
+@pytest.mark.parametrize("answer", ["repeats", "settling"])
+def test_a_person_is_asked_once_whether_runs_and_readings_are_repeats(tmp_path: Path, answer: str) -> None:
+    asked = []
+
+    class Person:
+        def ask(self, question: Question) -> Marked:
+            asked.append(question.text)
+            is_it = set(question.choices) == {"repeats", "settling"}
+            return Marked(value=answer if is_it else question.default)
+
+    x = np.abs(receptance(FREQUENCY))
+    for number in range(2):
+        write_csv(tmp_path / f"run_{number}.csv", "f [Hz],F [N],a [m]", FREQUENCY, ONES, x)
+    write_csv(tmp_path / "slow.csv", "f [Hz],F [N],b [m]", np.repeat(FREQUENCY, 3), np.repeat(ONES, 3), np.repeat(x, 3))
+    draft = draft_campaign(read_folder(tmp_path), Person())
+    assert len({text for text in asked if "settles" in text}) == 2
+    assert [test.get("settling") is not None for test in draft.entries["test"]] == [answer == "settling"] * 2
+    assert not [sentence for sentence in draft.assumptions() if "repeat = " in sentence]
+
+
 def test_nothing_contradicts_that_readings_settle(tmp_path: Path) -> None:
     frequency = np.repeat(FREQUENCY, 6)
     x = receptance(frequency) * (1 - 0.4 * np.exp(-0.9 * np.tile(np.arange(6.0), 41)))

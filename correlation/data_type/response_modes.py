@@ -1,0 +1,91 @@
+"""Modes that measured frequency responses show."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.campaign.measurement import MeasuredSensor
+from correlation.data_type.measured_response import MeasuredResponse
+from correlation.data_type.mode import MeasuredMode
+from correlation.errors import CampaignError
+from correlation.modal.fit_modes import FEWEST_LINES, Modes, fit_modes
+from correlation.model import DERIVATIVE
+
+#: Modes that leave more than this share of the responses do not explain them [-].
+UNEXPLAINED = 0.5
+#: Modes whose frequency is known no better than this share are no modes [-].
+VAGUE = 0.01
+#: Least standard deviations, relative [-]: one test on a bench repeats no better, whatever its noise.
+LEAST_FREQUENCY, LEAST_DAMPING = 2e-4, 0.03
+
+
+def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> MeasuredResponse:
+    """The responses with their modes; without any, and with a suspicion, if none stands out.
+
+    Parameters
+    ----------
+    response
+        Measured responses.
+    sensors
+        Sensors of its rows.
+    """
+    told, there = response.told, np.isfinite(response.value).all(axis=0)
+    incoherent, suspicions = int((there & ~told).sum()), response.suspicions
+    low = f"no sensor has a coherence of {response.coherence_limit:.2g} at {incoherent} of {there.sum()} lines"
+    if told.sum() < FEWEST_LINES <= there.sum():
+        return replace(response, suspicions=(*suspicions, f"no mode was read: {low}: was the force too small there?"))
+    if 2 * incoherent > there.sum():
+        suspicions += (f"{low}, which are left out of the fit of modes: was the force too small there?",)
+    try:
+        found = _fit(response, sensors)
+    except CampaignError as error:
+        why = _fits_conjugate(response, sensors) or str(error)
+        return replace(response, suspicions=(*suspicions, f"no mode was read: {why}"))
+    if float(np.median(found.residual)) > UNEXPLAINED and (why := _fits_conjugate(response, sensors)):
+        suspicions += (why,)
+    # A shape needs two sensors, each in its own unit.
+    has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
+    modes = []
+    for number in np.flatnonzero(found.frequency_deviation < VAGUE * found.frequency):
+        omega = 2j * np.pi * found.frequency[number]
+        turned = [omega ** DERIVATIVE[sensor.quantity] for sensor in sensors]
+        modes.append(
+            MeasuredMode(
+                name=f"{response.name}, mode {number + 1}",
+                configuration=response.configuration,
+                frequency=float(found.frequency[number]),
+                frequency_deviation=float(
+                    np.hypot(found.frequency_deviation[number], LEAST_FREQUENCY * found.frequency[number])
+                ),
+                damping=float(found.damping_ratio[number]),
+                damping_deviation=float(
+                    np.hypot(found.damping_deviation[number], LEAST_DAMPING * found.damping_ratio[number])
+                ),
+                sensors=response.sensors if has_shape else (),
+                shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
+            )
+        )
+    return replace(response, modes=tuple(modes), fit=found, suspicions=(*suspicions, *found.suspicions))
+
+
+def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
+    told = response.told
+    quantity = [sensor.quantity for sensor in sensors]
+    return fit_modes(response.frequency[told], response.value[:, told], quantity=quantity)
+
+
+def _fits_conjugate(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> str:
+    """Evidence that the responses are of the other time factor: their conjugates are those of modes; else empty."""
+    try:
+        found = _fit(replace(response, value=response.value.conj()), sensors)
+    except CampaignError:
+        return ""
+    if float(np.median(found.residual)) > UNEXPLAINED:
+        return ""
+    listed = ", ".join(f"{frequency:.4g}" for frequency in found.frequency[:4])
+    return (
+        f"with the other sign of the imaginary parts {len(found.frequency)} modes at {listed} Hz leave "
+        f"{np.median(found.residual):.0%} of the responses, and as they are none fits: do the numbers belong to the "
+        "other time factor? If so, change convention.time of the manifest"
+    )

@@ -1,0 +1,61 @@
+"""One mistake that was made in many files, printed once."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from correlation.campaign.measurement import Suspicion
+
+#: Names of files; keys of a manifest such as run[2].columns.x0 are none.
+FILE = re.compile(r"(?<![\w\].])\w[\w.+-]*\.[A-Za-z]\w{1,4}\b")
+#: Numbers that stand alone: those in names, such as x2, tell sensors apart.
+NUMBER = re.compile(r"(?<![\w\".])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w\"])")
+ENTRY = re.compile(r"\[\d+\]")
+MANIFEST = "campaign.toml"
+
+
+def merge_alike(sentences: Sequence[str]) -> list[str]:
+    """Sentences that differ by the file and by numbers alone, once each, with the number of further files.
+
+    Parameters
+    ----------
+    sentences
+        One each, in order.
+    """
+    groups: dict[str, list[str]] = {}
+    for sentence in sentences:
+        groups.setdefault(_kind(sentence), []).append(sentence)
+    return [_with_count(members) for members in groups.values()]
+
+
+def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...]":
+    """Suspicions of files that are alike, once each."""
+    groups: dict[str, list[Suspicion]] = {}
+    for suspicion in suspicions:
+        groups.setdefault(_kind(str(suspicion)), []).append(suspicion)
+    merged = []
+    for first, *others in groups.values():
+        whole = _with_count([str(first), *map(str, others)])
+        merged.append(replace(first, sentence=f"{first.sentence}{whole.removeprefix(str(first))}"))
+    return tuple(merged)
+
+
+def _kind(sentence: str) -> str:
+    """The sentence without what differs between files; the whole one if it names no file."""
+    files = [name for name in FILE.findall(sentence) if name != MANIFEST]
+    if not files:
+        return sentence
+    return NUMBER.sub("#", ENTRY.sub("[]", FILE.sub("FILE", sentence)))
+
+
+def _with_count(members: Sequence[str]) -> str:
+    first = members[0]
+    if len(members) == 1:
+        return first
+    named = [next((name for name in FILE.findall(one) if name != MANIFEST), "") for one in members]
+    others = len(set(named) - {named[0]})
+    if not others:
+        return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"
+    return f"{first} (and so in {others} more {'file' if others == 1 else 'files'}, up to {named[-1]})"

@@ -1,0 +1,27 @@
+"""A mistake in many files is printed once; what tells mistakes apart is kept."""
+
+from correlation.campaign.measurement import Suspicion
+from study.alike import merge_alike, merge_suspicions
+
+
+def test_sentences_that_differ_by_file_and_numbers_are_one() -> None:
+    lines = [
+        f'campaign.toml: run[{number}].columns.x0: "a0" of s_{number}.csv is not finite at 1 of 17 rows'
+        for number in (1, 2, 3)
+    ]
+    (merged,) = merge_alike(lines)
+    assert merged.startswith(lines[0])
+    assert "2 more files, up to s_3.csv" in merged
+
+
+def test_sentences_of_other_columns_or_without_a_file_are_apart() -> None:
+    lines = ['s_1.csv: "x0" is dead', 's_1.csv: "x3" is dead', "repeat 3 differs", "repeat 4 differs"]
+    assert merge_alike(lines) == lines
+
+
+def test_suspicions_keep_the_place_of_the_first() -> None:
+    found = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in (5, 6)]
+    (merged,) = merge_suspicions(found)
+    assert merged.where == "s_5.csv"
+    assert merged.sentence.startswith("reaches 5 rad")
+    assert "1 more file" in merged.sentence
