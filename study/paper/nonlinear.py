@@ -30,7 +30,7 @@ from study.run_context import RunContext
 
 #: Steps that matter, of parameters for the response as shares of their values, and of the alignment.
 RESPONSE_STEPS = {"kt": 0.01, "kn": 0.05, "mu": 0.05, "damping": 0.05}
-SHIFT_STEP, INCLINATION_STEP = 0.4e-3, np.radians(1.0)
+SHIFT_STEP, INCLINATION_STEP = 0.6e-3, np.radians(3.0)
 ALIGNMENT_STEPS = {
     "shift_left": SHIFT_STEP, "shift_right": SHIFT_STEP,
     "inclination_left": INCLINATION_STEP, "inclination_right": INCLINATION_STEP,

@@ -162,12 +162,12 @@ def _linear(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
                     "nominal" if p.density is None else f"{p.density:.0f} kg/m^3",
                     f"{1e-6 * p.kt:.3g}", f"{1e-6 * p.kn:.3g}", f"{100 * p.damping:.2f}", f"{fit.free.frequency:.2f}",
                     f"{100 * fit.free.damping:.2f}", f"{fit.stuck.frequency:.2f}", f"{100 * fit.stuck.damping:.2f}",
-                    _yes(fit.free_met), _yes(fit.stuck_met), f"{_yes(printed.free)} / {_yes(printed.stuck)}",
+                    f"{_yes(fit.free_met)} / {_yes(fit.stuck_met)}", f"{_yes(printed.free)} / {_yes(printed.stuck)}",
                 ]
             )  # fmt: skip
     head = [
         "iteration", "root", "density", "kt [N/um]", "kn [N/um]", "zeta [%]", "free [Hz]", "its zeta [%]", "stuck [Hz]",
-        "its zeta [%]", "free met", "stuck met", "paper: free / stuck",
+        "its zeta [%]", "met: free / stuck", "in the paper",
     ]  # fmt: skip
     return PageSection(
         title="Table 2 and figure 14: linear calibration",
@@ -189,14 +189,14 @@ def _overview(result: Replay) -> PageSection:
         rows.append([f"{item.number}, here", *_numbers(item.parameters), *map(_yes, met)])
     return PageSection(
         title="Figures 15 and 16: nonlinear iterations",
+        text=["Shifts are positive away from the blade, inclinations towards the right; left / right."],
         tables=[PageTable(head=["iteration", *COLUMNS, "response met", "force met"], rows=rows)],
     )
 
 
 #: Columns of parameters.
 COLUMNS = (
-    "kt [N/um]", "kn [N/um]", "mu", "left shift [mm]", "right shift [mm]", "left inclination [deg]",
-    "right inclination [deg]", "left rotation [deg]",
+    "kt [N/um]", "kn [N/um]", "mu", "shifts [mm]", "inclinations [deg]", "rotation [deg]",
 )  # fmt: skip
 CAPTION = {
     "figure_12a": "Figure 12a: measured hysteresis curves",
@@ -216,10 +216,11 @@ CAPTION |= {
 
 
 def _numbers(of: RigParameters | NonlinearTable) -> list[str]:
-    lengths = [f"{1e3 * getattr(of, f'shift_{side}'):.2f}" for side in ("left", "right")]
-    angles = [f"{degrees(getattr(of, f'inclination_{side}')):.2f}" for side in ("left", "right")]
+    """Contact parameters, and those of the alignment, left and right."""
+    lengths = " / ".join(f"{1e3 * getattr(of, f'shift_{side}'):.2f}" for side in ("left", "right"))
+    angles = " / ".join(f"{degrees(getattr(of, f'inclination_{side}')):.2f}" for side in ("left", "right"))
     contact = [f"{1e-6 * of.kt:.3f}", f"{1e-6 * of.kn:.3f}", f"{of.mu:.3f}"]
-    return [*contact, *lengths, *angles, f"{degrees(of.gap_angle):.2f}"]
+    return [*contact, lengths, angles, f"{degrees(of.gap_angle):.2f}"]
 
 
 def _scores(item: NonlinearIteration) -> PageTable:

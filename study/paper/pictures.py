@@ -47,6 +47,8 @@ def _loops(result: Replay) -> Iterator[tuple[str, object]]:
     loops = result.reference.loops
     share = [np.arange(len(loop.displacement)) / len(loop.displacement) for loop in loops]
     names = [f"{loop.level:g} N" for loop in loops]
+    # A loop runs upwards, as the paper draws it: the force of the blade on the damper, not the other one.
+    sign = float(np.sign(np.sum((loops[0].displacement - loops[0].displacement.mean()) * loops[0].tangential)))
     yield "figure_12a", HysteresisLoops(
         joints=[
             (
@@ -54,7 +56,7 @@ def _loops(result: Replay) -> Iterator[tuple[str, object]]:
                 [
                     DrawnLoop(
                         label=name, time=t, displacement=loop.displacement - loop.displacement.mean(),
-                        force=loop.tangential, normal=loop.normal,
+                        force=sign * loop.tangential, normal=loop.normal,
                     )
                     for name, t, loop in zip(names, share, loops, strict=True)
                 ],
