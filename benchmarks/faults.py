@@ -14,6 +14,7 @@ which must not compute again what was stored. Faults are
 """
 
 import argparse
+import csv
 import hashlib
 import os
 import random
@@ -34,15 +35,22 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.two_masses import write_two_masses
+
 ROOT = Path(__file__).parents[1]
 SEED = 33
 #: Longest run of any command here [s].
 LONGEST = 900
+YEAR = 365 * 24 * 3600.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 #: Exit codes of a run that was interrupted: by a signal that Python heard, or none, or did not live to hear.
 INTERRUPTED = {3, 0, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT}
 #: Times of writing, which CAD kernel and reduced models put into their files.
 TIMES = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\+00:00)?")
+
+#: What the rows of `table1` took, in its page and its table.
+COST = re.compile(rb'<td class="cost">[^<]*</td>')
+COSTS = {"seconds", "memory_bytes"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,11 +65,14 @@ class Command:
         Replacements of lines, by shipped file.
     files
         Shipped files that the case needs.
+    prepare
+        Writes further files into a folder.
     """
 
     words: tuple[str, ...]
     files: tuple[str, ...]
     changes: Mapping[str, Sequence[tuple[str, str]]] = field(default_factory=dict)
+    prepare: Callable[[Path], object] = lambda _: None
 
 
 CHAIN = ("solve_chain.toml", "solve_chain.npz")
@@ -88,6 +99,21 @@ COMMANDS = {
             ("modes = 150", "modes = 20"),
         ]},
     ),
+    "diagnose": Command(
+        words=("diagnose", "chain.toml", "campaign", "--without", "spring", "dashpot", "cubic"), files=(),
+        prepare=lambda folder: write_two_masses(folder, {"mass at tip": 0.006}),
+    ),
+    "table1": Command(
+        words=("table1", "table1_plain.toml"), files=("table1_plain.toml",),
+        changes={"table1_plain.toml": [
+            # A stubby bar: the first two of ten models, one prediction, and all meshes coarse.
+            (r"(?s)(\n\[\[model\]\]\nmodel = 3\b.*?)(?=\n\[\[prediction\]\])", ""),
+            (r"(?s)(\n\[\[prediction\]\].*?)(\n\[\[prediction\]\].*?)(?=\n# Nested)", r"\1"),
+            ("elements_through_thickness = [34]", "elements_through_thickness = 2"), ("modes = 150", "modes = 20"),
+            ('"201.6 mm"', '"100 mm"'), ('"24 mm"', '"12 mm"'), ('root_height = "20 mm"', 'root_height = "10 mm"'),
+            ('length_cap = "5 mm"', 'length_cap = "10 mm"'), ('length_cap = "12 mm"', 'length_cap = "20 mm"'),
+        ]},
+    ),
 }  # fmt: skip
 
 
@@ -112,6 +138,7 @@ class Bench:
             for old, new in changes:
                 text = re.sub(old, new, text)
             (folder / file).write_text(text, encoding="utf-8")
+        self.command.prepare(folder)
         self.clean()
         begin = time.perf_counter()
         done = self.run()
@@ -136,9 +163,11 @@ class Bench:
         return subprocess.CompletedProcess(self.command.words, process.returncode, "", errors)
 
     def clean(self) -> None:
-        """Forget results and cache."""
+        """Forget results, cache and histories."""
         for place in (self.cache, self.out):
             shutil.rmtree(place, ignore_errors=True)
+        for history in self.folder.glob("*.history.json"):
+            history.unlink()
 
     def digests(self) -> dict[str, str]:
         """Hashes of the result files, but for times of writing."""
@@ -175,7 +204,10 @@ def _content(file: Path) -> bytes:
                 name.encode() + (np.asarray(node[()]).tobytes() if isinstance(node, h5py.Dataset) else b"")
             ))  # fmt: skip
         return b"".join(parts)
-    return TIMES.sub(b"", file.read_bytes())
+    if file.name == "table1.csv":
+        rows = [*csv.DictReader(file.read_text(encoding="utf-8").splitlines())]
+        return repr([{name: cell for name, cell in row.items() if name not in COSTS} for row in rows]).encode()
+    return COST.sub(b"", TIMES.sub(b"", file.read_bytes()))
 
 
 def _ends_well(code: int, errors: str, codes: set[int]) -> str:
@@ -278,6 +310,23 @@ def _make_older(file: Path) -> None:
     file.write_bytes(body + hashlib.sha256(body).hexdigest().encode())
 
 
+def clock_set_back(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
+    """What an interrupted run left is from the future when the command runs again."""
+    for _ in range(count):
+        bench.clean()
+        process = bench.start(start_new_session=True)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(draw.uniform(0.3, 1.0) * bench.seconds)
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate(timeout=LONGEST)
+        future = time.time() + YEAR
+        for place in (bench.cache, bench.out):
+            for file in [*place.rglob("*"), place] if place.exists() else ():
+                os.utime(file, (future, future))
+        yield "the clock is set back a year", bench.judge(bench.stored())
+
+
 def few_handles(bench: Bench, count: int, draw: random.Random) -> Iterator[tuple[str, str]]:
     """Fewer open files than a run needs, or hardly enough."""
     for _ in range(count):
@@ -324,7 +373,7 @@ def _workers(process: int) -> list[int]:
 
 FAULTS: Mapping[str, Callable[[Bench, int, random.Random], Iterator[tuple[str, str]]]] = {
     "signals": signals, "disks": disks, "two processes": two_at_once, "damage": damage, "few handles": few_handles,
-    "killed worker": killed_worker,
+    "killed worker": killed_worker, "clock": clock_set_back,
 }  # fmt: skip
 
 

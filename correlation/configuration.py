@@ -10,7 +10,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.linear_structure import LinearStructure
-from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
@@ -321,6 +321,7 @@ class Configuration:
         times = 1j * np.arange(read.shape[1])[None, :, None] * omega[:, None, None]
         pushed = g + self.balance.table.reference * complex_from_real(track.motion)
         readings = read * times**order + pushed @ force.T
+        readings[:, 0] += self.at_rest
         if self.model.base_acceleration is not None:
             for k in range(1, len(self.base)):
                 own = drive[:, min(k, drive.shape[1] - 1)]
@@ -341,6 +342,7 @@ class Configuration:
     ) -> Complex[NDArray[np.complex128], " k"]:
         """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients @ self.rows[0].T, self._forces(state), state)
+        table[0] += self.at_rest
         if self.model.base_acceleration is not None:
             for k in range(1, len(self.base)):
                 turn = 1j * k * state.angular_frequency
@@ -411,6 +413,13 @@ class Configuration:
         return np.array([sensor.delay for sensor in self.model.sensors])
 
     @cached_property
+    def at_rest(self) -> NDArray[np.float64]:
+        """Reading of each sensor at rest, from where displacements are reckoned, shape (s,)."""
+        return np.array(
+            [each.gain * each.at_rest if isinstance(each, LoadCell) else 0.0 for each in self.model.sensors]
+        )
+
+    @cached_property
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Rows of each sensor over motion and joint forces, with its gain; number of its time derivatives."""
         motion = np.zeros((len(self.model.sensors), self.model.system.n_dof))
@@ -419,6 +428,8 @@ class Configuration:
         for number, sensor in enumerate(self.model.sensors):
             if isinstance(sensor, Sensor):
                 motion[number], order[number] = sensor.gain * sensor.row, DERIVATIVE[sensor.quantity]
+            elif isinstance(sensor, LoadCell):
+                motion[number] = sensor.gain * sensor.row
             else:
                 force[number] = sensor.gain * self._line(sensor.line, sensor.component)
         return motion, force, order

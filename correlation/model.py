@@ -12,81 +12,22 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.dead_weight import DeadWeight, Wire
 from correlation.errors import ModelDefinitionError
+from correlation.sensor import COMPONENTS, DERIVATIVE, AnySensor, Head, LineSensor, LoadCell, Row, Sensor
 from geometry.read_only_array import freeze_fields, read_only
+from reduction.elastic_support import ElasticBody
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
-Row = Float[NDArray[np.float64], " r"]
+__all__ = [
+    "COMPONENTS", "DERIVATIVE", "DIRECTIONS", "AnySensor", "DeadWeight", "Dof", "Head", "LineSensor", "LoadCell",
+    "Matrix", "Model", "Part", "Row", "Sensor", "Wire",
+]  # fmt: skip
+
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: How many time derivatives of the displacement a quantity is.
-DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
-COMPONENTS = ("tangential", "normal")
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Sensor:
-    """Sensor of the motion of a point.
-
-    Parameters
-    ----------
-    name
-        As in the measurements.
-    row
-        Displacement that it follows, over the degrees of freedom, shape (r,) [-].
-    quantity
-        "displacement", "velocity" or "acceleration".
-    gain
-        Reading per unit [-].
-    delay
-        Time by which the reading is late [s].
-    relative
-        Whether it reads the motion relative to a shaken base, such as a strain gauge or a laser on the shaker; an
-        accelerometer and a laser on the floor read the absolute motion. Without a shaken base both are one.
-    """
-
-    name: str
-    row: Row
-    quantity: str = "displacement"
-    gain: float = 1.0
-    delay: float = 0.0
-    relative: bool = False
-
-    def __post_init__(self) -> None:
-        if self.quantity not in DERIVATIVE:
-            raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
-        freeze_fields(self, "row")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LineSensor:
-    """Sensor of the force of a contact line on the structure, summed over its contacts.
-
-    Parameters
-    ----------
-    name
-        As in the measurements.
-    line
-        Name of the line.
-    component
-        "tangential" (along the first tangents) or "normal" (positive in compression).
-    gain
-        Reading per newton [-].
-    delay
-        Time by which the reading is late [s].
-    """
-
-    name: str
-    line: str
-    component: str
-    gain: float = 1.0
-    delay: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.component not in COMPONENTS:
-            raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.component}": give {" or ".join(COMPONENTS)}')
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,25 +67,6 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DeadWeight:
-    """A constant load that presses contact lines, which have their preloads from it.
-
-    Parameters
-    ----------
-    row
-        The load over the degrees of freedom, shape (r,) [N].
-    lines
-        Lines that it presses; they have no other preload.
-    """
-
-    row: Row
-    lines: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        freeze_fields(self, "row")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Model:
     """A model beside its test set-up.
 
@@ -162,8 +84,12 @@ class Model:
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
+    load_cells
+        Load cells that the structure has, by name: sensors of a campaign may be these.
     dead_weights
         Dead weights that press lines, by name; static load and preloads of the system contain them already.
+    elastic_bodies
+        Parts on a support that may give way, by the name of the part; system and parts contain their matrices.
     linked_preloads
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
@@ -193,12 +119,14 @@ class Model:
     """
 
     system: JointedSystem
-    sensors: tuple[Sensor | LineSensor, ...]
+    sensors: tuple[AnySensor, ...]
     parts: tuple[Part, ...] = ()
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
+    load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
+    elastic_bodies: Mapping[str, ElasticBody] = field(default_factory=dict)
     linked_preloads: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
@@ -217,7 +145,9 @@ class Model:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
         object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
+        object.__setattr__(self, "load_cells", dict(self.load_cells))
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
+        object.__setattr__(self, "elastic_bodies", dict(self.elastic_bodies))
         object.__setattr__(self, "linked_preloads", tuple(tuple(group) for group in self.linked_preloads))
         object.__setattr__(self, "sensors", tuple(self.sensors))
         if self.base_acceleration is not None:
@@ -230,7 +160,8 @@ class Model:
         if len(self.dofs) != r:
             raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
-        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
+        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if not isinstance(each, LineSensor)}
+        rows |= {f'load cell "{name}"': each.row for name, each in self.load_cells.items()}
         rows |= {} if self.base_acceleration is None else {"base_acceleration": self.base_acceleration[1]}
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
@@ -323,8 +254,38 @@ class Model:
         )
         weights = dict(self.dead_weights)
         if name in weights:
-            weights[name] = replace(weights[name], row=ratio * weights[name].row)
+            before = weights[name]
+            wire = None if before.wire is None else replace(before.wire, force=ratio * before.wire.force)
+            weights[name] = replace(before, row=ratio * before.row, wire=wire)
         return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
+
+    def with_wire(self, name: str, *, shift: float = 0.0, inclination: float = 0.0) -> "Model":
+        """The model with the wire of a dead weight moved and turned by so much more [m, rad].
+
+        Raises
+        ------
+        ModelDefinitionError
+            No such dead weight, or one without a wire.
+        """
+        if not (shift or inclination):
+            return self
+        weight = self.dead_weights.get(name)
+        if weight is None or weight.wire is None:
+            known = [each for each, weight in self.dead_weights.items() if weight.wire is not None]
+            raise ModelDefinitionError(
+                f'"{name}" is no dead weight on a wire of the model: there are {", ".join(known) or "none"}'
+            )
+        wire = replace(weight.wire, shift=weight.wire.shift + shift, inclination=weight.wire.inclination + inclination)
+        changed = DeadWeight.on_wire(wire, weight.lines)
+        loaded = self.with_system(static_load=self.system.static + changed.row - weight.row)
+        return replace(loaded, dead_weights={**self.dead_weights, name: changed})
+
+    def with_elastic_body(self, name: str, body: ElasticBody) -> "Model":
+        """The model with one of its `elastic_bodies` changed: its matrices take the place of those before."""
+        mass, stiffness = self.system.mass, self.system.stiffness
+        before, after = self.elastic_bodies[name].matrices, body.matrices
+        changed = self.with_system(mass=mass + (after[0] - before[0]), stiffness=stiffness + (after[1] - before[1]))
+        return replace(changed, elastic_bodies={**self.elastic_bodies, name: body})
 
     def free(self) -> "Model":
         """The same structure without the contacts of its lines and the static load that balances them, suspended."""

@@ -6,9 +6,9 @@ from math import cos, sin
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST
-from correlation.campaign.measurement import Campaign, MeasuredSensor
+from correlation.campaign.measurement import LOAD_CELL, Campaign, MeasuredSensor
 from correlation.errors import CampaignError
-from correlation.model import LineSensor, Model, Row, Sensor
+from correlation.model import AnySensor, LineSensor, LoadCell, Model, Row, Sensor
 
 #: A sensor is at a node that is nearer than this share of the structure's size.
 NEAR = 0.01
@@ -45,9 +45,11 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
     return replace(model, sensors=(*model.sensors, *added))
 
 
-def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor, model: Model) -> None:
+def _check_same(measured: MeasuredSensor, sensor: AnySensor, model: Model) -> None:
     if isinstance(sensor, Sensor):
         says, reads = sensor.quantity, measured.quantity
+    elif isinstance(sensor, LoadCell):
+        says, reads = LOAD_CELL, measured.quantity
     else:
         says = f"{sensor.component} force of {sensor.line}"
         reads = f"{measured.component} force of {measured.line}" if measured.line is not None else measured.quantity
@@ -57,7 +59,7 @@ def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor, model: Mo
             "one of them, or give it another name"
         )
     # The model's sensor may have a gain, lean, or subtract another place, but it reads some of this one.
-    if isinstance(sensor, LineSensor) or measured.place is None or not model.places:
+    if not isinstance(sensor, Sensor) or measured.place is None or not model.places:
         return
     if not np.any(_place_row(measured, model, measured.place) * sensor.row):
         raise CampaignError(
@@ -66,7 +68,7 @@ def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor, model: Mo
         )
 
 
-def _placed(measured: MeasuredSensor, model: Model) -> Sensor | LineSensor:
+def _placed(measured: MeasuredSensor, model: Model) -> AnySensor:
     name = measured.name
     if measured.line is not None:
         if measured.line not in model.lines:
@@ -76,6 +78,14 @@ def _placed(measured: MeasuredSensor, model: Model) -> Sensor | LineSensor:
                 f"its lines: {listed}"
             )
         return LineSensor(name=name, line=measured.line, component=str(measured.component))
+    if measured.quantity == LOAD_CELL:
+        if measured.cell not in model.load_cells:
+            listed = ", ".join(model.load_cells) or "none"
+            raise CampaignError(
+                f'{MANIFEST}: sensor "{name}" is load cell "{measured.cell}", which the model does not have; '
+                f"its load cells: {listed}"
+            )
+        return replace(model.load_cells[str(measured.cell)], name=name)
     row = _place_row(measured, model, measured.place) if measured.place is not None else _nearest(measured, model)
     if measured.inclination:
         row = cos(measured.inclination) * row + sin(measured.inclination) * _turned(measured, model, row)

@@ -19,7 +19,10 @@ from diagnosis.missing_law.curves import compute_curves
 from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.recover import recover_law
 from diagnosis.missing_law.words import describe
+from figure.missing_law import draw_missing_law
+from figure.style import png
 from reduction.jointed_system import ElasticStop, JointedSystem
+from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.missing_law import RecoveredLaw
 from transient.virtual_bench.sweep import SweptBench
 
@@ -68,7 +71,7 @@ assert found is not None
 curves = compute_curves(found.best)
 law = RecoveredLaw(law=found, curves=curves, words=describe(curves))
 print("\n".join(law.sentences))
-(folder / "missing_law.png").write_bytes(law.picture("Chain with stops"))
+(folder / "missing_law.png").write_bytes(png(draw_missing_law(make_law_drawing(law, "Chain with stops"))))
 (folder / "recovered_law.py").write_text(write_effect_file(found.best, curves, law.words), encoding="utf-8")
 
 u = curves.spring.x

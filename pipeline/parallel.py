@@ -8,6 +8,7 @@ import contextlib
 import importlib
 import multiprocessing
 import os
+import pickle
 import signal
 import tempfile
 import threading
@@ -108,7 +109,7 @@ def run_parallel(
         progress.stored(title)
         return [outcomes[number] for number in range(len(tasks))]
     with progress.step(title) as report:
-        n_worker = workers or os.cpu_count() or 1
+        n_worker = workers or default_workers()
         modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
         with _with_folder(store) as results, single_threaded(), _workers(modules) as workers_by_task:
             while missing or workers_by_task:
@@ -218,12 +219,18 @@ def _compute(
         stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
         Store(folder).outcome(stage, **inputs)
     except Exception as error:
-        if not isinstance(error, InputError):
-            error.add_note(traceback.format_exc())  # where it was, which does not travel by itself
-        try:
-            failure.send(error)
-        except Exception:  # not every error can be pickled
-            failure.send(RuntimeError(f"{type(error).__name__}: {error}"))
+        failure.send(portable_error(error))
+
+
+def portable_error(error: Exception) -> Exception:
+    """An error as another process can have it; call it where the error was caught."""
+    if not isinstance(error, InputError):
+        error.add_note(traceback.format_exc())  # where it was, which does not travel by itself
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:  # not every error can be pickled
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error
 
 
 def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
@@ -250,6 +257,11 @@ def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
     return outcome
 
 
+def default_workers() -> int:
+    """One process for each core [-]."""
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator[Executor]:
     """Processes for tasks of one kind; at an early end, Ctrl-C included, what they do is thrown away at once.
@@ -266,7 +278,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
     alive, stays_open = CONTEXT.Pipe(duplex=False)
     # It would unblock Ctrl-C if it were started below.
     resource_tracker.ensure_running()
-    n_worker = workers or os.cpu_count() or 1
+    n_worker = workers or default_workers()
     with single_threaded():
         pool = ProcessPoolExecutor(n_worker, mp_context=CONTEXT, initializer=_begin, initargs=(alive,))
         try:
@@ -295,9 +307,10 @@ def _nothing() -> None:
 def _begin(alive: Connection) -> None:
     """Leave Ctrl-C, which a terminal sends to all, to the process that waits for the results, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(alive,), daemon=True).start()
+    threading.Thread(target=end_with, args=(alive,), daemon=True).start()
 
 
-def _end_with(alive: Connection) -> None:
+def end_with(alive: Connection) -> None:
+    """End this process when the other end of a pipe is closed, or its process is killed."""
     alive.poll(None)
     os._exit(1)

@@ -5,27 +5,32 @@ are made one after the other, so that those of a large grid need not be in memor
 """
 
 import importlib
-import os
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from geometry.errors import ComputationFailed
 from geometry.registry import load_file, loaded_files
-from pipeline.parallel import NO_GUARD, Task, process_pool
+from pipeline.parallel import NO_GUARD, Task
 from pipeline.progress import Progress, Report
-from pipeline.store import Store
+from pipeline.store import Outcome, Store
+from pipeline.worker_pool import Workers, count_workers, worker_pool
 
 #: How often the time left is shown while nothing ends [s].
 LOOK_EVERY = 1.0
 #: Tasks that wait for a process, per process: it begins the next one at once.
 WAITING = 2
 
+#: Number and task of each call that has begun, or waits.
+Running = dict[Future[Outcome[Any]], tuple[int, Task]]
+
 
 def run_pooled(
-    tasks: Iterable[Task], count: int, store: Store, progress: Progress, title: str, workers: int | None = None
+    tasks: Iterable[Task], count: int, store: Store, progress: Progress, title: str, workers: Workers = None
 ) -> list[Any]:
     """Results of all tasks, in their order; what is in the store is not computed again.
 
@@ -40,18 +45,19 @@ def run_pooled(
     progress, title
         Shows the share of the tasks that is computed, and the time left of those that were not stored.
     workers
-        Processes [-]; one for each core by default. With 1 the tasks run in this process.
+        Processes [-]; one for each core by default. With 1 the tasks run in this process. Or the address of a dask
+        scheduler.
 
     Raises
     ------
     ComputationFailed
         A process was killed, most often for lack of memory.
     InputError
-        Errors of the stages.
+        Errors of the stages, or no scheduler that can be used answers at the address.
     """
     with progress.step(title) as report:
         try:
-            return _run(tasks, count, store, report, workers or os.cpu_count() or 1)
+            return _run(tasks, count, store, report, workers)
         except BrokenExecutor as error:
             raise ComputationFailed(
                 "a process was killed, most often for lack of memory: close other programs; what was finished is "
@@ -59,30 +65,31 @@ def run_pooled(
             ) from error
 
 
-def _run(tasks: Iterable[Task], count: int, store: Store, report: Report, n_worker: int) -> list[Any]:
+def _run(tasks: Iterable[Task], count: int, store: Store, report: Report, workers: Workers) -> list[Any]:
     results: dict[int, Any] = {}
-    running: dict[Future[Any], int] = {}
+    running: Running = {}
     executor: Executor | None = None
     n_stored = 0
     with ExitStack() as closed_in_the_end:
+        closed_in_the_end.callback(_keep_finished, running, store)
         for number, task in enumerate(tasks):
             known = store.look_up(task.stage, **task.inputs)
             if known is not None:
                 results[number] = known.value
                 n_stored += 1
-            elif n_worker == 1:
+            elif workers == 1:
                 results[number] = store.run(task.stage, **task.inputs)
             else:
                 if executor is None:
-                    pool = process_pool([task.stage.compute.__module__], n_worker)
+                    pool = worker_pool([task.stage.compute.__module__], workers)
                     executor = closed_in_the_end.enter_context(pool)
-                running[_submit(executor, task, store)] = number
-            while len(running) >= WAITING * n_worker:
-                _collect(running, results)
+                running[_submit(executor, task)] = number, task
+            while executor is not None and len(running) >= WAITING * count_workers(executor, workers):
+                _collect(running, results, store)
                 _report(report, len(results) - n_stored, count - n_stored)
             _report(report, len(results) - n_stored, count - n_stored)
         while running:
-            _collect(running, results)
+            _collect(running, results, store)
             _report(report, len(results) - n_stored, count - n_stored)
     return [results[number] for number in range(len(results))]
 
@@ -92,22 +99,34 @@ def _report(report: Report, done: int, total: int) -> None:
         report(done, total)
 
 
-def _submit(executor: Executor, task: Task, store: Store) -> Future[Any]:
-    stage = task.stage.compute
-    inputs: Mapping[str, Any] = task.inputs
-    return executor.submit(_compute, stage.__module__, stage.__name__, store.folder, loaded_files(), inputs)
-
-
-def _collect(running: dict[Future[Any], int], results: dict[int, Any]) -> None:
+def _collect(running: Running, results: dict[int, Any], store: Store) -> None:
     """Wait until something ends, or for a moment."""
     done, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
     for future in done:
-        results[running.pop(future)] = future.result()
+        outcome = future.result()
+        number, task = running.pop(future)
+        store.keep(outcome, task.stage, **task.inputs)
+        results[number] = outcome.value
 
 
-def _compute(module: str, name: str, folder: Path | None, plugins: list[Path], inputs: Mapping[str, Any]) -> Any:
+def _keep_finished(running: Running, store: Store) -> None:
+    """At an early end, store what ended beside the task that failed."""
+    for future, (_, task) in running.items():
+        if future.done() and not future.cancelled() and future.exception() is None:
+            store.keep(future.result(), task.stage, **task.inputs)
+
+
+def _submit(executor: Executor, task: Task) -> "Future[Outcome[Any]]":
+    stage = task.stage.compute
+    compute = partial(_compute, stage.__module__, stage.__name__, loaded_files())
+    return executor.submit(compute, **task.inputs)
+
+
+def _compute(module: str, name: str, plugins: list[Path], **inputs: Any) -> Outcome[Any]:
     """In a process of the pool: a stage is known by its name, since it cannot be pickled itself."""
     for plugin in set(plugins) - set(loaded_files()):
         load_file(plugin)
     stage = getattr(importlib.import_module(module), name)
-    return Store(folder).run(stage, **inputs)
+    begin = time.perf_counter()
+    value = stage(**inputs)
+    return Outcome(value=value, seconds=time.perf_counter() - begin, cached=False)

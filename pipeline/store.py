@@ -150,6 +150,12 @@ class Store:
         """Result of a stage if it is there and sound; it is not computed."""
         return self._read(stage, self._file(stage, *args, **kwargs))
 
+    def keep(self, outcome: Outcome[R], stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> None:
+        """Store a result that was computed elsewhere."""
+        file = self._file(stage, *args, **kwargs)
+        if file is not None:
+            self._write(stage, file, outcome)
+
     def has(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
         """Whether a result is there with all its bytes as they were written."""
         file = self._file(stage, *args, **kwargs)

@@ -23,6 +23,7 @@ from math import cos, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 #: Numbers, time histories or harmonics [N].
@@ -78,3 +79,58 @@ def along_line(along: NDArray[Any], up: NDArray[Any], theta: float) -> LineReact
         tangential=np.asarray(along * cos(theta) - up * sin(theta)),
         normal=np.asarray(along * sin(theta) + up * cos(theta)),
     )
+
+
+def contact_jacobian(
+    r3: float, r4: float, theta: float, alpha: float, dead_weight: float | None = None
+) -> Float[NDArray[np.float64], "2 5"]:
+    r"""Derivatives of T and N with respect to R_3, R_4, theta, alpha and CF, of eq. 1, or of eq. 2 with a dead weight.
+
+    Parameters
+    ----------
+    r3, r4
+        Forces along the two arms, means or amplitudes in phase [N].
+    theta, alpha
+        Taper of the contact line and angle of the arms [rad].
+    dead_weight
+        CF, for a line on the blade [N]; None for one on the de-coupler.
+
+    Returns
+    -------
+    Array of shape (2, 5): T, then N [-, N/rad].
+    """
+    sign, weight = (1.0, 0.0) if dead_weight is None else (-1.0, 1.0)
+    own = decoupler_contact(r3, r4, theta, alpha)
+    line = own if dead_weight is None else blade_contact(own, dead_weight, theta)
+    # Parts along the damper's axis and up; those of the blade are up = CF - up of the de-coupler.
+    along = [cos(alpha), cos(alpha), 0.0, -(r3 + r4) * sin(alpha), 0.0]
+    up = [sign * sin(alpha), -sign * sin(alpha), 0.0, sign * (r3 - r4) * cos(alpha), weight]
+    found = np.array(along_line(np.array(along), np.array(up), theta))
+    # The line turns, and the force does not.
+    found[:, 2] = [-float(line.normal), float(line.tangential)]
+    return found
+
+
+def contact_covariance(
+    jacobian: Float[NDArray[np.float64], "2 5"],
+    cells: Float[NDArray[np.float64], "2 2"],
+    theta: float = 0.0,
+    alpha: float = 0.0,
+    dead_weight: float = 0.0,
+) -> Float[NDArray[np.float64], "2 2"]:
+    """Covariance of T and N, to first order, shape (2, 2) [N^2].
+
+    Parameters
+    ----------
+    jacobian
+        As `contact_jacobian` gives it.
+    cells
+        Covariance of both load cells: noise, and errors of gain that they share, shape (2, 2) [N^2].
+    theta, alpha, dead_weight
+        Standard deviations of the angles [rad] and of the dead weight [N]; they are errors of the set-up, and the same
+        in all readings.
+    """
+    whole = np.zeros((5, 5))
+    whole[:2, :2] = cells
+    whole[range(2, 5), range(2, 5)] = theta**2, alpha**2, dead_weight**2
+    return np.asarray(jacobian @ whole @ jacobian.T)

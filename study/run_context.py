@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from pipeline.store import Store
 
 Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
+Scheduler = Annotated[
+    str | None,
+    Parameter(help="Address of a dask scheduler whose workers compute, such as tcp://node1:8786."),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +75,8 @@ class RunContext:
         Options of the user.
     pictures
         Whether `stickslip modes` draws pictures.
+    scheduler
+        Address of the dask scheduler whose workers do the tasks; by default they run on this machine.
     """
 
     output: Path | None
@@ -79,6 +85,7 @@ class RunContext:
     json: bool
     quiet: bool
     pictures: bool = True
+    scheduler: str | None = None
 
     def step(self, name: str, *, expected: float | None = None) -> "ShownStep":
         """A step that is one stage; `expected` is as in `pipeline.progress.Progress`."""
@@ -138,7 +145,9 @@ class Options:
         Parameter(negative="", help="Run the Python files that the case names, though they are not your own."),
     ] = False
 
-    def open(self, output: Path | None = None, *, place: Path | None = None) -> RunContext:
+    def open(
+        self, output: Path | None = None, *, place: Path | None = None, scheduler: str | None = None
+    ) -> RunContext:
         """Begin a run.
 
         Parameters
@@ -147,6 +156,8 @@ class Options:
             Folder to write into, if the command writes files.
         place
             Measured folder or case of the run: a step takes another time with another one.
+        scheduler
+            Address of a dask scheduler that takes tasks, if the user gave one.
 
         Raises
         ------
@@ -180,7 +191,9 @@ class Options:
             progress = BarProgress(durations)
         else:
             progress = LineProgress(durations=durations)
-        return RunContext(output=prepared, store=store, progress=progress, json=self.json, quiet=self.quiet)
+        return RunContext(
+            output=prepared, store=store, progress=progress, json=self.json, quiet=self.quiet, scheduler=scheduler
+        )
 
     @property
     def cache_folder(self) -> Path:

@@ -11,7 +11,7 @@ import platform
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,11 +19,10 @@ from typing import Any
 from geometry.errors import InputError
 from pipeline.output import replace_file
 from study.json_value import plain
+from study.provenance import Provenance, hash_files, make_provenance
 
 #: Folder of the records, within that of the stored results.
 RECORDS = "runs"
-#: Output folder and folder of stored results; a list, so that what a command notes is seen outside.
-_FOLDERS: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("folders of the run", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +44,7 @@ class RunRecord:
     version, python, machine
         With what it ran.
     inputs
-        SHA-256 of each file or folder that the words name.
+        SHA-256 of each file or folder that the words name, and of files that a case names.
     files
         Names of the files that it wrote into the output folder.
     exit_code
@@ -70,11 +69,40 @@ class RunRecord:
     answer: Mapping[str, Any]
 
 
+@dataclass
+class _Run:
+    """What is known of the command that runs."""
+
+    words: Sequence[str]
+    output: Path | None = None
+    stored: Path | None = None
+    files: Mapping[str, str] = field(default_factory=dict)
+    """Hashes of its input files as it found them: it may write a case."""
+    provenance: Provenance | None = None
+
+
+_RUN: ContextVar[_Run | None] = ContextVar("the command that runs", default=None)
+
+
 def note_output(output: Path, stored: Path | None) -> None:
-    """Note the output folder of the command that runs, and the folder of stored results."""
-    noted = _FOLDERS.get()
-    if noted is not None and stored is not None:
-        noted.append((output.resolve(), stored))
+    """Note the output folder of the command that runs, the folder of stored results, and the files that it reads."""
+    run = _RUN.get()
+    if run is not None and run.words:
+        run.output, run.stored, run.provenance = output.resolve(), stored, None
+        run.files = hash_files(run.words)
+
+
+def current_provenance() -> Provenance | None:
+    """What the result of the command that runs is made by; None in Python."""
+    run = _RUN.get()
+    return None if run is None else _provenance(run)
+
+
+def _provenance(run: _Run) -> Provenance | None:
+    if run.provenance is None and run.output is not None:
+        # Folders are hashed when the command has read them: any folder can be named, such as a whole disk.
+        run.provenance = make_provenance(run.words, run.output, run.files)
+    return run.provenance
 
 
 @contextmanager
@@ -83,29 +111,18 @@ def recorded(words: Sequence[str]) -> Iterator[list[tuple[int, Mapping[str, Any]
 
     The list takes the exit code and the document of the answer.
     """
-    folders: list[tuple[Path, Path]] = []
-    token = _FOLDERS.set(folders)
+    run = _Run(words)
+    token = _RUN.set(run)
     started = datetime.now(UTC)
     answers: list[tuple[int, Mapping[str, Any]]] = []
     try:
         yield answers
     finally:
-        _FOLDERS.reset(token)
-    if folders and answers:
-        _write(*folders[-1], words, started, *answers[-1])
-
-
-def digest(path: Path) -> str:
-    """SHA-256 of a file, or of all files of a folder with their names; empty where they cannot be read."""
-    total = hashlib.sha256()
-    try:
-        for file in [path] if path.is_file() else sorted(each for each in path.rglob("*") if each.is_file()):
-            total.update(f"{file.relative_to(path)}\0".encode())
-            with file.open("rb") as stream:
-                total.update(hashlib.file_digest(stream, "sha256").digest())
-    except OSError:
-        return ""
-    return total.hexdigest()
+        _RUN.reset(token)
+    if answers and run.output is not None and run.stored is not None:
+        provenance = _provenance(run)
+        assert provenance is not None
+        _write(run.output, run.stored, words, provenance, started, *answers[-1])
 
 
 def find_records(stored: Path, below: Path) -> list[RunRecord]:
@@ -123,7 +140,7 @@ def find_records(stored: Path, below: Path) -> list[RunRecord]:
         # One that is damaged says nothing, and the next run of the same command replaces it.
         with suppress(OSError, ValueError, KeyError, TypeError):
             document = json.loads(path.read_text(encoding="utf-8"))
-            names = [field.name for field in fields(RunRecord) if field.name != "path"]
+            names = [each.name for each in fields(RunRecord) if each.name != "path"]
             record = RunRecord(path=path, **{name: document[name] for name in names})
             if Path(record.output).is_dir() and Path(record.output).is_relative_to(below.resolve()):
                 found.append(record)
@@ -145,10 +162,15 @@ def newest_record(stored: Path, output: Path) -> RunRecord:
 
 
 def _write(
-    output: Path, stored: Path, words: Sequence[str], started: datetime, exit_code: int, answer: Mapping[str, Any]
+    output: Path,
+    stored: Path,
+    words: Sequence[str],
+    provenance: Provenance,
+    started: datetime,
+    exit_code: int,
+    answer: Mapping[str, Any],
 ) -> None:
     finished = datetime.now(UTC)
-    inputs = {word: digest(Path(word)) for word in words[1:] if Path(word).exists() and Path(word).resolve() != output}
     document = {
         "command": list(words),
         "folder": str(Path.cwd()),
@@ -159,7 +181,7 @@ def _write(
         "version": importlib.metadata.version("stickslip"),
         "python": platform.python_version(),
         "machine": f"{platform.node()}, {platform.platform()}",
-        "inputs": inputs,
+        "inputs": provenance.inputs,
         # Some file systems keep whole seconds alone.
         "files": [
             file.name

@@ -9,6 +9,8 @@ BLADE = CASES / "blade.toml"
 RIG = CASES / "rig.toml"
 #: The mesh studies: the rig's blade first, which is the default if its rows are near enough to the published ones.
 TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")
+#: The replay of the calibration of the paper.
+PAPER = CASES / "paper.toml"
 #: A chain of three masses whose end rubs on a wall; its matrices stand beside it.
 SOLVE = CASES / "solve_chain.toml"
 #: A blade with a wedge damper: the smallest system whose response depends on friction history; its matrices too.

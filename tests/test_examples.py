@@ -22,12 +22,12 @@ SHOWN = {
     "import_matrices.py", "campaign_from_uff.py",
     "stability.py", "isolas.py", "backbone.py", "own_joint_law.py", "single_frequency_limits.py",
     "response_limits.py", "own_step_to_rom.py", "virtual_tests.py", "uncertain_parameters.py",
-    "response_control.py", "see_the_missing_law.py",
+    "response_control.py", "see_the_missing_law.py", "plan_the_next_test.py",
 }  # fmt: skip
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.
 SLOW = {
     "find_the_missing_effect.py", "uncertain_parameters.py", "isolas.py", "backbone.py", "response_limits.py",
-    "stability.py", "see_the_missing_law.py",
+    "stability.py", "see_the_missing_law.py", "plan_the_next_test.py",
 }  # fmt: skip
 SLOW_TIMEOUT = 1500  # s
 #: Arguments of those that do less if asked: what they check is the same.

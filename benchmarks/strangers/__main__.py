@@ -4,8 +4,11 @@ import argparse
 import json
 import multiprocessing
 import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from benchmarks.strangers.score import summary, table
 
@@ -20,6 +23,7 @@ def main() -> None:
     words.add_argument("--sealed", action="store_true", help="allows seeds from 10000 on, for a final score")
     words.add_argument("--keep", type=Path, help="folder for cases and campaigns")
     words.add_argument("--processes", type=int, default=1)
+    words.add_argument("--scheduler", help="address of a dask scheduler whose workers do them (docs/scale_out.md)")
     words.add_argument("--trials", type=int, default=0, help="as of stickslip diagnose")
     words.add_argument(
         "--output", type=Path, help="file of records, one JSON object a line; those in it are not redone"
@@ -36,13 +40,12 @@ def main() -> None:
     lines = given.output.read_text(encoding="utf-8").splitlines() if given.output and given.output.exists() else []
     records = [record for record in map(json.loads, lines) if first <= record["seed"] < last]
     left = sorted({*range(first, last)} - {record["seed"] for record in records})
-    with multiprocessing.get_context("spawn").Pool(given.processes, maxtasksperchild=20) as pool:
-        for record in pool.imap_unordered(partial(run, keep=given.keep, trials=given.trials), left):
-            records.append(record)
-            print(summary(record), flush=True)
-            if given.output:
-                with given.output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(record) + "\n")
+    for record in _made(partial(run, keep=given.keep, trials=given.trials), left, given.processes, given.scheduler):
+        records.append(record)
+        print(summary(record), flush=True)
+        if given.output:
+            with given.output.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(record) + "\n")
     print(table(records))
     if given.pictures:
         from benchmarks.strangers.diagram import draw_confusion, draw_reliability
@@ -51,6 +54,21 @@ def main() -> None:
         made = [record for record in records if record["made"]]
         draw_confusion(made, given.pictures / "confusion.png")
         draw_reliability(made, given.pictures / "reliability.png")
+
+
+def _made(
+    work: Callable[[int], Mapping[str, Any]], seeds: Sequence[int], processes: int, scheduler: str | None
+) -> Iterator[Mapping[str, Any]]:
+    """Records as they come."""
+    if scheduler is None:
+        with multiprocessing.get_context("spawn").Pool(processes, maxtasksperchild=20) as pool:
+            yield from pool.imap_unordered(work, seeds)
+    else:
+        from pipeline.worker_pool import worker_pool
+
+        with worker_pool(["benchmarks.strangers.trial"], scheduler) as workers:
+            for future in as_completed([workers.submit(work, seed) for seed in seeds]):
+                yield future.result()
 
 
 if __name__ == "__main__":

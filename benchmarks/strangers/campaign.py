@@ -41,6 +41,8 @@ class Stranger:
     model: Model
     hidden: tuple[Hidden, ...]
     specimen: Specimen
+    floor: Mapping[str, float]
+    """Absolute noise of each sensor [its unit]."""
     truth: Mapping[str, Any]
 
 
@@ -94,7 +96,7 @@ def make(seed: int, folder: Path) -> Stranger:
     }  # fmt: skip
     return Stranger(
         case=case, folder=folder / "campaign", plan=plan, layout=layout, model=model, hidden=tuple(effects),
-        specimen=specimen, truth=truth,
+        specimen=specimen, floor=signature.floor, truth=truth,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ and for the mean.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from correlation.campaign.measurement import CONTACT_FORCE, LOAD_CELL, MeasuredS
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
-from reduction.load_cell import blade_contact, decoupler_contact
+from reduction.load_cell import blade_contact, contact_covariance, contact_jacobian, decoupler_contact
 
 SIDES = ("de-coupler", "blade")
 #: Columns of a table that tell one state from another.
@@ -130,11 +130,33 @@ def combine_load_cells(
     joined = Measurement(
         **{name: np.concatenate([getattr(table, name) for table in tables]) for name in vars(measurement)}
     )
-    left = [number for number, sensor in enumerate(sensors) if sensor.quantity != LOAD_CELL]
+    combined = {name for pair in pairs for name in pair.cells}
+    left = [number for number, sensor in enumerate(sensors) if sensor.name not in combined]
     numbers = np.full(len(sensors), -1)
     numbers[left] = np.arange(len(left))
     columns = {**vars(joined), "sensor": numbers[joined.sensor]}
-    return Measurement(**columns), tuple(sensors[number] for number in left)
+    stated = {name: sensor for pair in pairs for name, sensor in _stated_errors(pair, sensors).items()}
+    return Measurement(**columns), tuple(stated.get(sensors[number].name, sensors[number]) for number in left)
+
+
+def _stated_errors(pair: LoadCellPair, sensors: Sequence[MeasuredSensor]) -> dict[str, MeasuredSensor]:
+    """The contact forces of a pair with the errors that its cells state, where they state none themselves.
+
+    Absolute noise goes through the rotation. Relative noise and the uncertainty of gains are those of the worse cell.
+    """
+    named = {sensor.name: sensor for sensor in sensors}
+    cells = [named[name] for name in pair.cells]
+    jacobian = contact_jacobian(0.0, 0.0, pair.taper, pair.arm, pair.dead_weight)
+    absolute = np.sqrt(np.diag(contact_covariance(jacobian, np.diag([cell.noise[1] ** 2 for cell in cells]))))
+    result = {}
+    for name, own in zip((pair.tangential, pair.normal), absolute.tolist(), strict=True):
+        noise = (max(cell.noise[0] for cell in cells), own)
+        gain = max(cell.uncertainty for cell in cells)
+        known = named[name]
+        result[name] = replace(
+            known, noise=known.noise if any(known.noise) else noise, uncertainty=known.uncertainty or gain
+        )
+    return result
 
 
 def _sorted(table: Measurement) -> Measurement:

@@ -57,6 +57,8 @@ class MeasuredSensor:
         Named place of the model, if it is given by name.
     coordinates
         Coordinates of the point, shape (3,) [m], if it is given by them.
+    cell
+        Load cell of the model, for one that is compared itself; None for one that becomes contact forces.
     line, component
         Contact line of a contact force, and "tangential" or "normal".
     uncertainty
@@ -95,6 +97,7 @@ class MeasuredSensor:
     relative_to: str | None = None
     inclination: float = 0.0
     toward: str = ""
+    cell: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "noise", tuple(self.noise))
@@ -224,10 +227,13 @@ class Suspicion:
         File, test or sensor.
     sentence
         Suspected mistake, with the evidence in numbers and the remedy.
+    of_test
+        Whether it spoils all readings of a test, so that a model says nothing about single channels beside it.
     """
 
     where: str
     sentence: str
+    of_test: bool = False
 
     def __str__(self) -> str:
         """``where: sentence``."""

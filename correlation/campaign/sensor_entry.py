@@ -28,7 +28,7 @@ def read_sensor(table: TomlTable) -> MeasuredSensor:
     if quantity == CONTACT_FORCE:
         sensor = MeasuredSensor(**common, line=table.take("line", str), component=table.choice("component", COMPONENTS))
     elif quantity == LOAD_CELL:
-        sensor = MeasuredSensor(**common)
+        sensor = MeasuredSensor(**common, cell=table.take("cell", str, None))
     else:
         sensor = MeasuredSensor(**common, **_position(table))
     # The absolute part of a stated noise is in the unit of the readings, which the direction decides.

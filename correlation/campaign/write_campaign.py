@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST, SCHEMA
-from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Drive, MeasuredSensor
+from correlation.campaign.measurement import CONTACT_FORCE, LOAD_CELL, SWEEPS, Campaign, Drive, MeasuredSensor
 from correlation.campaign.stepped_sine import COLUMNS, FORCE
 from correlation.campaign.time_record import TIME
 from correlation.errors import CampaignError
@@ -83,6 +83,8 @@ def _sensor(sensor: MeasuredSensor) -> Iterator[str]:
     if sensor.quantity == CONTACT_FORCE:
         yield f"line = {_text(sensor.line or '')}"
         yield f"component = {_text(sensor.component or '')}"
+    elif sensor.quantity == LOAD_CELL:
+        yield f"cell = {_text(sensor.cell or '')}"
     else:
         yield f"direction = {_text(sensor.direction)}"
         if sensor.coordinates is None:

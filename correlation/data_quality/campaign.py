@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, SI_UNIT, SWEEPS, Campaign, Measurement, Suspicion
 from correlation.data_quality.channel import find_channel_suspicions
+from correlation.data_quality.dead_channel import find_dead_channels, find_dead_rows
 from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
 from correlation.data_quality.missing_level import find_missing_levels
@@ -26,15 +27,16 @@ BY_CHANCE = 0.01
 def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes in the data alone.
 
-    Phases in the imaginary column or missing, channels that stay constant, sensors that stand on one point, repeats
-    that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels, points, sensors
-    and repeats that are missing, sweeps that run the other way.
+    Phases in the imaginary column or missing, channels that stay constant, dead ones, sensors that stand on one point,
+    repeats that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels, points,
+    sensors and repeats that are missing, sweeps that run the other way.
     """
     found = [
         each
         for check in (
             _phases,
             _constant_harmonics,
+            find_dead_channels,
             _one_place,
             _copies,
             _missing_levels,
@@ -66,7 +68,8 @@ def _phases(campaign: Campaign) -> Iterator[Suspicion]:
         if high > LEVEL_RATIO * low:
             growth = np.log(high / low)
             real = np.log(np.median(lines[high][1].real) / np.median(value.real)) / growth
-            imag = np.log(np.median(np.abs(lines[high][1].imag)) / np.median(np.abs(value.imag))) / growth
+            # Where the resonance moves with the level, the largest phase stays, and others need not.
+            imag = np.log(np.abs(lines[high][1].imag).max() / np.abs(value.imag).max()) / growth
             if real > SCALES and abs(imag) < STAYS:
                 evidence = (
                     f"from {low:.4g} to {high:.4g} {campaign.drive.unit} real grows {np.exp(real * growth):.3g} times, "
@@ -79,6 +82,7 @@ def _phases(campaign: Campaign) -> Iterator[Suspicion]:
                 where=_where(campaign, test, sensor),
                 sentence=f"real is never negative and {evidence}: are these amplitude and phase? "
                 "Write real = amplitude cos(phase) and imag = amplitude sin(phase)",
+                of_test=True,
             )
 
 
@@ -114,7 +118,9 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _copies(campaign: Campaign) -> Iterator[Suspicion]:
+    dead = find_dead_rows(campaign)
     for test, sensor, rows in channels(campaign, forces=True):
+        rows = rows & ~dead
         table = campaign.measurement.where(rows)
         # Sorted by key, the repeats of a point follow each other.
         point = np.stack([table.level, table.frequency, table.sweep])

@@ -17,9 +17,11 @@ from geometry.plain_number import plain
 CONSTANT = np.pi / 8
 #: A peak is so many times what both ends of the band are [-], and has so many points above half of its power.
 PEAK, HALF_POWER = 3.0, 3
-#: Sensors are suspected to be swapped in a repeat that is off by more than this (natural logarithm) [-], and by at most
-#: this share of it if they are swapped.
-SWAPPED, AFTER_SWAPPING = 0.3, 1 / 4
+#: Sensors are suspected to be swapped in a repeat that is off by more than this (natural logarithm) [-] and so many
+#: times what the other repeats are, and by at most this share of it if they are swapped.
+SWAPPED, BESIDE_OTHERS, AFTER_SWAPPING = 0.02, 5.0, 1 / 4
+#: A phase in radians that is called degrees changes by so much over a peak, in radians, once it is taken as such.
+AS_RADIANS = (np.pi / 4, 1.5 * np.pi)
 #: Steps of a run up and down that a sweep without a name makes.
 RUN = 4
 
@@ -52,12 +54,13 @@ def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
             levels = [table.where(rows & (table.level == level)) for level in np.unique(table.level[rows])]
             known = [spread for spread in map(_phase_over_peak, levels) if spread is not None]
             if known and max(known) < CONSTANT:
-                yield Suspicion(
-                    where=where,
-                    sentence=f"the phase changes by {plain(np.degrees(max(known)))} deg over the half-power width of a "
-                    "resonance, where it should by 90: were amplitudes written with a fixed phase? If so, write "
-                    "phase = false for the sensor",
+                change = f"the phase changes by {plain(np.degrees(max(known)))} deg over the half-power width of a "
+                asked = (
+                    "was it read in radians that are called degrees? If so, write rad as the unit of the phase"
+                    if AS_RADIANS[0] < np.degrees(max(known)) < AS_RADIANS[1]
+                    else "were amplitudes written with a fixed phase? If so, write phase = false for the sensor"
                 )
+                yield Suspicion(where=where, sentence=f"{change}resonance, where it should by 90: {asked}")
         if real:
             yield Suspicion(
                 where=f'test "{campaign.tests[test].name}", {", ".join(real)}',
@@ -91,8 +94,8 @@ def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                 second = campaign.sensors[j]
                 if (first.quantity, first.component) != (second.quantity, second.component):
                     continue
-                for repeat, own, swapped in _compare_repeats(*arrange_by_repeat(table, (i, j))):
-                    if own > SWAPPED and swapped < AFTER_SWAPPING * own:
+                for repeat, own, swapped, usual in _compare_repeats(*arrange_by_repeat(table, (i, j))):
+                    if own > max(SWAPPED, BESIDE_OTHERS * usual) and swapped < AFTER_SWAPPING * own:
                         yield Suspicion(
                             where=f'test "{campaign.tests[test].name}", repeat {repeat}',
                             sentence=f'"{first.name}" and "{second.name}" differ from their other repeats by a factor '
@@ -101,8 +104,11 @@ def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                         )
 
 
-def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[int, float, float]]:
-    """Each repeat, how far both sensors are from their other repeats in ln |X|, and how far when swapped (medians)."""
+def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[int, float, float, float]]:
+    """Each repeat, and how far both sensors are from the other repeats in ln |X| (medians).
+
+    Then how far they are when swapped, and how far the others are from their own middle at most.
+    """
     size = np.abs(values)
     table = np.log(np.where(size > 0, size, np.nan))
     table = table[:, np.isfinite(table).any(axis=2).all(axis=0)]
@@ -114,7 +120,9 @@ def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[int,
         if rows.sum() >= 3:
             usual = np.nanmedian(rest[:, rows], axis=2)
             own = np.abs(table[:, rows, column] - usual)
-            yield repeat, float(np.median(own)), float(np.median(np.abs(table[::-1, rows, column] - usual)))
+            swapped = np.abs(table[::-1, rows, column] - usual)
+            others = np.nanmedian(np.abs(rest[:, rows] - usual[:, :, None]), axis=(0, 1))
+            yield repeat, float(np.median(own)), float(np.median(swapped)), float(np.nanmax(others))
 
 
 def _unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:

@@ -19,6 +19,8 @@ from correlation.feature.table import FeatureTable
 #: Phases are suspected if values with the other sign agree so well, and their own so much less [-]: near a resonance,
 #: where the difference shows, right ones reach 0.9 even with a model that is off.
 OTHER, OWN = 0.9, 0.6
+#: Phases that one angle explains agree so well once they are turned [-].
+TURNED = 0.95
 #: Points that tell a sign.
 FEWEST = 3
 CONJUGATE, OPPOSITE = "the other sign of the imaginary parts", "the opposite sign"
@@ -52,6 +54,17 @@ def find_conjugate_tests(
                 where=f'test "{test.name}"',
                 sentence=f"{_evidence(judged, 'the model')}: do the numbers belong to the other time factor? "
                 "If so, change the sign in convention.time of the manifest",
+                of_test=True,
+            )
+            continue
+        if judged is None and (turned := _turned(scaled[here], predicted[here])):
+            angle, own, other = turned
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"the phases of all sensors agree with the model to {own:.2f}, and to {other:.2f} if each is "
+                f"turned by {angle:+.0f} deg (1 is perfect): are they relative to the force? If not, subtract its "
+                "phase",
+                of_test=True,
             )
             continue
         for index, sensor in enumerate(campaign.sensors):
@@ -110,6 +123,18 @@ def _judge(value: Values, expected: Values) -> tuple[str, float, float] | None:
     conjugate = float((value * phase).real.sum() / size.sum())
     other, explanation = max((conjugate, CONJUGATE), (-own, OPPOSITE))
     return (explanation, own, other) if other > OTHER and own < OWN else None
+
+
+def _turned(value: Values, expected: Values) -> tuple[float, float, float] | None:
+    """One angle [deg] that explains all phases, and their agreement without and with it; None if they are right."""
+    there = np.isfinite(value) & np.isfinite(expected) & (np.abs(expected) > 0)
+    there &= np.abs(value) > 0
+    if there.sum() < FEWEST:
+        return None
+    # All points count alike: near a resonance that is off by itself all phases are turned.
+    together = complex(np.mean(np.exp(1j * (np.angle(value[there]) - np.angle(expected[there])))))
+    angle, own, other = float(-np.degrees(np.angle(together))), together.real, abs(together)
+    return (angle, own, other) if other > TURNED and own < OWN else None
 
 
 def _evidence(judged: tuple[str, float, float], reference: str) -> str:

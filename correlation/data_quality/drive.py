@@ -31,13 +31,15 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
             continue
         here = table.test == number
         levels = np.unique(table.level[here])
+        if not (table.force[here] != table.level[here]).any():
+            continue  # not measured
         forces = {}
         for level in levels.tolist():
             rows = np.flatnonzero(here & (table.level == level))
             # Each state has a row for every sensor and harmonic.
             states = group_rows([each[rows] for each in (table.frequency, table.sweep, table.repeat, table.order)])
             force = table.force[rows[states.first]]
-            if len(force) >= FEWEST and (force != level).any():
+            if len(force) >= FEWEST:
                 forces[level] = force
         if len(forces) < 2:
             continue

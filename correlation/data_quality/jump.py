@@ -24,7 +24,7 @@ def _sentence(of: Branches, state: int) -> str:
     if of.lost[state]:
         return (
             "repeats scatter far more than at the frequencies beside it: the response jumps between two steady "
-            "states; the point is left out of every fit"
+            "states there, or contacts slip in some repeats only; the point is left out of every fit"
         )
     curves, there = of.curves, np.isfinite(of.curves.value[:, state])
     ways_of: dict[tuple[tuple[int, ...], bool], list[str]] = {}

@@ -1,5 +1,7 @@
 """Suspected mistakes in a campaign by comparison with a model, each with its evidence in numbers."""
 
+from itertools import combinations, permutations
+
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike, NDArray
@@ -8,10 +10,15 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.campaign import channels, line
 from correlation.feature.table import FeatureTable
 
+Logarithms = Complex[NDArray[np.complex128], "s s"]
+
 #: A model's resonance is a test's if they differ by less (natural logarithm) [-].
 SAME_RESONANCE, SAME_AFTER_MENDING = 0.25, 0.1
-#: Two sensors are suspected if their ratio is off by more than this (natural logarithm, a factor of 1.5) [-],
-SWAPPED = 0.4
+#: Points that tell a ratio.
+FEWEST = 3
+#: Two sensors are suspected if their ratio is off by more than this (natural logarithm, a factor of 1.5) [-], or by
+#: more than the smaller one if all other sensors say the same,
+SWAPPED, SMALL = 0.4, 0.04
 #: and if swapping them leaves at most this share of it [-].
 AFTER_SWAPPING = 1 / 3
 
@@ -46,7 +53,7 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
                     f"{evidence}, which is {words} the model's resonance of {at:.4g} Hz: is the column in {mend[1]}? "
                     f'If so, write units.frequency = "{mend[1]}" instead of "{mend[0]}"'
                 )
-                found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence))
+                found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence, of_test=True))
     return tuple(found)
 
 
@@ -56,7 +63,8 @@ def find_swapped_sensors(
     r"""Pairs of sensors of one quantity, of forces along and across a line too, that agree only if they are swapped.
 
     The ratio of two channels, :math:`z = \sum \bar{x}_j x_i / \sum |x_j|^2`, is that of their mode shape and does not
-    move with the resonance; swapped sensors have :math:`1/z`.
+    move with the resonance; swapped sensors have :math:`1/z`. A small difference is evidence where the ratios to every
+    other sensor say the same.
 
     Parameters
     ----------
@@ -67,29 +75,25 @@ def find_swapped_sensors(
     predicted
         The model's, row by row, shape (k,).
     """
+    n = len(campaign.sensors)
+    measured, model = np.full((2, n, n), np.nan, dtype=np.complex128)
+    for i, j in permutations(range(n), 2):
+        if campaign.sensors[i].quantity == campaign.sensors[j].quantity:
+            measured[i, j], model[i, j] = _ratios(campaign, table, predicted, i, j)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        seen, said = np.log(measured), np.log(model)
     found: list[tuple[float, int, int, str]] = []
-    for i, first in enumerate(campaign.sensors):
-        for j in range(i):
-            second = campaign.sensors[j]
-            rows_i, rows_j = table.common_rows(i, j, 1)
-            if first.quantity != second.quantity or len(rows_i) < 3:
-                continue
-            seen = np.isfinite(predicted[rows_i]) & np.isfinite(predicted[rows_j])
-            rows_i, rows_j = rows_i[seen], rows_j[seen]
-            scale = 1 / table.level[rows_i]
-            both = np.array([table.value[rows_i], table.value[rows_j], predicted[rows_i], predicted[rows_j]]) * scale
-            if not (first.has_phase and second.has_phase):
-                both = np.abs(both).astype(np.complex128)
-            measured, model = _ratio(both[0], both[1]), _ratio(both[2], both[3])
-            if not (np.isfinite([measured, model]).all() and measured and model):
-                continue
-            own, swapped = abs(np.log(measured / model)), abs(np.log(measured * model))
-            if own > SWAPPED and swapped < AFTER_SWAPPING * own:
-                sentence = (
-                    f'"{first.name}" reads {_polar(measured)} of "{second.name}", the model says {_polar(model)}; '
-                    f"swapped, they agree within {max(np.expm1(swapped), 1e-3):.1%}: check the cables"
-                )
-                found.append((swapped / own, i, j, sentence))
+    for j, i in combinations(range(n), 2):
+        if not np.isfinite(seen[i, j] + said[i, j]):
+            continue
+        own, swapped = abs(_turned(seen[i, j] - said[i, j])), abs(_turned(seen[i, j] + said[i, j]))
+        if own > (SMALL if _others_confirm(seen, said, i, j) else SWAPPED) and swapped < AFTER_SWAPPING * own:
+            first, second = campaign.sensors[i].name, campaign.sensors[j].name
+            sentence = (
+                f'"{first}" reads {_polar(measured[i, j])} of "{second}", the model says {_polar(model[i, j])}; '
+                f"swapped, they agree within {max(np.expm1(swapped), 1e-3):.1%}: check the cables"
+            )
+            found.append((float(swapped / own), i, j, sentence))
     # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.
     reported: set[int] = set()
     suspicions = []
@@ -99,6 +103,42 @@ def find_swapped_sensors(
             names = f'"{campaign.sensors[j].name}" and "{campaign.sensors[i].name}"'
             suspicions.append(Suspicion(where=f"sensors {names} look swapped", sentence=sentence))
     return tuple(suspicions)
+
+
+def _ratios(
+    campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"], i: int, j: int
+) -> tuple[complex, complex]:
+    """Ratio of two channels as measured and as predicted; NaN where they have too few points in common."""
+    first, second = campaign.sensors[i], campaign.sensors[j]
+    rows_i, rows_j = table.common_rows(i, j, 1)
+    seen = np.isfinite(predicted[rows_i]) & np.isfinite(predicted[rows_j])
+    rows_i, rows_j = rows_i[seen], rows_j[seen]
+    if len(rows_i) < FEWEST:
+        return complex(np.nan), complex(np.nan)
+    scale = 1 / table.level[rows_i]
+    both = np.array([table.value[rows_i], table.value[rows_j], predicted[rows_i], predicted[rows_j]]) * scale
+    if not (first.has_phase and second.has_phase):
+        both = np.abs(both).astype(np.complex128)
+    return _ratio(both[0], both[1]), _ratio(both[2], both[3])
+
+
+def _turned(logarithm: complex) -> complex:
+    """The same logarithm with its phase on the turn about zero."""
+    return complex(logarithm.real, (logarithm.imag + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _others_confirm(seen: Logarithms, said: Logarithms, i: int, j: int) -> bool:
+    """Whether the ratios to all other sensors say that two are swapped, and those among the others are right."""
+    rest = [k for k in range(len(seen)) if k not in {i, j} and np.isfinite(seen[[i, j], k] + said[[i, j], k]).all()]
+    if not rest:
+        return False
+    apart = np.array(
+        [[abs(_turned(seen[one, k] - said[one, k])), abs(_turned(seen[one, k] - said[other, k]))]
+         for k in rest for one, other in ((i, j), (j, i))]
+    )  # fmt: skip
+    among = [abs(_turned(seen[k, m] - said[k, m])) for k in rest for m in rest if np.isfinite(seen[k, m] + said[k, m])]
+    right = max(among, default=0.0)
+    return bool((apart[:, 1] < AFTER_SWAPPING * apart[:, 0]).all() and right < AFTER_SWAPPING * apart[:, 0].min())
 
 
 def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
@@ -46,20 +46,37 @@ def find_swapped_forces(
         The model's, row by row, shape (k,).
     """
     scatter = _scatter(campaign.measurement, table)
+    every = np.ones(len(table.value), dtype=np.bool_)
     for i, j in _pairs(campaign):
-        evidence = []
-        for harmonic in np.unique(table.harmonic).tolist():
-            rows = np.array(table.common_rows(i, j, harmonic))
-            rows = rows[:, np.isfinite(predicted[rows]).all(axis=0)]
-            if rows.size:
-                distances = _distances(table.value[rows], predicted[rows], scatter[rows].max(axis=0))
-                evidence.append((harmonic, *distances))
-        if found := _swapped(evidence):
-            yield Suspicion(
-                where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped',
-                sentence=f"{_words(found)} between the model's values of both, and {found[2]:.0%} if they are swapped "
-                "(medians): check the cables",
-            )
+        parts = [("", every)]
+        parts += [(f" at {level:.4g} {campaign.drive.unit}", table.level == level) for level in np.unique(table.level)]
+        for where, part in parts:
+            if found := _swapped(_beside_model(table, predicted, scatter, (i, j), part)):
+                yield Suspicion(
+                    where=f'sensors "{campaign.sensors[i].name}" and "{campaign.sensors[j].name}" look swapped{where}',
+                    sentence=f"{_words(found)} between the model's values of both, and {found[2]:.0%} if they are "
+                    "swapped (medians): check the cables",
+                )
+                if not where:
+                    break  # at all levels
+
+
+def _beside_model(
+    table: FeatureTable,
+    predicted: Complex[NDArray[np.complex128], " k"],
+    scatter: Float[NDArray[np.float64], " k"],
+    pair: tuple[int, int],
+    part: Bool[NDArray[np.bool_], " k"],
+) -> list[tuple[int, float, float]]:
+    """Each harmonic, and the distances of a part of the readings of two forces from the model's."""
+    evidence = []
+    for harmonic in np.unique(table.harmonic).tolist():
+        rows = np.array(table.common_rows(*pair, harmonic))
+        rows = rows[:, np.isfinite(predicted[rows]).all(axis=0) & part[rows].all(axis=0)]
+        if rows.size:
+            distances = _distances(table.value[rows], predicted[rows], scatter[rows].max(axis=0))
+            evidence.append((harmonic, *distances))
+    return evidence
 
 
 def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:

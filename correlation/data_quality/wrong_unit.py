@@ -25,6 +25,8 @@ BESIDE, MODEL = 0.1, 0.3
 #: Up to this a ratio is what a wrong model makes [-]: a factor of 50. A factor of ten alone is suspected only
 #: where the same channel is right elsewhere.
 WRONG_MODEL = 1.7
+#: Least logarithm by which all motions are off at a level that is suspected [-]: a factor of 1.25.
+ONE_LEVEL = 0.1
 #: What a value may be in, if it is so many times what it is in SI (as a power of ten).
 UNITS = {
     "displacement": {2: "cm", 3: "mm", 6: "um", 9: "nm"},
@@ -62,13 +64,17 @@ def find_wrong_units(
     """
     runs = _runs(campaign, points, predicted)
     power, beside = _powers(runs)
+    moves = np.array([sensor.quantity != CONTACT_FORCE for sensor in campaign.sensors])
     found: list[Suspicion] = []
     for test in np.unique(runs.test).tolist():
         here = runs.test == test
-        powers = np.unique(power[here])
-        if len(powers) == 1 and powers[0] and len(np.unique(runs.sensor[here])) > 1:
-            found.append(_of_level(campaign, test, float(np.median(runs.ratio[here])), int(powers[0])))
+        # A force of a line does not go with the level once the line slips.
+        motions = here & moves[runs.sensor]
+        powers = np.unique(power[motions])
+        if len(powers) == 1 and powers[0] and len(np.unique(runs.sensor[motions])) > 1:
+            found.append(_of_level(campaign, test, float(np.median(runs.ratio[motions])), int(powers[0])))
             continue
+        found += _of_one_level(campaign, runs, motions)
         for sensor in np.unique(runs.sensor[here]):
             for each in np.unique(power[here & (runs.sensor == sensor)]).tolist():
                 chosen = here & (runs.sensor == sensor) & (power == each)
@@ -132,6 +138,28 @@ def _same(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
     )
 
 
+def _of_one_level(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool_], " n"]) -> list[Suspicion]:
+    """Levels at which all motions are off by one factor, if they are right at all others."""
+    found, levels = [], np.unique(runs.level[motions])
+    middle = {level: float(np.median(runs.ratio[motions & (runs.level == level)])) for level in levels.tolist()}
+    for level, ratio in middle.items():
+        own, others = motions & (runs.level == level), motions & (runs.level != level)
+        if len(levels) < 3 or len(np.unique(runs.sensor[own])) < 2:
+            continue
+        usual = max(abs(each) for other, each in middle.items() if other != level)
+        apart = max(np.abs(runs.ratio[own] - ratio).max(), np.abs(runs.ratio[others]).max(), usual)
+        if abs(ratio) > max(ONE_LEVEL, 3 * apart):
+            found.append(
+                Suspicion(
+                    where=f'test "{campaign.tests[int(runs.test[own][0])].name}", level {level:.4g} '
+                    f"{campaign.drive.unit}",
+                    sentence=f"all its sensors read about {_times(ratio)} what the model says, at the other levels "
+                    f"{_times(min(middle.values(), key=abs))}: is this level right?",
+                )
+            )
+    return found
+
+
 def _of_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
     stated = campaign.drive.unit
     unit = LEVEL_UNITS.get(stated, {}).get(power)
@@ -140,6 +168,7 @@ def _of_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspic
         where=f'test "{campaign.tests[test].name}"',
         sentence=f"all its sensors read about {_times(ratio)} what the model says: {asked} "
         "If so, correct units.level of the manifest; if not, the load of the case",
+        of_test=True,
     )
 
 

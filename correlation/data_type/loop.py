@@ -23,7 +23,7 @@ from correlation.configuration import Configuration
 from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion, Panel
 from correlation.errors import CampaignError
-from correlation.model import LineSensor, Model
+from correlation.model import LineSensor, Model, Sensor
 from correlation.signal.loop import Loops, Plateau, analyse_loop
 from fe.blas_threads import on_one_blas_thread
 from geometry.read_only_array import freeze_fields
@@ -60,8 +60,7 @@ class ForceLoop:
     name
         As in the manifest.
     displacement, force
-        Signals, shape (n,) [m, N]. The force resists the displacement: of a contact line it is the opposite of the
-        contact force on the structure, which a sensor of the campaign reads.
+        Signals, shape (n,) [m, N]. The force resists the displacement.
     loops
         Periods and plateaus of the record.
     frequency
@@ -308,7 +307,7 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
         )
     force = LineSensor(name=f"{loop.name}, force", line=str(loop.line), component="tangential")
     motion = next((item for item in model.sensors if item.name == loop.sensor), None)
-    if motion is None or isinstance(motion, LineSensor):
+    if not isinstance(motion, Sensor):
         raise CampaignError(
             f'loop "{loop.name}": the model has no sensor of motion "{loop.sensor}": add it to the case'
         )
@@ -320,8 +319,11 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
     harmonics = np.arange(model.n_harmonic)
     x = seen.read(state, np.full(len(harmonics), motion.name), harmonics)
     f = seen.read(state, np.full(len(harmonics), force.name), harmonics)
-    # What a line does to the structure resists the motion: a bench shows the force with the other sign.
-    return _signal(x), -_signal(f)
+    members = model.lines[force.line]
+    tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in members], axis=0)
+    # A sensor may read the motion against the tangent: the force of a loop resists the motion that is read.
+    turn = -1.0 if float(motion.gain * (motion.row @ tangent)) < 0 else 1.0
+    return _signal(x), turn * _signal(f)
 
 
 def loop_panels(model: Model, loop: ForceLoop) -> list[Panel]:

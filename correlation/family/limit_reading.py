@@ -8,7 +8,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
-from correlation.model import COMPONENTS, LineSensor, Model, Sensor
+from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
@@ -57,9 +57,9 @@ class LimitReadings:
     deviation: Float[NDArray[np.float64], "2 f"]
 
 
-def objective_of(model: Model, sensor: Sensor | LineSensor, harmonic: int) -> Objective:
+def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
     """What the limits of a sensor's harmonic bound: an amplitude of the displacement that it follows, or a force."""
-    if isinstance(sensor, Sensor):
+    if not isinstance(sensor, LineSensor):
         return OutputHarmonic(row=sensor.row, harmonic=harmonic)
     direction = -1 if sensor.component == "normal" else 0
     return ContactForceHarmonic(joints=model.lines[sensor.line], direction=direction, harmonic=harmonic)

@@ -234,7 +234,8 @@ def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
     fitted, tested = _parts(campaign)
     if not len(tested.points):
         raise CampaignError(
-            f"{campaign.folder}: nothing is held out, so that no effect can be tested: name a level or a repeat under "
+            f"{campaign.folder}: nothing is held out, so that neither a fit nor an effect can be tested: "
+            "name a level or a repeat under "
             "[held_out]"
         )
     return fitted, tested

@@ -115,7 +115,7 @@ def estimate_scatter(
         compute_margin(int(each.sum()) - 1) * _covariance(rows[:, each])
         for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
     ]
-    sure = np.split(amplitude / chance, starts)
+    sure = np.split(np.divide(amplitude, chance, out=np.zeros_like(amplitude), where=chance > 0), starts)
     for number in (each for each in FORCES if each < len(jitter)):
         if (sure[number][:, seen[number]] ** 2).sum() < chdtri(max(int(seen[number].sum()) - 1, 1), CHANCE):
             covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0

@@ -102,7 +102,8 @@ def estimate_stick_slip(displacement: Any, force: Any, normal_force: Any | None 
     Raises
     ------
     CampaignError
-        No whole period, samples that are no numbers, or a normal force without any compression.
+        No whole period, samples that are no numbers, a force that helps the displacement, or a normal force without any
+        compression.
     """
     x, f = check_pair(displacement, force)
     normal = _normal(normal_force, len(x))
@@ -141,6 +142,10 @@ def _settled(loops: Loops) -> Int[NDArray[np.int64], " p"]:
 def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...], has_normal: bool) -> StickSlip:
     """The numbers with their intervals, and what limits them in words."""
     stiffness, friction, unslipped, offset, _ = resolution.numbers().tolist()
+    if not stiffness > 0:
+        raise CampaignError(
+            "the force acts with the displacement instead of against it: turn the sign of one of them (sign = -1)"
+        )
     low, high = _intervals(resolution)
     deviation = resolution.draws.std(axis=0).tolist()
     words = list(suspicions)

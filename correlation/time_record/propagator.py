@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
 
 from correlation.errors import ModelDefinitionError
-from correlation.model import DERIVATIVE, LineSensor, Model
+from correlation.model import DERIVATIVE, LineSensor, LoadCell, Model
 from hbsolve.joint_arrays import InstantTable, instant_table
 from reduction.joint_law.registry import Joint
 
@@ -163,6 +163,8 @@ def _sensor(model: Model, name: str) -> tuple[Array, int]:
                 raise ModelDefinitionError(
                     f'sensor "{name}" reads the contact line "{each.line}": records are of motion'
                 )
+            if isinstance(each, LoadCell):
+                raise ModelDefinitionError(f'sensor "{name}" is a load cell: records are of motion')
             return each.gain * each.row, DERIVATIVE[each.quantity]
     known = ", ".join(each.name for each in model.sensors) or "none"
     raise ModelDefinitionError(f'the model has no sensor "{name}", which the record has: it has {known}')

@@ -82,6 +82,18 @@ def find_dof(model: Model, row: Row) -> Dof | None:
     return None if dof.direction == "modal" else dof
 
 
+def find_translations(model: Model, row: Row) -> tuple[int, ...]:
+    """Translations of the node that a row follows; none if it is no translation, a mix, or not known."""
+    known = find_dof(model, row)
+    if known is None or known.direction not in TRANSLATIONS:
+        return ()
+    return tuple(
+        number
+        for number, dof in enumerate(model.dofs)
+        if (dof.body, dof.node) == (known.body, known.node) and dof.direction in TRANSLATIONS
+    )
+
+
 def with_cubic_spring(model: Model, name: str, row: Row, stiffness: float) -> Model:
     """Model with a further cubic spring; one of this name gets stiffer instead."""
     return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness), "stiffness")

@@ -1,7 +1,7 @@
 """Another density of a part."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
@@ -33,7 +33,12 @@ class Density:
         for part in model.parts:
             if part.name == self.part:
                 mass = mass + (ratio - 1) * part.mass
-        return model.with_system(mass=mass)
+        changed = model.with_system(mass=mass)
+        if self.part not in model.elastic_bodies:
+            return changed
+        # What gives way under the part later moves the changed mass.
+        body = model.elastic_bodies[self.part].heavier(ratio)
+        return replace(changed, elastic_bodies={**model.elastic_bodies, self.part: body})
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:

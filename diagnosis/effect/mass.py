@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import TRANSLATIONS, find_dof, find_moving_places
+from diagnosis.candidate.place import find_moving_places, find_translations
 from diagnosis.candidate.scale import Scale, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
@@ -45,7 +45,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     taken: dict[tuple[int, ...], str] = {}
     for place in places:
         name = f"{KIND} at {place.name}"
-        moved = _translations(model, place.row)
+        moved = find_translations(model, place.row)
         if moved in taken:
             found.append(Untestable(name=name, reason=f'it is the mass at "{taken[moved]}": one node'))
             continue
@@ -61,18 +61,6 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         parameter = EffectParameter(name="mass", unit=unit, lower=lower, upper=upper, typical=typical)
         found.append(PointMass(name=name, rows=rows, parameters=(parameter,)))
     return [*found, *left]
-
-
-def _translations(model: Model, row: Float[NDArray[np.float64], " r"]) -> tuple[int, ...]:
-    """Translations of the node that a row follows; none if it is no translation, a mix, or not known."""
-    known = find_dof(model, row)
-    if known is None or known.direction not in TRANSLATIONS:
-        return ()
-    return tuple(
-        number
-        for number, dof in enumerate(model.dofs)
-        if (dof.body, dof.node) == (known.body, known.node) and dof.direction in TRANSLATIONS
-    )
 
 
 EFFECTS.register(

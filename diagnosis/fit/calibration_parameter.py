@@ -5,14 +5,14 @@ prior. They are applied before the effects, so that zeta does not scale an added
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from correlation.model import Model
+from correlation.model import LoadCell, Model
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
-from diagnosis.candidate.effect import EffectError, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
 
 #: Relative standard deviation of the prior of each [-]; bearing is calibrated only if it is given one.
@@ -74,13 +74,71 @@ class CalibrationParameter:
             return model.with_system(damping=factor * system.damping)
         if self.name == "bearing":
             return with_contact_position(model, factor)
-        whole = np.sum([part.stiffness for part in model.parts], axis=0)
+        whole = np.sum([part.stiffness for part in model.parts if part.name not in model.elastic_bodies], axis=0)
         loss = system.structural_damping
-        return model.with_system(
+        # What a load cell reads of a displacement is stiffness too.
+        sensors = [replace(one, row=factor * one.row) if isinstance(one, LoadCell) else one for one in model.sensors]
+        changed = replace(model, sensors=tuple(sensors)).with_system(
             stiffness=system.stiffness + (factor - 1) * whole,
             # Young's modulus is complex where the material has a loss factor.
             structural_damping=None if loss is None else factor * loss,
         )
+        # The springs of a clamp are no part's material.
+        for name, body in model.elastic_bodies.items():
+            changed = changed.with_elastic_body(name, body.stiffer(factor))
+        return changed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CalibratedEffect(CalibrationParameter):
+    """An effect of one parameter with a prior about the model as it is, within its own bounds: see `from_effect`.
+
+    Parameters
+    ----------
+    effect
+        Effect, such as the shift of a dead weight.
+    """
+
+    effect: Effect
+
+    #: A case names it among its added effects.
+    is_of_case = False
+
+    @classmethod
+    def from_effect(cls, effect: Effect, deviation: float) -> "CalibratedEffect":
+        """The strength of an effect as a calibration parameter.
+
+        Parameters
+        ----------
+        effect
+            Effect.
+        deviation
+            Standard deviation of the prior of its strength [its unit].
+
+        Raises
+        ------
+        EffectError
+            An effect of several parameters, or a deviation that is not positive.
+        """
+        if len(effect.parameters) != 1:
+            names = ", ".join(each.name for each in effect.parameters)
+            raise EffectError(f'"{effect.name}" has the parameters {names}: one alone can be calibrated')
+        if not (np.isfinite(deviation) and deviation > 0):
+            raise EffectError(
+                f'the deviation of "{effect.name}" is {deviation:g}: give a standard deviation above zero'
+            )
+        (own,) = effect.parameters
+        furthest = MOST_PULLED * deviation
+        lower, upper = max(own.lower, own.vanishes - furthest), min(own.upper, own.vanishes + furthest)
+        typical = min(own.vanishes + deviation, upper) if upper > own.vanishes else lower
+        return cls(
+            name=effect.name, physics=effect.physics, signature=effect.signature, deviation=deviation, effect=effect,
+            parameters=(replace(own, lower=lower, upper=upper, typical=typical),),
+        )  # fmt: skip
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The model with the effect."""
+        return self.effect.apply(model, values)
 
 
 def list_calibration_parameters(

@@ -16,16 +16,12 @@ from correlation.noise.model_error import ModelError
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
 from diagnosis.fit.fit_parameter import Unknowns, Values
-from diagnosis.fit.tangent import differentiate
+from diagnosis.fit.reading_slopes import differentiate_readings
 
 #: Factor on the deviations of numbers that a calibration leaves out.
 FAINT = 1e3
 #: Residual of a number without a steady state, in standard deviations: a model without one fits badly.
 NOT_FOUND = 10.0
-
-#: Step of a difference of predictions, relative to the typical size of a parameter; the error of Newton's method is
-#: then some 2 % of the slope, and so is that of the curvature of contacts that begin to slip.
-STEP = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,14 +136,7 @@ class Comparison:
         self, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, first: int = 0
     ) -> Matrix:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
-        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
-        known = [change for change in changes if change is not None]
-        slopes = np.zeros((len(prediction.value), len(changes)), dtype=np.complex128)
-        if known:
-            slopes[:, [change is not None for change in changes]] = self.predictor.derivatives(model, prediction, known)
-        for number, change in enumerate(changes):
-            if change is None:
-                slopes[:, number] = self._difference(unknowns, values, prediction, first + number)
+        slopes = differentiate_readings(self.predictor, unknowns, values, model, prediction, first)
         features = self.features.slopes(prediction.value, slopes)
         return self.whitening(np.where(np.isfinite(features), features, 0.0))
 
@@ -155,14 +144,6 @@ class Comparison:
         """Inverse of the curvature of chi^2, as residuals are in standard deviations."""
         del residual
         return inverse(jacobian, size)
-
-    def _difference(
-        self, unknowns: Unknowns, values: Values, prediction: Prediction, number: int
-    ) -> Complex[NDArray[np.complex128], " k"]:
-        """Derivative by a difference of predictions, for a parameter that moves points."""
-        moved = unknowns.moved(values, number, STEP)
-        there = self.predict(unknowns.compose(moved), prediction)
-        return np.asarray((there.value - prediction.value) / (moved[number] - values[number]))
 
 
 def _scale(whitening: Whitening, factor: Vector) -> Whitening:

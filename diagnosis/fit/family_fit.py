@@ -128,11 +128,11 @@ def fit_families(
     Parameters
     ----------
     compose
-        Model with some factors, which has the sensors of the families.
+        Model with some values of the parameters, which has the sensors of the families.
     accepted
-        Calibration parameters with their priors.
+        Calibration parameters with their priors about what changes nothing.
     start
-        Factors to start from, shape (p,) [-].
+        Values to start from, shape (p,) [unit of each].
     target
         What is fitted.
     most
@@ -140,6 +140,7 @@ def fit_families(
     report
         Progress.
     """
+    centre = np.array([item.parameters[0].vanishes for item in accepted])
     deviation = np.array([item.deviation for item in accepted])
     lower = np.array([item.parameters[0].lower for item in accepted])
     upper = np.array([item.parameters[0].upper for item in accepted])
@@ -150,21 +151,21 @@ def fit_families(
         count += 1
         if report is not None:
             report(count, most)
-        values = np.clip(1 + deviation * scaled, lower, upper)
+        values = np.clip(centre + deviation * scaled, lower, upper)
         try:
             score = target.score(compose(values))
         except (BalanceError, NoSteadyState):
             score = target.count * np.log(HOPELESS)
         return float(score + 0.5 * np.sum(scaled**2))
 
-    first = (np.clip(start, lower, upper) - 1) / deviation
+    first = (np.clip(start, lower, upper) - centre) / deviation
     simplex = np.vstack([first, first + STEP * np.eye(len(first))])
     before = cost(first)
     result = scipy.optimize.minimize(
         cost, first, method="Nelder-Mead",
         options={"initial_simplex": simplex, "maxfev": most - 1, "xatol": CLOSE, "fatol": FLAT * target.count},
     )  # fmt: skip
-    values = np.clip(1 + deviation * np.asarray(result.x), lower, upper)
+    values = np.clip(centre + deviation * np.asarray(result.x), lower, upper)
     return FamilyFit(values=values, before=before, after=float(result.fun), n_evaluation=count)
 
 

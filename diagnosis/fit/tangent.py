@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
-from correlation.model import Model, Sensor
+from correlation.model import LineSensor, Model
 from diagnosis.candidate.effect import EffectError
 from hbsolve.model_rates import MATRICES, MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
@@ -89,7 +89,7 @@ def _moves(before: Model, after: Model) -> bool:
     if any(not np.array_equal(a.directions, b.directions) for a, b in joints):
         return True
     sensors = zip(before.sensors, after.sensors, strict=True)
-    pairs = [(a.row, b.row) for a, b in sensors if isinstance(a, Sensor) and isinstance(b, Sensor)]
+    pairs = [(a.row, b.row) for a, b in sensors if not (isinstance(a, LineSensor) or isinstance(b, LineSensor))]
     bases = [np.zeros(0) if each.base_acceleration is None else each.base_acceleration for each in (before, after)]
     return any(not np.array_equal(a, b) for a, b in [*pairs, (bases[0], bases[1])])
 

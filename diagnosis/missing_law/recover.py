@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
 from correlation.model import Sensor
@@ -123,6 +123,8 @@ class _Recovery:
     values: Values
     table: StateTable
     response: Response
+    has_tangent: Bool[NDArray[np.bool_], " p"]
+    """Of each parameter: one that moves points of the model has none, whatever its value, and stays."""
     cost: float
 
     @classmethod
@@ -133,7 +135,8 @@ class _Recovery:
         model = unknowns.compose(values)
         prediction = train.predict(model, fit.prediction) if values is not fit.values else fit.prediction
         table = StateTable.from_points(train.features.points, prediction.states)
-        tangents = [each for each in differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds) if each]
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        tangents = [each for each in changes if each]
         count = min(N_HARMONIC, model.n_harmonic)
         response = respond(train.predictor, model, prediction, table, list(rows.values()), count, tangents)
         m = fit.n_number
@@ -141,7 +144,10 @@ class _Recovery:
         scale = np.concatenate([np.full(m, 1 / noise), np.ones(len(values))])
         taken = make_basis(fit.jacobian * unknowns.size * scale[:, None])
         cost = cost_alone(project_out(taken, scale * fit.residual), m, 1 / noise) + m * np.log(noise**2)
-        return cls(arrangement=arrangement, rows=rows, values=values, table=table, response=response, cost=cost)
+        return cls(
+            arrangement=arrangement, rows=rows, values=values, table=table, response=response, cost=cost,
+            has_tangent=np.array([each is not None for each in changes], dtype=np.bool_),
+        )  # fmt: skip
 
     def infer_to_first_order(self, number: int) -> PlaceLaw | None:
         """The law at a place about the states without it; None for a place that does not move."""
@@ -246,7 +252,7 @@ class _Recovery:
         changed = self._whiten(response, self._read(response, listed), is_force=False)
         others = self._whiten(response, response.tangents, is_force=False)
         columns = np.zeros((len(changed), len(values)))
-        columns[:, self._has_tangent(values)] = others
+        columns[:, self.has_tangent] = others
         data = train.residual_of(response.value) + changed[:, 0]
         posterior, step = self._explain(
             data, changed[:, 1:], columns, values, law.basis, forces[:, 1], law.posterior.noise
@@ -299,9 +305,8 @@ class _Recovery:
         changed = self._whiten(response, self._read(response, listed), is_force=True)
         carried, law = changed[:, 0], changed[:, 1:]
         others = self._whiten(response, response.tangents, is_force=False)
-        # A parameter that moves points of the model has no tangent: it stays.
         columns = np.zeros((len(law), len(values)))
-        columns[:, self._has_tangent(values)] = others
+        columns[:, self.has_tangent] = others
         data = train.residual_of(response.value) + carried
         posterior, step = self._explain(data, law, columns, values, basis, forces[:, 1], noise)
         own = -forces @ posterior.mean
@@ -343,11 +348,6 @@ class _Recovery:
     def _sees_even(self) -> bool:
         """Whether an even harmonic was measured: without one, a force that is even is seen to second order at most."""
         return bool((self.arrangement.train.features.points.harmonic % 2 == 0).any())
-
-    def _has_tangent(self, values: Values) -> NDArray[np.bool_]:
-        unknowns = self.arrangement.unknowns([])
-        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds)
-        return np.array([change is not None for change in changes], dtype=bool)
 
     def _read(
         self, response: Response, forces: Complex[NDArray[np.complex128], "s h b"]

@@ -21,6 +21,7 @@ KEPT = {
     "mode_shape_screenshot": "mode1_stress.png",
     "own_joint_law": "own_joint_law.png",
     "own_step_to_rom": "own_part.png",
+    "plan_the_next_test": "next_test.png",
     "response_control": "force_surface.png",
     "response_limits": "response_limits.png",
     "rig_forced_response": "rig_assembly.png",

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from math import pi
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,13 @@ from study.case.tables import Case, StructureTable
 WRITTEN = {
     "kg": (("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("ug", 1e-9)),
     "m": (("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9)),
+    "rad": (("deg", pi / 180),),
+    "m/N": (("um/N", 1e-6), ("nm/N", 1e-9), ("pm/N", 1e-12)),
     "N/m": (("N/um", 1e6), ("N/mm", 1e3), ("N/m", 1.0)),
     "N/m^3": (("N/um^3", 1e18), ("N/mm^3", 1e9), ("N/cm^3", 1e6), ("N/m^3", 1.0)),
 }
 #: Units of effects whose bounds hold at any level of force.
-LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "-")
+LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "rad", "m/N", "-")
 #: Digits of a value in a case file: far more than any fit knows.
 DIGITS = 6
 

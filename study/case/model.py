@@ -1,20 +1,21 @@
 """From the tables of a case and its structure to a model: joints, loads and sensors on the matrices."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from casefile.table import Mistakes, located
 from correlation.errors import ModelDefinitionError
-from correlation.model import DeadWeight, LineSensor, Model, Sensor
+from correlation.model import AnySensor, DeadWeight, LineSensor, LoadCell, Model, Sensor
 from reduction.base_excitation import LEVEL_POWER, BaseExcitation, BaseMotion
 from reduction.errors import JointError
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from study.case.joint_table import DIRECTION, LineTable
 from study.case.place import PlaceFinder
-from study.case.sensor_table import LineSensorTable, MotionSensorTable
+from study.case.sensor_table import LineSensorTable, LoadCellTable, MotionSensorTable
 from study.case.structure import Structure
 from study.case.tables import Case, StructureTable
 
@@ -87,7 +88,9 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
             dofs=structure.dofs,
             lines=lines,
             places=finder.places,
+            load_cells=structure.load_cells,
             dead_weights=weights,
+            elastic_bodies=structure.elastic_bodies,
             linked_preloads=together,
             suspension=structure.suspension,
             base_acceleration=None if base is None else base[1],
@@ -271,10 +274,10 @@ def _sensors(
     finder: PlaceFinder,
     lines: dict[str, tuple[str, ...]],
     mistakes: Mistakes,
-) -> list[Sensor | LineSensor]:
+) -> list[AnySensor]:
     if not case.sensor:
         return list(structure.sensors)
-    sensors: list[Sensor | LineSensor] = []
+    sensors: list[AnySensor] = []
     for number, table in enumerate(case.sensor):
         with mistakes.at("sensor", number):
             if isinstance(table, MotionSensorTable):
@@ -283,9 +286,20 @@ def _sensors(
                         relative=table.relative,
                     )
                 )  # fmt: skip
+            elif isinstance(table, LoadCellTable):
+                sensors.append(_load_cell(table, structure))
             else:
                 sensors.append(_line_sensor(table, lines))
     return sensors
+
+
+def _load_cell(table: LoadCellTable, structure: Structure) -> LoadCell:
+    if table.cell not in structure.load_cells:
+        raise ModelDefinitionError(
+            f'cell = "{table.cell}" is no load cell of the structure: it has '
+            f"{', '.join(structure.load_cells) or 'none'}"
+        )
+    return replace(structure.load_cells[table.cell], name=table.name, gain=table.gain)
 
 
 def _line_sensor(table: LineSensorTable, lines: dict[str, tuple[str, ...]]) -> LineSensor:

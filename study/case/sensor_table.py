@@ -1,4 +1,4 @@
-"""The tables ``[[sensor]]`` of a case: motions of places, and forces of contact lines."""
+"""The tables ``[[sensor]]`` of a case: motions of places, forces of contact lines, and load cells."""
 
 from typing import Annotated, Any, Literal
 
@@ -20,7 +20,7 @@ class MotionSensorTable(PlaceTable):
 
 
 class LineSensorTable(CaseModel):
-    """What reads the force of a line on the structure."""
+    """What reads the force of a line."""
 
     name: Name
     line: str
@@ -28,13 +28,25 @@ class LineSensorTable(CaseModel):
     gain: Ratio = 1.0
 
 
+class LoadCellTable(CaseModel):
+    """What reads a load cell that the structure has."""
+
+    name: Name
+    cell: str
+    gain: Ratio = 1.0
+
+
 def _read_by(sensor: Any) -> str:
-    """What a sensor reads: the key ``line`` is that of forces."""
-    return (
-        "force" if isinstance(sensor, LineSensorTable) or (isinstance(sensor, dict) and "line" in sensor) else "motion"
-    )
+    """What a sensor reads: the key ``line`` is that of contact forces, ``cell`` that of load cells."""
+    given = sensor if isinstance(sensor, dict) else {}
+    if isinstance(sensor, LineSensorTable) or "line" in given:
+        return "force"
+    return "cell" if isinstance(sensor, LoadCellTable) or "cell" in given else "motion"
 
 
 SensorTable = Annotated[
-    Annotated[MotionSensorTable, Tag("motion")] | Annotated[LineSensorTable, Tag("force")], Discriminator(_read_by)
+    Annotated[MotionSensorTable, Tag("motion")]
+    | Annotated[LineSensorTable, Tag("force")]
+    | Annotated[LoadCellTable, Tag("cell")],
+    Discriminator(_read_by),
 ]

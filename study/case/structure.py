@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import DeadWeight, Dof, LineSensor, Part, Sensor
+from correlation.model import AnySensor, DeadWeight, Dof, LoadCell, Part
 from fe.sparse.factor import Symmetric
 from reduction.base_excitation import BaseMotion
+from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
 from reduction.joint_law.registry import Joint
 from reduction.rom import ReducedModel
@@ -45,8 +46,12 @@ class Structure:
         At level 1, shape (n, r) [N]; None where the case must say it.
     sensors
         Sensors of a case that names none.
+    load_cells
+        Load cells of the structure, by name: a case and a campaign may read them.
     dead_weights
         Dead weights that press lines, by name.
+    elastic_bodies
+        Parts on a support that may give way, by the name of the part, over all degrees of freedom.
     suspension
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m].
     loss_factor
@@ -71,8 +76,10 @@ class Structure:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     static_load: Row | None = None
     harmonic_force: Complex[NDArray[np.complex128], "n r"] | None = None
-    sensors: tuple[Sensor | LineSensor, ...] = ()
+    sensors: tuple[AnySensor, ...] = ()
+    load_cells: Mapping[str, LoadCell] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
+    elastic_bodies: Mapping[str, ElasticBody] = field(default_factory=dict)
     suspension: Matrix | None = None
     loss_factor: float = 0.0
     base: Callable[[str], BaseMotion] | None = None

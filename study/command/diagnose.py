@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
 
 app = command_app(
     "diagnose",
@@ -46,6 +46,7 @@ def diagnose(
             "takes as long as a diagnosis. 0: linear theory, with a margin."
         ),
     ] = 0,
+    scheduler: Scheduler = None,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Diagnose a case."""
@@ -56,6 +57,11 @@ def diagnose(
     if trials < 0 or trials == 1:
         raise LoopError(f"--trials {trials} is too few: give 0 for linear theory, or at least 2, such as 40")
     diagnosed = run_diagnose(
-        case, campaign, options.open(out, place=campaign), without=without, auto=auto, trials=trials
+        case,
+        campaign,
+        options.open(out, place=campaign, scheduler=scheduler),
+        without=without,
+        auto=auto,
+        trials=trials,
     )
     return Answer(document=full_document(diagnosed), text=full_text(diagnosed))

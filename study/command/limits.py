@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
 
 app = command_app(
     "limits",
@@ -28,6 +28,7 @@ def limits(
     /,
     *,
     out: Out = Path("limited"),
+    scheduler: Scheduler = None,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Search for the limits of the response over all friction histories."""
@@ -40,7 +41,7 @@ def limits(
 
     path = case or LIMITS
     if asks_for_everything(path):
-        several = run_several_limits(path, options.open(out))
+        several = run_several_limits(path, options.open(out, scheduler=scheduler))
         return Answer(document=several_limits_document(several), text=several_limits_text(several))
-    limited = run_limits(path, options.open(out))
+    limited = run_limits(path, options.open(out, scheduler=scheduler))
     return Answer(document=limits_document(limited), text=limits_text(limited))

@@ -1,7 +1,6 @@
 """``stickslip runs``: the runs of a folder, listed, compared and removed."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,10 +21,6 @@ app = command_app(
     examples=["stickslip runs", "stickslip runs compare solved solved_2", "stickslip runs clean solved --yes"],
 )
 
-#: Differences that are printed.
-MOST = 40
-#: Numbers that differ by less are round-off [-].
-ROUND_OFF = 1e-12
 #: A file that is younger than its record by less was written by the run [s].
 WRITTEN = 2.0
 
@@ -76,14 +71,12 @@ def compare(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Show which numbers of two answers differ."""
+    from study.difference import find_differences, tell_differences
     from study.run_record import newest_record
 
     records = newest_record(options.cache_folder, first), newest_record(options.cache_folder, second)
     # Names of files differ with their folder.
     answers = [{name: value for name, value in record.answer.items() if name != "files"} for record in records]
-    leaves = [dict(_leaves(answer)) for answer in answers]
-    keys = [key for key in {**leaves[0], **leaves[1]} if not _alike(leaves[0].get(key), leaves[1].get(key))]
-    keys.sort(key=lambda key: -_change(leaves[0].get(key), leaves[1].get(key)))
     context = [
         f"{name}: {getattr(records[0], name)} | {getattr(records[1], name)}"
         for name in ("version", "machine")
@@ -98,10 +91,9 @@ def compare(
         "first": str(first),
         "second": str(second),
         "context": context,
-        "compared": len({**leaves[0], **leaves[1]}),
-        "different": [{"key": key, "first": leaves[0].get(key), "second": leaves[1].get(key)} for key in keys],
+        **find_differences(*answers),
     }
-    return Answer(document=document, text=_in_words(document))
+    return Answer(document=document, text="\n".join([*context, *tell_differences(document)]))
 
 
 @app.command(name="clean")
@@ -147,46 +139,6 @@ def _files(record: "RunRecord") -> list[Path]:
 
 
 def _changed_inputs(record: "RunRecord") -> list[str]:
-    from study.run_record import digest
+    from study.provenance import digest
 
     return [name for name, known in record.inputs.items() if digest(Path(record.folder) / name) != known]
-
-
-def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Numbers and words of a document by their path."""
-    if isinstance(value, Mapping):
-        for name, item in value.items():
-            yield from _leaves(item, f"{key}.{name}" if key else str(name))
-    elif isinstance(value, Sequence) and not isinstance(value, str):
-        for number, item in enumerate(value):
-            yield from _leaves(item, f"{key}[{number}]")
-    else:
-        yield key, value
-
-
-def _change(first: Any, second: Any) -> float:
-    """Relative difference of two numbers; of anything else, more than that of any numbers."""
-    if not all(isinstance(value, int | float) for value in (first, second)):
-        return float("inf")
-    largest = max(abs(first), abs(second))
-    return abs(first - second) / largest if largest else 0.0
-
-
-def _alike(first: Any, second: Any) -> bool:
-    return bool(first == second) or _change(first, second) <= ROUND_OFF
-
-
-def _in_words(document: Mapping[str, Any]) -> str:
-    different = document["different"]
-    lines = [*document["context"], f"{len(different)} of {document['compared']} values differ"]
-    for item in different[:MOST]:
-        change = _change(item["first"], item["second"])
-        share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"
-        lines.append(f"  {item['key']}: {_short(item['first'])} | {_short(item['second'])}{share}")
-    if len(different) > MOST:
-        lines.append(f"  and {len(different) - MOST} more: --json has all")
-    return "\n".join(lines)
-
-
-def _short(value: Any) -> str:
-    return f"{value:.8g}" if isinstance(value, float) else str(value)

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
 
 app = command_app(
     "spread",
@@ -35,6 +35,7 @@ def spread(
     limits: Annotated[
         bool | None, Parameter(help="Search for limits too; by default if the case has a table [limits].")
     ] = None,
+    scheduler: Scheduler = None,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute the spread of a response."""
@@ -42,5 +43,5 @@ def spread(
     from study.spread.report import spread_document, spread_text
     from study.spread.run import run_spread
 
-    result = run_spread(case, options.open(out), draws=draws, seed=seed, limits=limits)
+    result = run_spread(case, options.open(out, scheduler=scheduler), draws=draws, seed=seed, limits=limits)
     return Answer(document=spread_document(result), text=spread_text(result))

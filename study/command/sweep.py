@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
 
 app = command_app(
     "sweep",
@@ -35,6 +35,7 @@ def sweep(
     limits: Annotated[
         bool | None, Parameter(help="Search for limits too; by default if the case has a table [limits].")
     ] = None,
+    scheduler: Scheduler = None,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute response curves over a grid of parameters."""
@@ -42,5 +43,5 @@ def sweep(
     from study.sweep.report import sweep_document, sweep_text
     from study.sweep.run import run_sweep
 
-    swept = run_sweep(case, values, options.open(out), limits=limits)
+    swept = run_sweep(case, values, options.open(out, scheduler=scheduler), limits=limits)
     return Answer(document=sweep_document(swept), text=sweep_text(swept))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import find_sweep_directions
 from correlation.metric.misfit import CLEAR, Misfit
-from correlation.model import LineSensor, Model, Sensor
+from correlation.model import AnySensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_group import group_rows
 from correlation.row_table import join_tables
@@ -78,7 +78,7 @@ class Panel:
     """
 
     key: Key
-    sensor: Sensor | LineSensor
+    sensor: AnySensor
     unit: str
     scale: float
     per_level: bool

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
 from correlation.metric.misfit import Misfit, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
@@ -20,6 +21,8 @@ AGREES, DIFFERS = 1.25, 2.0
 CLEAR_PEAK = 4.0
 #: From here on a difference by chance is no agreement [%].
 VAGUE = 25.0
+#: Probability of what is taken as no chance any more.
+CHANCE = 1e-3
 #: A gain is told from zero by so many of its standard deviations.
 TOLD = 3.0
 #: From here on a percentage is written without digits behind the point.
@@ -155,6 +158,9 @@ def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequenc
     clear = [number for number, size in enumerate(deviations) if size > CLEAR_PEAK]
     if not clear:
         largest = max(map(abs, errors))
+        known = [size for size in deviations if np.isfinite(size)]
+        if sum(size**2 for size in known) > chdtri(len(known), CHANCE):
+            return f"is off by up to {plain(largest)} %, little at each level, but more than chance at all of them"
         verb = "agrees within" if largest < VAGUE else "is off by up to"
         return f"{verb} {plain(largest)} %, which chance explains"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.manifest import MANIFEST
@@ -13,7 +13,7 @@ from correlation.data_quality.conjugate import find_conjugate_tests
 from correlation.data_quality.jump import find_jump_suspicions
 from correlation.data_quality.model import find_model_suspicions, find_swapped_sensors
 from correlation.data_quality.swapped_force import find_swapped_forces
-from correlation.data_quality.wrong_unit import find_wrong_units
+from correlation.data_quality.wrong_unit import LEVEL_UNITS, find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
 from correlation.feature.reading_noise import LEAST_REPEATED
@@ -26,6 +26,9 @@ from reduction.stuck import stick_at_rest
 
 #: Residual of predicted motions relative to the linear ones: wrong units, signs and sensors are gross [-].
 ROUGH = 1e-4
+#: Motions that are off by this much at the stated levels are asked for at others, and what is left where these are
+#: right (medians of the natural logarithm) [-]; so many readings tell it.
+GROSS, MENDED, MOST_ASKED = 0.7, 0.2, 60
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
 
@@ -56,16 +59,57 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     )
     predictor = Predictor(points=points, tolerance=ROUGH)
     predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
-    swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
-    return (
-        *campaign.suspicions,
+    of_tests = (
         *find_model_suspicions(campaign, compute_model_frequencies(model)),
-        *_single_repeat(campaign),
-        *find_jump_suspicions(campaign),
         *find_conjugate_tests(campaign, table, predicted),
-        *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
         *find_wrong_units(campaign, points, predicted),
     )
+    if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
+        of_tests = _wrong_levels(campaign, points, model, predicted) or of_tests
+    swapped: tuple[Suspicion, ...] = ()
+    if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
+        swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
+    return (
+        *campaign.suspicions,
+        *of_tests,
+        *_single_repeat(campaign),
+        *find_jump_suspicions(campaign),
+        *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
+    )
+
+
+def _wrong_levels(
+    campaign: Campaign, points: Points, model: Model, predicted: Complex[NDArray[np.complex128], " k"]
+) -> tuple[Suspicion, ...]:
+    """Levels in another unit, where contacts slip at the stated ones: the model is asked at the others."""
+    motions = np.isin(points.sensor, [sensor.name for sensor in campaign.sensors if sensor.line is None])
+    own = np.flatnonzero(motions & (points.harmonic == 1))[:: max(1, int(motions.sum() / MOST_ASKED))]
+    value = average_campaign(campaign).value[own]
+
+    def misfit(prediction: Complex[NDArray[np.complex128], " m"]) -> float:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.abs(np.log(np.abs(value) / np.abs(prediction)))
+        return float(np.median(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else np.inf
+
+    unit = campaign.drive.unit
+    if not len(own) or not misfit(predicted[own]) > GROSS or unit not in LEVEL_UNITS:
+        return ()
+    rows = {name: getattr(points, name)[own] for name in ("free", "level", "frequency", "sensor", "harmonic")}
+    found = []
+    for power in (-3, 3):
+        asked = Points(**{**rows, "level": rows["level"] * 10.0**power})
+        left = misfit(Predictor(points=asked, tolerance=ROUGH).predict(model).value)
+        if left < MENDED:
+            found.append(
+                Suspicion(
+                    where="levels",
+                    sentence=f"with levels {10.0**power:g} times as large as stated the model agrees within "
+                    f"{np.expm1(left):.1%}, and as stated it is off by a factor of "
+                    f"{np.exp(misfit(predicted[own])):.3g} (medians): correct units.level of the manifest",
+                    of_test=True,
+                )
+            )
+    return tuple(found)
 
 
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
@@ -89,8 +133,8 @@ def require_held_out(campaign: Campaign, folder: Path) -> None:
     if not (campaign.held_out.levels or campaign.held_out.repeats):
         last = campaign.measurement.repeat.max()
         raise CampaignError(
-            f"{folder / MANIFEST}: nothing is held out, so that no effect can be tested: name a level or a repeat "
-            f"under [held_out], e.g. repeats = [{last}]"
+            f"{folder / MANIFEST}: nothing is held out, so that neither a fit nor an effect can be tested: name "
+            f"a level or a repeat under [held_out], e.g. repeats = [{last}]"
         )
 
 

@@ -2,9 +2,10 @@
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from difflib import SequenceMatcher, unified_diff
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from casefile.errors import CaseError, Problem
@@ -14,13 +15,15 @@ if TYPE_CHECKING:
 
 #: Beginnings of a comment on a value: half its interval, or that it is a bound; one of another form is the user's, and
 #: stays.
-NOTE, BOUND = "+- ", "a lower bound"
+NOTE, BOUND, UPPER = "+- ", "a lower bound", "an upper bound"
+#: A line that begins a table.
+HEADER = re.compile(r"^[ \t]*\[", re.MULTILINE)
 
 
 class Written(NamedTuple):
     """A value as it is written: text with a unit or a bare number, and a note.
 
-    The note is half its 95 % interval, or begins with BOUND; it is empty if neither is known.
+    The note is half its 95 % interval, or begins with BOUND or UPPER; it is empty if neither is known.
     """
 
     value: str | float
@@ -49,30 +52,54 @@ def edited(text: str, added: Mapping[str, Values], calibrated: Values, file: str
     CaseError
         A file whose layout does not allow it.
     """
-    import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
     mark = "\ufeff" if text.startswith("\ufeff") else ""
     plain = text.removeprefix(mark).replace("\r\n", "\n")
     wanted = _wanted(tomllib.loads(plain), added, calibrated)
-    try:
-        document: Any = tomlkit.parse(plain)
-        new = _written(document.get("calibrated"), "[calibrated]", calibrated) if calibrated else ""
-        for effect, values in added.items():
-            table = _table_of(effect, document.get("added", []))
-            new += _written(table, f'[[added]]\neffect = "{_escaped(effect)}"', values)
-        result = tomlkit.dumps(document)
-    except TOMLKitError as error:
-        raise _refusal(file, str(error)) from error
-    if new:
-        result = f"{result.rstrip()}\n{new}"
-    try:
-        sound = tomllib.loads(result) == wanted
-    except tomllib.TOMLDecodeError:
-        sound = False
-    if not sound:
-        raise _refusal(file, "its tables are laid out in a way that cannot be edited")
-    return mark + (result.replace("\n", "\r\n") if "\r\n" in text else result)
+    # Tables alone first: all others stay as they stand. Then the whole file, whose tables may be put in another order.
+    bounds = [0, *(match.start() for match in HEADER.finditer(plain)), len(plain)]
+    reason = "its tables are laid out in a way that cannot be edited"
+    for pieces in ([plain[first:last] for first, last in pairwise(bounds)], [plain]):
+        try:
+            result = _with_values(pieces, added, calibrated)
+            if tomllib.loads(result) == wanted:
+                return mark + (result.replace("\n", "\r\n") if "\r\n" in text else result)
+        except tomllib.TOMLDecodeError:
+            continue
+        except TOMLKitError as error:
+            reason = str(error)
+    raise _refusal(file, reason)
+
+
+def _with_values(pieces: Sequence[str], added: Mapping[str, Values], calibrated: Values) -> str:
+    """Pieces of a file, each TOML by itself, with values in the tables that have them, or in new ones at the end.
+
+    Raises
+    ------
+    TOMLKitError
+        A piece that cannot be parsed or edited.
+    """
+    import tomlkit
+
+    written, new = list(pieces), ""
+    tables: list[tuple[str | None, Values]] = [(None, calibrated)] if calibrated else []
+    for effect, values in [*tables, *added.items()]:
+        key = "calibrated" if effect is None else "added"
+        for number, piece in enumerate(written):
+            if key not in piece:
+                continue
+            document: Any = tomlkit.parse(piece)
+            table = document.get(key) if effect is None else _table_of(effect, document.get(key, []))
+            if table is not None:
+                _written(table, "", values)
+                written[number] = tomlkit.dumps(document)
+                break
+        else:
+            header = "[calibrated]" if effect is None else f'[[added]]\neffect = "{_escaped(effect)}"'
+            new += _written(None, header, values)
+    result = "".join(written)
+    return f"{result.rstrip()}\n{new}" if new else result
 
 
 def difference(before: str, after: str, file: str) -> list[str]:
@@ -130,7 +157,7 @@ def _written(table: Any, header: str, values: Values) -> str:
         before = table[key].trivia.comment if key in table else ""
         table[key] = value
         item: Item = table[key]
-        is_note = before.lstrip("# ").startswith((NOTE, BOUND))
+        is_note = before.lstrip("# ").startswith((NOTE, BOUND, UPPER))
         if note and (not before or is_note):
             item.comment(_comment(note))
         elif is_note:  # the interval of another value
@@ -139,7 +166,7 @@ def _written(table: Any, header: str, values: Values) -> str:
 
 
 def _comment(note: str) -> str:
-    return note if note.startswith(BOUND) else NOTE + note
+    return note if note.startswith((BOUND, UPPER)) else NOTE + note
 
 
 def _table_of(effect: str, tables: Iterable[Any]) -> Any:

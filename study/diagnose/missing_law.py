@@ -1,11 +1,8 @@
-"""The recovered law of what no known effect explains: report, figure and effect file."""
+"""The recovered law of what no known effect explains: its words, numbers and effect file."""
 
-from base64 import b64encode
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Arrangement
@@ -14,10 +11,6 @@ from diagnosis.missing_law.effect_file import write_effect_file
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.missing_law.recover import recover_law
 from diagnosis.missing_law.words import LawWords, describe
-from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
-
-#: Powers of the displacement that are drawn beside a law.
-POWERS = {"linear": 1, "cubic": 3}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,35 +65,6 @@ class RecoveredLaw:
             "work_per_cycle": _curve_document(curves.work, "amplitude_m", "work_j"),
         }
 
-    def drawing(self, title: str) -> LawDrawing:
-        """What is drawn of it."""
-        curves, x = self.curves, self.curves.spring.x
-        known = []
-        for name, power in POWERS.items():
-            shape = np.sign(x) * np.abs(x) ** power
-            known.append(
-                KnownLaw(label=f"nearest {name}", force=shape * (shape @ curves.spring.mean) / (shape @ shape))
-            )
-        return LawDrawing(
-            title=title, subtitle=self.sentences[0],
-            loops=[
-                LevelLoop(
-                    label=f"{loop.level:g} N", displacement=loop.displacement, velocity=loop.velocity,
-                    force=loop.force.mean,
-                )
-                for loop in curves.loops
-            ],
-            spring=_band(curves.spring), damper=_band(curves.damper), stiffness=_band(curves.stiffness),
-            work=_band(curves.work), known=known, is_hatched=not curves.sees_even,
-        )  # fmt: skip
-
-    def picture(self, title: str) -> bytes:
-        """The figure as PNG."""
-        from figure.missing_law import draw_missing_law
-        from figure.style import png
-
-        return png(draw_missing_law(self.drawing(title)))
-
 
 def recover(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
     """The law, where none of the known effects explains what is missing."""
@@ -123,15 +87,6 @@ def tell_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
     yield "The force law that explains it, recovered without a catalogue:"
     yield from (f"  {sentence}" for sentence in law.sentences)
     yield f'  as an effect: name {file} in [effects] files of the case; stickslip add "{law.name}" --value 1 adds it'
-
-
-def embed(picture: bytes) -> str:
-    """A picture as part of a page."""
-    return f"data:image/png;base64,{b64encode(picture).decode()}"
-
-
-def _band(curve: Curve) -> BandedCurve:
-    return BandedCurve(x=curve.x, mean=curve.mean, low=curve.low, high=curve.high)
 
 
 def _curve_document(curve: Curve, x: str, y: str) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Page and figures of a diagnosis; the page is one self-contained HTML file with plotly.js, and loads nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +19,21 @@ from study.compare.report import side_by_side
 from study.diagnose.curves import curves, maps
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
-from study.diagnose.missing_law import embed
+from study.diagnose.law_drawing import make_law_drawing
+from study.diagnose.next_test_drawing import make_next_tests
 from study.diagnose.report import LAW_FILE, advice, headline, threshold_in_words
 from study.diagnose.resonance import draw_resonances, tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
 from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
-from study.page.html import render_page, set_in_type
+from study.page.html import embed, render_page, set_in_type
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
 #: Candidates that the page shows without being asked for, and those of the figure.
 SHOWN, MOST = 8, 16
+#: Pictures that the page holds, by the ends of their names.
+EMBEDDED = ("missing_law", "next_test")
 #: An exponent or phase is called by a name if it is this near [-, deg].
 NEAR_EXPONENT, NEAR_PHASE = 0.35, 25.0
 
@@ -50,7 +53,7 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
     steps, listed = waterfall(result, history), rows(result)[:MOST]
     title = side_by_side(result.setup.title, result.campaign.title)
     stem = f"{case.stem}_diagnosis"
-    files = {f"{stem}.html": page(result, history).encode()}
+    files: dict[str, bytes] = {}
     drawn: dict[str, object] = {f"{stem}_waterfall": Waterfall(steps=steps, title=title, subtitle=falls(steps))}
     if listed:
         drawn[f"{stem}_candidates"] = Candidates(
@@ -72,12 +75,18 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
             f"{result.diagnosis.thresholds.gain:.3g}",
         )
     if result.law is not None:
-        drawn[f"{stem}_missing_law"] = result.law.drawing(title)
+        drawn[f"{stem}_missing_law"] = make_law_drawing(result.law, title)
         files[LAW_FILE] = result.law.effect_file.encode()
-    return files | {f"{name}.png": picture for name, picture in pictures(drawn).items()}
+    if result.next_step.advice is not None:
+        units = {each.name: each.unit for each in result.campaign.sensors}
+        drawn[f"{stem}_next_test"] = make_next_tests(result.next_step, title, units)
+    made = pictures(drawn)
+    shown = {name: embed(made[f"{stem}_{name}"]) for name in EMBEDDED if f"{stem}_{name}" in made}
+    files[f"{stem}.html"] = page(result, history, shown).encode()
+    return files | {f"{name}.png": picture for name, picture in made.items()}
 
 
-def page(result: Round, history: History) -> str:
+def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> str:
     """HTML of a round.
 
     Parameters
@@ -86,6 +95,8 @@ def page(result: Round, history: History) -> str:
         The round.
     history
         History of the case.
+    shown_pictures
+        Pictures of `EMBEDDED` as addresses that hold them, by name.
     """
     listed = stages(result)
     before, after = (listed[-2], listed[-1])
@@ -128,8 +139,9 @@ def page(result: Round, history: History) -> str:
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
         resonators=[_resonator(each) for each in result.diagnosis.places if isinstance(each, Resonator)],
         law=None if result.law is None else [*result.law.sentences],
-        law_picture="" if result.law is None else embed(result.law.picture(result.setup.title)),
+        embedded=shown_pictures,
         law_file=LAW_FILE,
+        next_step=result.next_step,
         accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
         now=factors(result.setup, result.diagnosis.before),

@@ -17,6 +17,7 @@ from study.compare.report import side_by_side
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import tell_law
+from study.diagnose.next_test import tell_next_tests
 from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
@@ -52,6 +53,8 @@ PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)
 LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
 #: The next step where held-out data or its interval do not confirm the only effect that is named.
 UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
+#: The next step where a test separates what is left.
+MEASURE = '{measure}; or add one of them: stickslip add "{effect}"'
 
 
 def in_words(result: Round) -> str:
@@ -66,6 +69,7 @@ def in_words(result: Round) -> str:
             *_candidates(result),
             *_places(result),
             *tell_law(result.law, LAW_FILE),
+            *tell_next_tests(result.next_step),
             *_untestable(result),
         ]
     )
@@ -110,6 +114,11 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 def advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
+    if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
+        effect = verdict.effects[0].name
+        return MEASURE.format(measure=result.next_step.sentence, effect=effect)
+    if result.next_step.sentence and verdict.finding is Finding.UNKNOWN:
+        return result.next_step.sentence
     if verdict.finding is Finding.UNKNOWN and verdict.laws:
         return LAW
     if verdict.place is not None:
@@ -198,6 +207,7 @@ def document(result: Round) -> dict[str, Any]:
         ],
         "resonators": [_resonator_document(each) for each in diagnosis.places if isinstance(each, Resonator)],
         "missing_law": None if result.law is None else result.law.document,
+        "next_test": result.next_step.document,
         "untestable": [{"effect": item.name, "reason": item.reason} for item in diagnosis.catalogue.untestable],
     }
 

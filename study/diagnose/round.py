@@ -1,7 +1,7 @@
 """One round of diagnosis of a case; each expensive step is stored, so that an interrupted round goes on."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -27,10 +27,12 @@ from diagnosis.threshold.simulation import Simulation
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
+from pipeline.worker_pool import Workers
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
 from study.diagnose.missing_law import RecoveredLaw, describe_law, recover
+from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
 
@@ -60,6 +62,8 @@ class Round:
         What the data cannot tell of gains that nobody stated, in sentences.
     law
         Recovered law of what no known effect explains, if any.
+    next_step
+        Advice on the next test, where the verdict leaves several explanations.
     """
 
     setup: Setup
@@ -69,6 +73,7 @@ class Round:
     run_step: RunStep
     remarks: Sequence[str] = ()
     law: RecoveredLaw | None = None
+    next_step: NextStep = field(default_factory=lambda: NextStep(advice=None))
 
     @property
     def best(self) -> Refit | None:
@@ -86,6 +91,7 @@ def diagnose_case(
     progress: Progress | None = None,
     announce: Callable[[str], None] | None = None,
     watch: Watch | None = None,
+    workers: Workers = None,
 ) -> Round:
     """Diagnose a case.
 
@@ -108,6 +114,8 @@ def diagnose_case(
         Receives a sentence if campaigns are to be simulated.
     watch
         Receives the name and result of each step as it is found; what it raises ends the diagnosis.
+    workers
+        Processes that simulate campaigns [-]; one for each core by default. Or the address of a dask scheduler.
 
     Raises
     ------
@@ -122,7 +130,7 @@ def diagnose_case(
     run_step = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
-        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce)
+        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce, workers)
     with phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
@@ -138,9 +146,12 @@ def diagnose_case(
         )
         drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
         law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
+        next_step = run_step(
+            "next test", lambda: find_next_step(campaign, diagnosis.arrangement, diagnosis.verdict, law)
+        )
     return Round(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
-        law=describe_law(law),
+        law=describe_law(law), next_step=next_step,
     )  # fmt: skip
 
 
@@ -166,6 +177,7 @@ def bootstrap(
     store: Store,
     progress: Progress,
     announce: Callable[[str], None] | None,
+    workers: Workers = None,
 ) -> Thresholds:
     """Detection thresholds of this layout, from simulated campaigns."""
 
@@ -193,6 +205,7 @@ def bootstrap(
         trials,
         store,
         progress,
+        workers,
     )
 
 

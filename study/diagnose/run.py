@@ -142,6 +142,7 @@ def diagnose_file(
             store=None if run is None else run.store,
             progress=None if run is None else run.progress,
             watch=watch,
+            workers=None if run is None else run.scheduler,
         )
         rounds.append(result)
         record(result, case, folder, key)

@@ -13,9 +13,11 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.threshold.bootstrap import Trial, fit_thresholds
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
-from pipeline.parallel import Task, run_parallel
+from pipeline.parallel import Task
+from pipeline.pool import run_pooled
 from pipeline.progress import Progress
 from pipeline.store import Store
+from pipeline.worker_pool import Workers
 from study.case.setup import Setup
 from study.diagnose.null_campaign import null_campaign
 from study.shipped_cases import CASES
@@ -76,8 +78,9 @@ def layout_key(of: dict[str, Any]) -> str:
 
 
 def simulated_thresholds(
-    key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress
-) -> Thresholds:
+    key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress,
+    workers: Workers = None,
+) -> Thresholds:  # fmt: skip
     """Thresholds of a layout, from simulated campaigns without any effect; each is stored, so that this is done once.
 
     Parameters
@@ -94,6 +97,8 @@ def simulated_thresholds(
         Store of the campaigns.
     progress
         Shows the time left.
+    workers
+        Processes [-]; one for each core by default. Or the address of a dask scheduler.
     """
     tasks = [
         Task(
@@ -103,7 +108,7 @@ def simulated_thresholds(
         )
         for seed in range(n_trial)
     ]
-    trials = [outcome.value for outcome in run_parallel(tasks, store, progress, "detection thresholds")]
+    trials = run_pooled(tasks, n_trial, store, progress, "detection thresholds", workers)
     return fit_thresholds([Trial(seed=int(t["seed"]), gain=t["gain"], misfit=t["misfit"]) for t in trials])
 
 

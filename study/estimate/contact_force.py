@@ -1,6 +1,6 @@
 """Friction coefficient and preload from measured contact forces: the largest |T / N|, and the static part of N."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from jaxtyping import Complex
@@ -15,6 +15,10 @@ from study.estimate.first_estimate import FirstEstimate
 INSTANTS, LEAST_NORMAL = 256, 0.1
 #: Relative error of a ratio of two load cells where repeats do not show it [-].
 CELLS = 0.03
+OVERSHOOT = (
+    "the sum of the measured harmonics may overshoot the force: with harmonics 0 to {harmonics} alone, at least "
+    "{certain:.3g} is certain"
+)
 BIAS = (
     "gross slip may not be reached: a lower bound",
     "forces are those of the whole line: single contacts of it may bear more",
@@ -35,14 +39,16 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
             # The same point of other repeats shows the scatter.
             alike = [ratio for ratio, other in ratios if other[:3] == state[:3]]
             deviation = max(float(np.std(alike)) if len(alike) > 1 else 0.0, CELLS * top)
+            known = count_harmonics(tangential[state], normal[state])
+            certain = largest_certain_ratio(tangential[state], normal[state], known)
             yield FirstEstimate(
                 parameter="mu",
                 value=top,
-                interval=(top - 1.96 * deviation, np.inf),
+                interval=(certain * (1 - 1.96 * deviation / top), np.inf),
                 unit="-",
                 model_value=float(np.mean([contact.friction_coefficient for contact in contacts])),
                 source=f"largest |T / N| of {line}, at {state[1]:.4g} {campaign.drive.unit} and {state[2]:.5g} Hz",
-                bias=BIAS,
+                bias=(*BIAS, OVERSHOOT.format(certain=certain, harmonics=known)),
             )
         static = [rows[0].real for rows in normal.values() if 0 in rows]
         if static:
@@ -81,14 +87,47 @@ def _harmonics(campaign: Campaign, line: str, component: str) -> dict[State, dic
     return states
 
 
-def _largest_ratio(tangential: dict[int, complex], normal: dict[int, complex]) -> float:
+def count_harmonics(*forces: Mapping[int, complex]) -> int:
+    """Highest harmonic up to which all are known of some forces [-]."""
+    count = 0
+    while all(count + 1 in force for force in forces):
+        count += 1
+    return count
+
+
+def largest_certain_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex], n: int) -> float:
+    r"""Largest abs(T / N) of what the harmonics 0 to n alone leave of both forces.
+
+    Both are smoothed with Jackson's kernel, which is nowhere negative: with abs(T(t)) <= mu N(t) at every instant, the
+    means with it obey that as well, whatever the harmonics beyond n are. Sums of a few harmonics do not: they
+    overshoot.
+
+    Parameters
+    ----------
+    tangential, normal
+        Coefficients by harmonic [N].
+    n
+        Highest harmonic [-].
+
+    References
+    ----------
+    Weisse et al., The kernel polynomial method, Rev. Mod. Phys. 78 (2006), eq. 71.
+    """
+    k, order = np.arange(n + 1), n + 2
+    angle = np.pi / order
+    kernel = ((order - k) * np.cos(k * angle) + np.sin(k * angle) / np.tan(angle)) / order
+    t, p = ({j: complex(kernel[j]) * force.get(j, 0.0) for j in range(n + 1)} for force in (tangential, normal))
+    return _largest_ratio(t, p)
+
+
+def _largest_ratio(tangential: Mapping[int, complex], normal: Mapping[int, complex]) -> float:
     """Largest |T / N| over a period, where the line is pressed."""
     t, n = _signal(tangential), _signal(normal)
     pressed = n > LEAST_NORMAL * np.abs(n).max()
     return float(np.abs(t[pressed] / n[pressed]).max()) if pressed.any() else 0.0
 
 
-def _signal(coefficients: dict[int, complex]) -> NDArray[np.float64]:
+def _signal(coefficients: Mapping[int, complex]) -> NDArray[np.float64]:
     phase = 2 * np.pi * np.arange(INSTANTS)[:, None] / INSTANTS * np.array(list(coefficients))
     values: Complex[NDArray[np.complex128], " h"] = np.array(list(coefficients.values()))
     return np.asarray((np.exp(1j * phase) @ values).real)

@@ -15,7 +15,7 @@ class FirstEstimate:
     parameter
         "kt", "mu" or "zeta", calibration parameters of the case; or "preload", which a case gives by line.
     value, interval, unit
-        Value with its 95 % interval, infinite on one side for a bound.
+        Value with its 95 % interval; of an upper bound it begins at 0, of a lower one it has no end.
     model_value
         What the model has in its place [same unit].
     source
@@ -23,7 +23,7 @@ class FirstEstimate:
     bias
         Known biases, in words.
     may_be_less
-        Whether a bias can only have raised the value.
+        Whether a bias can only have raised the value: an upper bound.
     """
 
     parameter: str
@@ -43,7 +43,12 @@ class FirstEstimate:
     @property
     def is_bound(self) -> bool:
         """Whether it is a bound alone."""
-        return not np.isfinite(self.interval).all()
+        return self.may_be_less or not np.isfinite(self.interval).all()
+
+    @property
+    def contradicts_model(self) -> bool:
+        """Whether the model's value is outside the interval."""
+        return not self.interval[0] <= self.model_value <= self.interval[1]
 
     @property
     def relative_width(self) -> float:
@@ -52,12 +57,16 @@ class FirstEstimate:
 
 
 def choose(estimates: Sequence[FirstEstimate], parameter: str) -> FirstEstimate | None:
-    """The estimate of a parameter that is written: the most certain one, or the largest of lower bounds alone."""
+    """The estimate of a parameter that is written: the most certain one, or a bound that the case contradicts.
+
+    A bound within which the case lies says nothing against its value. Of several the one that is furthest from it.
+    """
     own = [item for item in estimates if item.parameter == parameter and np.isfinite(item.factor) and item.factor > 0]
     certain = [item for item in own if not item.is_bound]
     if certain:
         return min(certain, key=lambda item: item.relative_width)
-    return max(own, key=lambda item: item.factor, default=None)
+    against = [item for item in own if item.contradicts_model]
+    return max(against, key=lambda item: abs(np.log(item.factor)), default=None)
 
 
 def contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:

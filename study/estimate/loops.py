@@ -31,7 +31,10 @@ def estimate_from_loop(model: Model, loop: ForceLoop) -> Iterator[FirstEstimate]
     CampaignError
         A loop without a settled period, or a line or place that the model lacks.
     """
-    result = estimate_stick_slip(loop.displacement, loop.force)
+    try:
+        result = estimate_stick_slip(loop.displacement, loop.force)
+    except CampaignError as error:
+        raise CampaignError(f'loop "{loop.name}": {error}') from error
     if loop.line is not None:
         yield from _of_line(model, loop, result)
         return

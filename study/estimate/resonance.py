@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Bool
+from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, same_level
 from correlation.data_type.measured_response import MeasuredResponse
@@ -20,6 +22,7 @@ from reduction.stuck import stick_at_rest
 from study.estimate.first_estimate import FirstEstimate
 
 SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
+STEADY = "the damping does not grow with the amplitude: friction is no part of it"
 FREE = "the structure without contacts: bearings and air are part of it, friction is not"
 SOFTENED = (
     "the lowest level may already slip a little: the frequency is corrected by half of what micro-slip with the "
@@ -52,6 +55,8 @@ class Resonance:
         [-]; NaN where unknown.
     source
         What it was read from.
+    is_steady
+        Whether the damping is the same at larger amplitudes, so that friction is no part of it.
     """
 
     free: bool
@@ -60,6 +65,7 @@ class Resonance:
     damping: float
     damping_deviation: float
     source: str
+    is_steady: bool = False
 
 
 def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
@@ -77,6 +83,13 @@ def find_resonances(campaign: Campaign) -> Iterator[Resonance]:
                     damping=float(mode.damping_ratio[last]),
                     damping_deviation=float(mode.damping_deviation[last]),
                     source=f'ring-down "{datum.name}" at {mode.amplitude[last]:.3g} {datum.unit}',
+                    is_steady=last > 0
+                    and _are_equal(
+                        float(mode.damping_ratio[last]),
+                        float(mode.damping_deviation[last]),
+                        float(mode.damping_ratio[0]),
+                        float(mode.damping_deviation[0]),
+                    ),
                 )
         elif isinstance(datum, MeasuredMode | MeasuredResponse) and not datum.held_out:
             for measured in (datum,) if isinstance(datum, MeasuredMode) else datum.modes:
@@ -98,34 +111,57 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
         if not own.any():
             continue
         level = float(table.level[own].min())
-        own &= same_level(table.level, level)
-        by_sensor = []
-        for sensor in np.unique(table.sensor[own]):
-            measured, found = campaign.sensors[sensor], list[tuple[float, ...]]()
-            if measured.line is not None:
-                continue
-            for repeat in np.unique(table.repeat[own]):
-                rows = np.flatnonzero(own & (table.sensor == sensor) & (table.repeat == repeat))
-                frequency, place = np.unique(table.frequency[rows], return_inverse=True)
-                amplitude = np.bincount(place, np.abs(table.value[rows]) / table.force[rows]) / np.bincount(place)
-                try:
-                    found.append(fit_peak(frequency, amplitude, None, measured.quantity))
-                except CampaignError:
-                    continue
-            by_sensor += [np.array(found)] if found else []
-        if not by_sensor:
+        at_lowest = same_level(table.level, level)
+        lowest = _peak(campaign, own & at_lowest)
+        if lowest is None:
             continue
-        # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
-        peaks = min(by_sensor, key=lambda table: float(np.nan_to_num(np.median(table[:, 3]), nan=np.inf)))
-        count = np.sqrt(len(peaks))
+        higher, next_one = own & ~at_lowest, None
+        if higher.any():
+            next_one = _peak(campaign, own & same_level(table.level, float(table.level[higher].min())))
+        frequency, frequency_deviation, damping, damping_deviation = lowest
         yield Resonance(
             free=test.configuration == "free",
-            frequency=float(peaks[:, 2].mean()),
-            frequency_deviation=float(np.fmax(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
-            damping=float(np.median(peaks[:, 4])),
-            damping_deviation=float(np.fmax(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
+            frequency=frequency,
+            frequency_deviation=frequency_deviation,
+            damping=damping,
+            damping_deviation=damping_deviation,
             source=f'test "{test.name}" at {level:.4g} {campaign.drive.unit}',
+            is_steady=next_one is not None and _are_equal(damping, damping_deviation, next_one[2], next_one[3]),
         )
+
+
+def _are_equal(one: float, deviation: float, other: float, other_deviation: float) -> bool:
+    """Whether two damping ratios differ by no more than their scatter and what a test is read to."""
+    return abs(other - one) <= 1.96 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
+
+
+def _peak(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> tuple[float, float, float, float] | None:
+    """Frequency [Hz] and damping [-] of some rows' highest peak, each with its deviation; None without a peak."""
+    table, by_sensor = campaign.measurement, []
+    for sensor in np.unique(table.sensor[own]):
+        measured, found = campaign.sensors[sensor], list[tuple[float, ...]]()
+        if measured.line is not None:
+            continue
+        for repeat in np.unique(table.repeat[own]):
+            rows = np.flatnonzero(own & (table.sensor == sensor) & (table.repeat == repeat))
+            frequency, place = np.unique(table.frequency[rows], return_inverse=True)
+            amplitude = np.bincount(place, np.abs(table.value[rows]) / table.force[rows]) / np.bincount(place)
+            try:
+                found.append(fit_peak(frequency, amplitude, None, measured.quantity))
+            except CampaignError:
+                continue
+        by_sensor += [np.array(found)] if found else []
+    if not by_sensor:
+        return None
+    # The sensor that shows the mode most clearly: beside it, others have parts of other modes in their peaks.
+    peaks = min(by_sensor, key=lambda table: float(np.nan_to_num(np.median(table[:, 3]), nan=np.inf)))
+    count = np.sqrt(len(peaks))
+    return (
+        float(peaks[:, 2].mean()),
+        float(np.fmax(peaks[:, 2].std() / count, np.median(peaks[:, 3]))),
+        float(np.median(peaks[:, 4])),
+        float(np.fmax(peaks[:, 4].std() / count, np.median(peaks[:, 5]))),
+    )
 
 
 def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstimate]:
@@ -134,15 +170,17 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
         return
     deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
+    slips = bool(model.lines) and not resonance.free and not resonance.is_steady
+    low = 0.0 if slips else max(resonance.damping - 1.96 * deviation, 0.0)
     yield FirstEstimate(
         parameter="zeta",
         value=resonance.damping,
-        interval=(max(resonance.damping - 1.96 * deviation, 0.0), resonance.damping + 1.96 * deviation),
+        interval=(low, resonance.damping + 1.96 * deviation),
         unit="-",
         model_value=ratio,
         source=resonance.source,
-        bias=(FREE,) if resonance.free else (SLIPS,),
-        may_be_less=not resonance.free,
+        bias=(FREE,) if resonance.free else (SLIPS,) if slips else (STEADY,),
+        may_be_less=slips,
     )
 
 

@@ -17,7 +17,7 @@ from correlation.sensor_placement import with_sensors
 from pipeline.output import replace_file
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
-from study.diagnose.edit import BOUND, Written, difference, edited
+from study.diagnose.edit import BOUND, UPPER, Written, difference, edited
 from study.diagnose.history import read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose, contradictions
@@ -93,6 +93,7 @@ class Estimated:
         for item in self.estimates:
             low, high = item.interval
             ends = f"{low:.4g} to {high:.4g}" if np.isfinite(high) else f"at least {low:.4g}"
+            ends = f"at most {high:.4g}" if item.may_be_less else ends
             unit = "" if item.unit == "-" else f" {item.unit}"
             lines.append(
                 f"{item.parameter:8} {item.value:.4g}{unit} ({ends}), {item.factor:.3g} times the model's "
@@ -194,5 +195,6 @@ def _written(item: FirstEstimate) -> Written:
     """A factor with half its interval and where it comes from."""
     low, high = (end / item.model_value for end in item.interval)
     width = f"{(high - low) / 2:.2g}" if np.isfinite(high) else BOUND
+    width = UPPER if item.may_be_less else width
     source = item.source.replace("\n", " ")
     return Written(value=float(f"{item.factor:.6g}"), note=f"{width}; first estimate from {source}")

@@ -5,8 +5,8 @@ from contextlib import nullcontext
 from typing import TypeVar
 
 from pipeline.checkpoint import StoredTasks
-from pipeline.parallel import process_pool
 from pipeline.store import Stage
+from pipeline.worker_pool import worker_pool
 from study.run_context import RunContext
 
 Found = TypeVar("Found")
@@ -28,12 +28,14 @@ def run_search(
     run
         Output folder, store and progress of the run.
     executor
-        Runs the tasks; a process for each core by default.
+        Runs the tasks; by default the scheduler of the run, or a process for each core.
 
     Raises
     ------
     ComputationFailed
         No rest under the static load, or a process that was killed.
+    InputError
+        No scheduler that can be used answers at the address.
     """
     assert run.output is not None
     known = run.store.look_up(searched, search)
@@ -43,7 +45,7 @@ def run_search(
     before = tasks.n_left
     if before:
         run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
-    pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.several_limits"])
+    pool = nullcontext(executor) if executor is not None else worker_pool([searched.compute.__module__], run.scheduler)
     with run.progress.step("limits") as report, pool as processes:
         result = run.store.run(searched, search, tasks=tasks, executor=processes, report=report)
     tasks.remove()

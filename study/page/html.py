@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from study.json_value import plain
+from study.run_record import current_provenance
 
 STYLE = Path(__file__).with_name("style.css")
 COMMON = Path(__file__).with_name("common.js")
@@ -48,10 +49,17 @@ def render_page(
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         version=importlib.metadata.version("stickslip"),
         policy=content_policy(scripts.values()),
+        provenance=page_provenance(),
         style=STYLE.read_text(encoding="utf-8"),
         **scripts,
         **values,
     )
+
+
+def page_provenance() -> str:
+    """What a page carries of the command that makes it, as JSON; empty for a page that is made in Python."""
+    made_by = current_provenance()
+    return "" if made_by is None else made_by.as_json()
 
 
 def content_policy(scripts: Iterable[str] = ()) -> str:
@@ -72,6 +80,11 @@ def content_policy(scripts: Iterable[str] = ()) -> str:
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
+
+
+def embed(picture: bytes) -> str:
+    """Address of a PNG picture that holds it, for the source of an image."""
+    return f"data:image/png;base64,{base64.b64encode(picture).decode()}"
 
 
 def set_in_type(text: str) -> str:

@@ -13,7 +13,7 @@ from study.sweep.result import format_peaks_csv
 
 
 def run_spread(path: Path, run: RunContext, *, draws: int = 64, seed: int = 0, limits: bool | None = None) -> Spread:
-    """`spread` with one process per core, and its tables and figures in the output folder.
+    """`spread` with one process per core or the scheduler of the run, and its tables and figures in the output folder.
 
     Raises
     ------
@@ -23,7 +23,7 @@ def run_spread(path: Path, run: RunContext, *, draws: int = 64, seed: int = 0, l
         No curve could be started.
     """
     assert run.output is not None
-    result = spread(path, draws=draws, seed=seed, limits=limits, run=run, workers=None)
+    result = spread(path, draws=draws, seed=seed, limits=limits, run=run, workers=run.scheduler)
     title, stem = open_case(path).title, f"{path.stem}_spread"
     content: dict[str, str | bytes] = {
         f"{stem}.nc": bytes(make_spread_dataset(result, title).to_netcdf(engine="h5netcdf")),

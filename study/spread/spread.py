@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.uncertainty.variance_index import saltelli_design
+from pipeline.worker_pool import Workers
 from study.case.setup import read_case
 from study.kind.registry import OpenCase, open_case
 from study.run_context import RunContext, silent_run
@@ -64,7 +65,7 @@ def spread(
     seed: int = 0,
     limits: bool | None = None,
     run: RunContext | None = None,
-    workers: int | None = 1,
+    workers: Workers = 1,
 ) -> Spread:
     """Spread of the response over the distributions of `[[uncertain]]`; nothing is written.
 
@@ -82,7 +83,7 @@ def spread(
         Store and progress; none by default.
     workers
         Processes [-]; this one by default. With more, or None for one per core, a script needs
-        ``if __name__ == "__main__":``.
+        ``if __name__ == "__main__":``. Or the address of a dask scheduler.
 
     Raises
     ------

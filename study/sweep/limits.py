@@ -6,8 +6,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 
 from casefile.table import located
-from pipeline.parallel import process_pool
 from pipeline.progress import Report, SilentProgress
+from pipeline.worker_pool import Workers, worker_pool
 from study.case.setup import read_case
 from study.kind.registry import OpenCase
 from study.limits.curve import found_limits
@@ -26,7 +26,7 @@ def asks_for_limits(opened: OpenCase) -> bool:
 
 
 def compute_limits(
-    opened: OpenCase, points: Sequence[Point], stem: str, run: RunContext, workers: int | None = None
+    opened: OpenCase, points: Sequence[Point], stem: str, run: RunContext, workers: Workers = None
 ) -> tuple[LimitCurves, ...]:
     """Limits of all points; a search that is stored is not repeated, and one that was stopped goes on.
 
@@ -41,7 +41,7 @@ def compute_limits(
     run
         Output folder, store and progress of the run.
     workers
-        Processes [-]; one for each core by default, this process for 1.
+        Processes [-]; one for each core by default, this process for 1. Or the address of a dask scheduler.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def compute_limits(
             known = run.store.look_up(found_limits, search)
             n_stored += known is not None
             if known is None and executor is None and workers != 1:
-                pool = process_pool(["hbsolve.limits.search"], workers)
+                pool = worker_pool([found_limits.compute.__module__], workers)
                 executor = closed_in_the_end.enter_context(pool)
             if known is not None:
                 found = known.value

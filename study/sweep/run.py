@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.output import replace_file
+from pipeline.worker_pool import Workers
 from study.case.setup import read_case
 from study.case.sweep_table import ControlledSweepTable
 from study.kind.registry import OpenCase, open_case
@@ -54,7 +55,7 @@ def sweep(
     *,
     limits: bool | None = None,
     run: RunContext | None = None,
-    workers: int | None = 1,
+    workers: Workers = 1,
 ) -> Swept:
     """Response curves, and limits, of a case over a grid of its parameters; nothing is written.
 
@@ -71,7 +72,7 @@ def sweep(
         Store and progress; none by default.
     workers
         Processes [-]; this one by default. With more, or None for one per core, a script needs
-        ``if __name__ == "__main__":``.
+        ``if __name__ == "__main__":``. Or the address of a dask scheduler.
 
     Raises
     ------
@@ -124,7 +125,7 @@ def warn_of_failures(failures: Sequence[str], count: int, run: RunContext) -> No
 
 
 def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> Swept:
-    """`sweep` with one process per core, and its tables and figures in the output folder.
+    """`sweep` with one process per core or the scheduler of the run, and its tables and figures in the output folder.
 
     Raises
     ------
@@ -134,7 +135,7 @@ def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool
         No curve could be started.
     """
     assert run.output is not None
-    swept = sweep(path, words, limits=limits, run=run, workers=None)
+    swept = sweep(path, words, limits=limits, run=run, workers=run.scheduler)
     title = open_case(path).title
     files = write_samples(swept.sampled, f"{path.stem}_sweep", title, run)
     drawn = draw_sweep(swept.grid, swept.sampled, title)

@@ -8,6 +8,7 @@ from geometry.errors import ComputationFailed, InputError
 from pipeline.parallel import Task
 from pipeline.pool import run_pooled
 from pipeline.progress import SilentProgress
+from pipeline.worker_pool import Workers
 from study.case.setup import read_case
 from study.kind.registry import OpenCase
 from study.run_context import RunContext
@@ -55,7 +56,7 @@ def point_model(opened: OpenCase, point: Point, run: RunContext) -> SolveModel:
 
 
 def compute_curves(
-    opened: OpenCase, points: Sequence[Point], model: SolveModel, run: RunContext, workers: int | None = None
+    opened: OpenCase, points: Sequence[Point], model: SolveModel, run: RunContext, workers: Workers = None
 ) -> SampledCurves:
     """Curves of all points; one that is stored is not computed again.
 
@@ -70,7 +71,7 @@ def compute_curves(
     run
         Store and progress of the run.
     workers
-        Processes [-]; one for each core by default, this process for 1.
+        Processes [-]; one for each core by default, this process for 1. Or the address of a dask scheduler.
 
     Raises
     ------

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from casefile.quantity import format_quantity
-from study.page.html import content_policy
+from study.page.html import content_policy, page_provenance
 from study.table1.study import MeshStudy
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -63,7 +63,10 @@ def page(studies: Sequence[StudyPage]) -> str:
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     version = importlib.metadata.version("stickslip")
     asked = all(item.study.asked_calculix for item in studies)
-    return template.render(policy=content_policy(), version=version, aim=AIM, asked_calculix=asked, pages=studies)
+    return template.render(
+        policy=content_policy(), provenance=page_provenance(), version=version, aim=AIM, asked_calculix=asked,
+        pages=studies,
+    )  # fmt: skip
 
 
 def _quantity(value: Any, key: str) -> str:

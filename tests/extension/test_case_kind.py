@@ -72,7 +72,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("study.limits.stored_search.process_pool", lambda _: InThisProcess())
+    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda *_: InThisProcess())
     monkeypatch.setattr("study.modes.run.require_egl", lambda: None)
     CASE_KINDS.load(KIND)
     file = tmp_path / "wall.toml"

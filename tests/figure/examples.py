@@ -27,6 +27,7 @@ from figure.measured_data import MeasuredData
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.misfit_map import MapPanel, MisfitMap
 from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
+from figure.next_test import NextTests, PredictedCurve, TestBar
 from figure.parameter_curves import ParameterCurve, ParameterCurves
 from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions
@@ -34,6 +35,7 @@ from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.response_spread import ResponseSpread, SpreadBand
 from figure.ring_down import DecayDrawing
 from figure.stabilisation import StabilisationDrawing
+from figure.test_plan import PlanDrawing
 from figure.variance_shares import SharePanel, VarianceShares
 from figure.waterfall import Waterfall, WaterfallStep
 
@@ -381,6 +383,23 @@ EXAMPLES: dict[type, Callable[[], object]] = {
         **TITLES,
     ),
     LawDrawing: missing_law,
+    NextTests: lambda: NextTests(
+        tests=[
+            TestBar(name=f"a long name of the test {n}", probability=1.0 - 0.3 * n, minutes=5.0 + 10 * n)
+            for n in range(4)
+        ],
+        frequency=FREQUENCY[::3],
+        curves=[
+            PredictedCurve(label=f"effect {n}", size=np.abs(receptance(99.0 + n))[::3], deviation=np.full(14, 1.0))
+            for n in range(3)
+        ],
+        reading="tip at 1 N [µm]",
+        **TITLES,
+    ),
+    PlanDrawing: lambda: PlanDrawing(
+        names=[f"effect at place {n}" for n in range(6)], smallest=10.0 ** np.linspace(-1.5, 1.8, 6),
+        cosines=np.eye(6) + 0.97 * np.eye(6, k=1) + 0.97 * np.eye(6, k=-1), confused=0.95, **TITLES,
+    ),
     ConfusionMatrix: lambda: ConfusionMatrix(
         count=np.array([[9, 1], [0, 20]]), right=np.eye(2, dtype=bool), rows=["gap", "nothing"],
         columns=["gap", "nothing"], gaps=([1], [1]), **TITLES,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reduction.jointed_system import FrictionContact
-from reduction.load_cell import LineReaction, blade_contact, decoupler_contact
+from reduction.load_cell import LineReaction, blade_contact, contact_covariance, contact_jacobian, decoupler_contact
 from reduction.static_contact import static_state
 
 THETA, ALPHA = np.deg2rad(8.53), np.deg2rad(45.0)
@@ -75,3 +75,32 @@ def test_a_rigid_damper_at_rest_in_its_grooves_obeys_them(softer: float) -> None
     assert T[0] < -0.1  # friction has its part
     beyond = blade_contact(LineReaction(np.array(T[0]), np.array(N[0])), weight, THETA)
     np.testing.assert_allclose([beyond.tangential, beyond.normal], [T[1], N[1]], rtol=1e-11)
+
+
+@pytest.mark.parametrize("weight", [None, 55.0])
+def test_derivatives_are_those_of_differences(weight: float | None) -> None:
+    at, step = np.array([22.0, -15.0, THETA, ALPHA, 55.0]), 1e-6
+
+    def line(values: np.ndarray) -> np.ndarray:
+        own = decoupler_contact(*values[:4])
+        return np.array(own if weight is None else blade_contact(own, values[4], values[2]))
+
+    differences = np.array([(line(at + step * one) - line(at - step * one)) / (2 * step) for one in np.eye(5)]).T
+    # Central differences of forces of 30 N with a step of 1e-6.
+    np.testing.assert_allclose(contact_jacobian(22.0, -15.0, THETA, ALPHA, weight), differences, atol=1e-7)
+
+
+def test_equal_and_independent_cells_leave_forces_as_uncertain_as_themselves_at_45_degrees() -> None:
+    jacobian = contact_jacobian(30.0, -12.0, THETA, ALPHA)
+    # Sum and difference over the root of two, and a rotation: an orthogonal matrix.
+    np.testing.assert_allclose(contact_covariance(jacobian, 0.04 * np.eye(2)), 0.04 * np.eye(2), atol=1e-15)
+    # A wrong taper turns the force: T errs by N and N by T.
+    own = decoupler_contact(30.0, -12.0, THETA, ALPHA)
+    wrong = contact_covariance(jacobian, np.zeros((2, 2)), theta=0.01)
+    expected = 1e-4 * np.array(
+        [[own.normal**2, -own.tangential * own.normal], [-own.tangential * own.normal, own.tangential**2]]
+    )
+    np.testing.assert_allclose(wrong, expected, rtol=1e-12)
+    # A gain that both cells share is a gain of both forces.
+    both = np.outer([0.30, -0.12], [0.30, -0.12])
+    np.testing.assert_allclose(contact_covariance(jacobian, both), 1e-4 * np.outer(own, own), rtol=1e-12)

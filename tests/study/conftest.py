@@ -1,24 +1,22 @@
 """What the tests of the commands share: a mesh study that takes seconds, and the shipped ones to spoil."""
 
 import os
+import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryFile
 
-import numpy as np
 import pytest
 
-from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.campaign.write_campaign import write_campaign
-from correlation.prediction import Points, Predictor
+from benchmarks.two_masses import write_two_masses
 from pipeline.store import Store
 from study import cli
-from study.case.added import case_catalogue
-from study.case.setup import read_case
+from study.case.setup import ReadCase, read_case
 from study.run_context import silent_run
 from study.shipped_cases import BLADE, TABLE1
 
@@ -151,6 +149,23 @@ def reduced_rig(tmp_path_factory: pytest.TempPathFactory, short_rig: str) -> Pat
     return folder / "cache"
 
 
+ReadRig = Callable[[str], ReadCase]
+
+
+@pytest.fixture(scope="session")
+def read_rig(tmp_path_factory: pytest.TempPathFactory, reduced_rig: Path, short_rig: str) -> ReadRig:
+    """Reads the short rig with tables added; each text once in all tests of this process."""
+    folder = tmp_path_factory.mktemp("read_rig")
+    shutil.copytree(reduced_rig, folder / "cache")
+
+    @cache
+    def read(tables: str) -> ReadCase:
+        (folder / "case.toml").write_text(short_rig + tables, encoding="utf-8")
+        return read_case(folder / "case.toml", run=replace(silent_run(), store=Store(folder / "cache")))
+
+    return read
+
+
 @pytest.fixture(scope="session")
 def kept_rounds(tmp_path_factory: pytest.TempPathFactory) -> Store:
     """Steps of diagnoses, for tests that need a diagnosis which another test of this process may have made already."""
@@ -179,92 +194,10 @@ def at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     os.chdir(before)
 
 
-#: Two masses on a wall without any contact, to diagnose in a second.
-TWO_MASSES = """\
-# Two masses on a wall, as drawn.
-schema = 2
-title = "Two masses"
-
-[structure]
-kind = "plain"
-file = "chain.npz" # kg, N/m
-
-[[place]]
-name = "base"
-dof = 0
-
-[[place]]
-name = "tip"
-dof = 1
-
-[[sensor]]
-name = "tip"
-place = "tip"
-
-[[sensor]]
-name = "base"
-place = "base"
-
-[[load]]
-place = "base"
-
-[harmonics]
-highest = 3
-"""
-LEVELS, REPEATS, N_FREQUENCY, NOISE, FLOOR = (1.0, 4.0, 10.0), 5, 6, 2e-3, 1e-8
-
 TwoMasses = Callable[..., Path]
 
 
 @pytest.fixture
 def two_masses(at_home: Path) -> TwoMasses:
     """Writes the case ``chain.toml`` and a campaign of the same structure with effects and 1.1 times its damping."""
-
-    def write(effects: Mapping[str, float], *, held_out: bool = True, case: str = TWO_MASSES) -> Path:
-        mass, stiffness = np.diag([1.0, 0.5]), np.array([[5e4, -2e4], [-2e4, 2e4]])
-        dofs = {"dof_body": ["chain"] * 2, "dof_node": [0, 1], "dof_direction": ["z", "z"]}
-        np.savez(at_home / "chain.npz", M=mass, C=2e-5 * stiffness, K=stiffness, **dofs)
-        file = at_home / "chain.toml"
-        file.write_text(case, encoding="utf-8")
-        setup = read_case(file).setup
-        zeta = next(each for each in setup.accepted if each.name == "zeta")
-        model = zeta.apply(setup.model, [1.1])
-        known = case_catalogue(model, setup.effects, level=max(LEVELS), configurations=["jointed"])
-        for name, strength in effects.items():
-            model = known.effect(name).apply(model, [strength])
-        resonance = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).min()) / (2 * np.pi)
-        frequencies = resonance * np.linspace(0.99, 1.01, N_FREQUENCY)
-        keys = [(a, f, s, k) for a in LEVELS for f in frequencies for s in (0, 1) for k in (1, 3)]
-        level, frequency, sensor, harmonic = (np.array(column) for column in zip(*keys, strict=True))
-        n, names = len(keys), np.array(["tip", "base"])
-        points = Points(
-            free=np.zeros(n, dtype=bool), level=level, frequency=frequency, sensor=names[sensor], harmonic=harmonic
-        )
-        exact = Predictor(points=points).predict(model).value
-        random = np.random.default_rng(5)
-        noise = random.standard_normal((REPEATS, n)) + 1j * random.standard_normal((REPEATS, n))
-        value = exact + NOISE * np.abs(exact) * noise + FLOOR * np.roll(noise, 1, axis=1)
-        columns = {"test": np.zeros(n, dtype=int), "level": level, "frequency": frequency, "sensor": sensor}
-        table = Measurement(
-            **{name: np.tile(column, REPEATS) for name, column in columns.items()},
-            harmonic=np.tile(harmonic, REPEATS),
-            order=np.arange(1, REPEATS * n + 1),
-            repeat=np.repeat(np.arange(1, REPEATS + 1), n),
-            sweep=np.ones(REPEATS * n, dtype=int),
-            value=value.ravel(),
-        )
-        sensors = [
-            MeasuredSensor(name=str(name), quantity="displacement", direction="z", place=str(name)) for name in names
-        ]
-        campaign = Campaign(
-            title="Two masses, shaken",
-            folder=Path(),
-            sensors=tuple(sensors),
-            tests=(Test(name="stepped"),),
-            measurement=table,
-            held_out=HeldOut(levels=(4.0,), repeats=(4, 5)) if held_out else HeldOut(),
-        )
-        write_campaign(campaign, at_home / "campaign")
-        return file
-
-    return write
+    return partial(write_two_masses, at_home)

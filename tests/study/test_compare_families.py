@@ -52,7 +52,7 @@ def small_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "study.compare.families.choose_frequencies", lambda families, most, _: choose_frequencies(families, most, 0)
     )
-    monkeypatch.setattr("study.limits.stored_search.process_pool", lambda modules: process_pool(modules, workers=1))
+    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda modules, _: process_pool(modules, workers=1))
 
 
 @pytest.mark.usefixtures("small_search")

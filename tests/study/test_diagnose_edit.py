@@ -89,3 +89,10 @@ def test_a_lower_bound_is_not_written_as_an_interval() -> None:
     # The next interval takes its place.
     assert edited(text, {}, {"mu": Written(1.0, "0.1")}) == "[calibrated]\nmu = 1.0 # +- 0.1\n"
     assert "# a lower bound" in edited("", {}, bound)
+
+
+def test_tables_of_one_kind_among_others_stay_in_their_order() -> None:
+    text = '[[place]]\nname = "a"\n\n[[sensor]]\nname = "x"\n\n[[place]]\nname = "b"\n\n[[sensor]]\nname = "y"\n'
+    once = edited(text, {}, {"kt": Written(1.5, "0.1")})
+    assert once == f"{text}\n[calibrated]\nkt = 1.5 # +- 0.1\n"
+    assert edited(once, {}, {"kt": Written(2.5, "0.1")}) == once.replace("1.5", "2.5")

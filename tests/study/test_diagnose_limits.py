@@ -57,7 +57,7 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     assert "detection thresholds of this layout" in announced
     assert "2 simulated campaigns" in announced
     assert "without --trials" in announced
-    monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a trial is made again"))
+    monkeypatch.setattr("pipeline.pool.worker_pool", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
     shipped = Path("thresholds.json")
     assert ship(case, folder, 2, store, SilentProgress(), shipped) == first

@@ -206,6 +206,37 @@ def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(f
     assert low <= MORE_KT * KT <= high
 
 
+def test_damping_that_friction_may_be_part_of_is_an_upper_bound_and_replaces_no_value_within_it(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    manifest = folder / "tests" / "campaign.toml"
+    jointed, _ = manifest.read_text(encoding="utf-8").rsplit("[[mode]]", 1)
+    manifest.write_text(jointed, encoding="utf-8")  # without the free structure
+    result = run(folder, capfdbinary)
+    estimates: list[dict[str, object]] = result["estimates"]  # type: ignore[assignment]
+    (zeta,) = (item for item in estimates if item["parameter"] == "zeta")
+    assert zeta["interval"][0] == 0  # type: ignore[index]
+    assert not zeta["chosen"]
+    # Against a case with more damping than that the bound speaks.
+    case = (folder / "chain.toml").read_text(encoding="utf-8")
+    (folder / "chain.toml").write_text(case.replace(f"ratio = {DAMPING}", "ratio = 0.02"), encoding="utf-8")
+    estimates = run(folder, capfdbinary)["estimates"]  # type: ignore[assignment]
+    (zeta,) = (item for item in estimates if item["parameter"] == "zeta")
+    assert zeta["chosen"]
+
+
+def test_a_loop_whose_force_helps_the_motion_is_a_sentence(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    file = folder / "tests" / "loop.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    turned = [f"{x},{-float(force)}" for x, force in (row.split(",") for row in rows)]
+    file.write_text("\n".join([head, *turned]), encoding="utf-8")
+    result = run(folder, capfdbinary)
+    assert any("sign = -1" in sentence for sentence in result["warnings"])  # type: ignore[union-attr]
+    assert not [item for item in result["estimates"] if "loop" in str(item["source"])]  # type: ignore[union-attr, index]
+
+
 def test_a_resonance_that_the_model_lacks_hides_no_other(
     folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:

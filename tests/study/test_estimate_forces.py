@@ -8,7 +8,7 @@ import pytest
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.model import Model, Sensor
 from reduction.jointed_system import FrictionContact, JointedSystem
-from study.estimate.contact_force import estimate_from_forces
+from study.estimate.contact_force import count_harmonics, estimate_from_forces, largest_certain_ratio
 
 
 def model() -> Model:
@@ -60,6 +60,28 @@ def test_the_largest_ratio_over_the_period_is_a_lower_bound_of_friction() -> Non
     assert any("lower bound" in sentence for sentence in friction.bias)
     assert preload.value == pytest.approx(20.0)
     assert preload.model_value == 25.0
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 7])
+def test_a_few_harmonics_of_gross_slip_claim_no_more_friction_than_there_is(n: int) -> None:
+    # T = mu N sign(sin): the sum of a few of its harmonics overshoots; N varies with the motion.
+    mu, phase = 0.3, 2 * np.pi * (np.arange(4096) + 0.5) / 4096
+    pressed = 20 + 8 * np.cos(phase + 0.4) + 5 * np.cos(3 * phase)
+    forces = (mu * pressed * np.sign(np.sin(phase)), pressed)
+    tangential, normal = (
+        {k: complex(np.mean(force * np.exp(-1j * k * phase)) * (1 if k == 0 else 2)) for k in range(n + 1)}
+        for force in forces
+    )
+    certain = largest_certain_ratio(tangential, normal, n)
+    assert 0.4 * mu < certain <= mu
+    raw = next(iter(estimate_from_forces(model(), campaign(tangential, normal, (1.0,)))))
+    assert raw.value > mu
+    # The scatter of three per cent of load cells.
+    assert raw.interval[0] == pytest.approx(certain * (1 - 1.96 * 0.03), rel=1e-9)
+
+
+def test_harmonics_count_up_to_the_first_that_one_force_lacks() -> None:
+    assert count_harmonics({0: 1, 1: 1, 2: 1, 3: 1}, {0: 1, 1: 1, 3: 1}) == 1
 
 
 def test_lift_off_does_not_make_the_ratio_infinite() -> None:

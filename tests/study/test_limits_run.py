@@ -79,7 +79,7 @@ class InThisProcess(Executor):
 @pytest.fixture
 def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     np.savez(at_home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.diag([DAMPING, 20.0]))
-    monkeypatch.setattr("study.limits.stored_search.process_pool", lambda _: InThisProcess())
+    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda *_: InThisProcess())
     return at_home
 
 
@@ -362,7 +362,7 @@ def counted(kept, task, result):
 if __name__ == "__main__":
     StoredTasks.__setitem__ = counted
     # One process beside this one: each takes seconds to begin.
-    stored_search.process_pool = lambda modules: process_pool(modules, workers=1)
+    stored_search.worker_pool = lambda modules, _: process_pool(modules, workers=1)
     out, cache = Path(sys.argv[3]), Path(sys.argv[4])
     run.run_limits(Path("wedge.toml"), Options(quiet=True, cache=cache).open(out))
 """

@@ -42,7 +42,7 @@ def test_nothing_held_out_is_refused_at_once(two_masses: TwoMasses, capsys: pyte
     two_masses({}, held_out=False)
     assert cli.main(["diagnose", "chain.toml", "campaign"]) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("stickslip: ")]
-    assert "campaign.toml: nothing is held out, so that no effect can be tested: name a level" in line
+    assert "campaign.toml: nothing is held out, so that neither a fit nor an effect can be tested: name a level" in line
     assert "e.g. repeats = [5]" in line
 
 

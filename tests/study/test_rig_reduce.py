@@ -116,6 +116,34 @@ def test_the_model_is_the_rig_at_rest(folder: Path, document: dict[str, Any]) ->
     assert not weight[[dof.body == "blade" for dof in model.dofs]].any()
 
 
+def test_the_blade_has_its_own_material_and_root_and_nothing_is_reduced_again(
+    folder: Path, document: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("study.kind.rig.reduction.craig_bampton", None)
+    first = document["blade_frequency_hz"][0]
+
+    def frequencies(tables: str) -> tuple[NDArray[np.float64], ReducedAssembly]:
+        file = folder / "other.toml"
+        file.write_text((folder / "my.toml").read_text(encoding="utf-8") + tables, encoding="utf-8")
+        run = replace(silent_run(), store=Store(folder / "cache"))
+        reduction = read_case(file, run=run).structure.details.reduction
+        return reduction.assembly.bodies["blade"].modes(3).frequency, reduction.assembly
+
+    own, assembly = frequencies('[structure.blade_material]\ndensity = "7200 kg/m^3"\nyoung = "200 GPa"\n')
+    # Both scale all frequencies of the body; other ones of all modes may be kept, which hardly matters to the first.
+    assert own[0] / first == pytest.approx(np.sqrt(7800 / 7200 * 200 / 210), rel=1e-4)
+    damper = assembly.bodies["damper_right"]
+    rigid = np.zeros(damper.n_dof)
+    rigid[: damper.n_boundary][damper.boundary_direction == 2] = 1.0
+    steel = rigid @ damper.mass @ rigid
+    relaxed, assembly = frequencies('[structure.root]\nstiffness = "465 N/um"\n')
+    assert 0.85 < relaxed[0] / first < 0.95
+    assert rigid @ assembly.bodies["damper_right"].mass @ rigid == pytest.approx(steel)
+    nearly, _ = frequencies('[structure.root]\nstiffness = "1e9 N/um"\n')
+    # A millionth of the compliance that lowers it by a tenth.
+    assert nearly[0] == pytest.approx(first, rel=1e-6)
+
+
 @pytest.mark.draws
 def test_the_pictures_are_there(folder: Path, document: dict[str, Any]) -> None:
     assert {Path(file).name for file in document["files"]} >= PICTURES

@@ -77,7 +77,7 @@ def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     stiffness = np.zeros((3, 3))
     stiffness[:2, :2], stiffness[2, 2] = STIFFNESS, 1e6
     np.savez(at_home / "masses.npz", M=np.eye(3), K=stiffness, C=DAMPING * np.eye(3))
-    monkeypatch.setattr("study.limits.stored_search.process_pool", lambda _: InThisProcess())
+    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda *_: InThisProcess())
     return at_home
 
 
@@ -241,7 +241,7 @@ if __name__ == "__main__":
     StoredTasks.__setitem__ = counted
     RunContext.draw = lambda *_: []
     # One process beside this one: each takes seconds to begin.
-    stored_search.process_pool = lambda modules: process_pool(modules, workers=1)
+    stored_search.worker_pool = lambda modules, _: process_pool(modules, workers=1)
     run_several_limits(Path("wedge.toml"), Options(quiet=True, cache=out / "cache").open(out))
 """
 

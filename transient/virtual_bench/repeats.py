@@ -9,7 +9,7 @@ References
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 2.3.2.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,19 +88,56 @@ def repeated_tests(
     """
     random = np.random.default_rng(seed)
     bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
-    line = np.array([item.name.split()[0] for item in friction_contacts(system.joints)])
+
+    def settle(points: Sequence[float], level: float, start: TransientState) -> Readings:
+        return sweep_settled(bench, points, level, start, tolerance)
+
     for repeat in range(1, n_repeat + 1):
-        # The hand that puts a body in its place leaves each line a share of its limit.
-        shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line.tolist())}
-        slider = bench.random_start(np.array([shares[name] for name in line.tolist()])).slider
-        for number, level in enumerate(levels):
-            history = random_history(random, first=number == 0)
-            state = quasi_static(system, history.loads or (1.0,), slider)
-            if history.overshoot > 1:
-                state = sweep_settled(bench, frequencies[:1], history.overshoot * level, state, tolerance).final
-            readings = sweep_settled(bench, [*frequencies, *reversed(frequencies)], level, state, tolerance)
-            slider = readings.final.slider
-            yield Sweep(configuration="jointed", repeat=repeat, level=float(level), readings=readings)
+        yield from repeated_test(bench, frequencies, levels, repeat=repeat, random=random, settle=settle)
+
+
+def repeated_test(
+    bench: SweptBench,
+    frequencies: Sequence[float],
+    levels: Sequence[float],
+    *,
+    repeat: int,
+    random: np.random.Generator,
+    settle: Callable[[Sequence[float], float, TransientState], Readings],
+) -> Iterator[Sweep]:
+    """One of them: sweeps up and down at each level, friction carried from level to level.
+
+    Parameters
+    ----------
+    bench
+        Bench with the system.
+    frequencies, levels
+        As in `repeated_tests`.
+    repeat
+        Number of the repeat, from 1 [-].
+    random
+        Generator of its histories.
+    settle
+        Steady states at some frequencies [Hz] and a level [N], from a state: `sweep_settled`, or the search of the
+        bench.
+
+    Raises
+    ------
+    TransientError
+        No equilibrium on the way of the preload.
+    """
+    line = [item.name.split()[0] for item in friction_contacts(bench.system.joints)]
+    # The hand that puts a body in its place leaves each line a share of its limit.
+    shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line)}
+    slider = bench.random_start(np.array([shares[name] for name in line])).slider
+    for number, level in enumerate(levels):
+        history = random_history(random, first=number == 0)
+        state = quasi_static(bench.structure, history.loads or (1.0,), slider)
+        if history.overshoot > 1:
+            state = settle(frequencies[:1], history.overshoot * level, state).final
+        readings = settle([*frequencies, *reversed(frequencies)], level, state)
+        slider = readings.final.slider
+        yield Sweep(configuration="jointed", repeat=repeat, level=float(level), readings=readings)
 
 
 def sweep_settled(

@@ -151,6 +151,7 @@ class SweptBench:
         level: float | Sequence[float],
         multipliers: Vector | None = None,
         *,
+        start: TransientState | None = None,
         tolerance: float = TOLERANCE,
         n_push: int = 0,
     ) -> Readings:
@@ -165,6 +166,8 @@ class SweptBench:
         multipliers
             Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the preload
             leaves by default.
+        start
+            State at rest that an earlier load has left, in place of both.
         tolerance
             Tolerance of a steady state, see `TOLERANCE` [-].
         n_push
@@ -173,7 +176,7 @@ class SweptBench:
         """
         stepper = self.stepper(frequencies[0])
         rest = self._rest if multipliers is None else self.random_start(multipliers)
-        stepper.place(rest)
+        stepper.place(start or rest)
         n = len(self.weight)
         approach = _Approach(
             frequency=frequencies[0], level=0.0, state=stepper.vector * self.weight, correction=np.zeros((n, n)),
@@ -315,11 +318,14 @@ class SweptBench:
         position = np.concatenate([record.displacement.T, end[None]])
         return drag(self.structure.table.packed, position, left, stepper.step)
 
+    def waveforms(self, record: Record) -> tuple[Matrix, Matrix]:
+        """Motion of each sensor [m] and T and N of each line [N] over a period, shapes (s, t) and (l, t)."""
+        return self._rows @ record.modal_displacement.T, self._lines @ record.force
+
     def read(self, record: Record) -> tuple[Array, Array, float]:
         """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
         n = self.steps_per_period
-        motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1) * (2 / n)
-        force = np.fft.rfft(self._lines @ record.force, axis=1) * (2 / n)
+        motion, force = (np.fft.rfft(item, axis=1) * (2 / n) for item in self.waveforms(record))
         force[:, 0] /= 2
         return motion[:, [1, 3]], force[:, [0, 1, 3]], self._slip_share(record)
 

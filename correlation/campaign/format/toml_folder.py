@@ -140,10 +140,10 @@ def _check_sensor(manifest: Manifest, measurement: Measurement, number: int, nam
             "add them, or remove the sensor"
         )
     paired = {name for pair in manifest.load_cells for name in pair.cells}
-    if rows.any() and sensor.quantity == LOAD_CELL and sensor.name not in paired:
+    if rows.any() and sensor.quantity == LOAD_CELL and sensor.cell is None and sensor.name not in paired:
         raise CampaignError(
             f'{MANIFEST}: sensor "{sensor.name}" is a load cell with {rows.sum()} rows that no [[load_cells]] names: '
-            "name it in the cells of one, or remove the sensor and its rows"
+            "name it in the cells of one, give it cell = the model's own, or remove the sensor and its rows"
         )
     for test in np.unique(measurement.test[rows]):
         _check_constant(manifest, measurement, int(test), number)

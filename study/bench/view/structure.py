@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import LineSensor, Model
+from correlation.model import LineSensor, LoadCell, Model, Sensor
 from fe.dense_modes import compute_dense_modes
 from study.page.number import round_list
 
@@ -16,6 +16,8 @@ MODES, SHOWN = 6, 0.12
 #: Nodes of a body are a chain if none is further off their line than this share of its length [-].
 STRAIGHT = 0.05
 AXES = "xyz"
+#: Kinds of sensors of forces, in words.
+FORCES: Mapping[type, str] = {LineSensor: "force of a line", LoadCell: "load cell"}
 
 Place = Float[NDArray[np.float64], "3"]
 
@@ -117,7 +119,7 @@ def _point(model: Model, row: Float[NDArray[np.float64], " r"]) -> list[list[flo
 def _list_rows(model: Model) -> list[dict[str, Any]]:
     """Sensors and contact lines in words, with what they read."""
     rows = [
-        {"name": sensor.name, "kind": "force of a line" if isinstance(sensor, LineSensor) else sensor.quantity}
+        {"name": sensor.name, "kind": sensor.quantity if isinstance(sensor, Sensor) else FORCES[type(sensor)]}
         for sensor in model.sensors
     ]
     return [*rows, *({"name": name, "kind": f"{len(members)} contacts"} for name, members in model.lines.items())]

@@ -11,7 +11,7 @@ from study.compare.result import Compared
 from study.compare.section.section import Section, Table
 
 TEXT = (
-    "Forces on the structure, summed over each contact line. Of the fundamental: the amplitude where it is largest in "
+    "Forces summed over each contact line. Of the fundamental: the amplitude where it is largest in "
     "the measurement. Static parts are means over the measured frequencies; they depend on what the contacts went "
     "through before, which no test records, so that their prediction, which begins at rest, need not agree."
 )

@@ -20,12 +20,14 @@ class WirePull:
     """The pull of a wire on a damper.
 
     Its force [N], the shift of its place along the damper's axis, positive away from the blade [m], and the inclination
-    of its direction to +z in the plane of y and z, positive towards +y [rad].
+    of its direction to +z in the plane of y and z, positive towards +y [rad]. It is spread over a width of the cylinder
+    about its place [m]; None for all of the cylinder.
     """
 
     force: float
     shift: float
     inclination: float
+    width: float | None = None
 
 
 def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
@@ -77,6 +79,7 @@ def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
             force=table.dead_weight.force if own.force is None else own.force,
             shift=own.shift,
             inclination=own.inclination,
+            width=table.dead_weight.width if own.width is None else own.width,
         )
     return result
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -14,10 +14,8 @@ from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
-from study.kind.rig.structure import RestingRig
+from study.kind.rig.structure import ARMS, RestingRig, arm_direction
 
-#: Fixed faces at the ends of the arms, and whether these rise or fall away from the blade.
-ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
 Samples = Float[NDArray[np.float64], " n"]
 
 
@@ -107,8 +105,7 @@ def compute_rig_forces(resting: RestingRig, balance: HarmonicBalance, state: Ste
     for side, (sign, _) in SIDES.items():
         body = f"decoupler_{side}"
         push = {cell: -_reaction(resting, body, cell, balance, state) for cell in ARMS}
-        arms = {cell: np.array([0.0, sign * cos(alpha), up * sin(alpha)]) for cell, up in ARMS.items()}
-        cells[body] = np.array([arms[cell] @ push[cell] for cell in ARMS])
+        cells[body] = np.array([arm_direction(side, cell, alpha) @ push[cell] for cell in ARMS])
         whole = np.sum(list(push.values()), axis=0)
         weight = weights[side].force * cos(weights[side].inclination)
         for result, own in (

@@ -28,6 +28,10 @@ from pipeline.store import Store, stage
 BODIES = tuple(placements(Rig()))
 #: Sets of nodes that are fixed, by kind of body; contact alone holds the dampers.
 FIXED_SETS = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
+#: Along the span; and the direction of vibration, through the blade's thickness.
+Z, Y = 2, 1
+#: That of the blade, which may be put on springs.
+ROOT = "clamp"
 #: Contact lines by kind of body, each with the face that it lies on.
 LINES = {
     "blade": {"contact_positive": "groove_positive", "contact_negative": "groove_negative"},
@@ -57,6 +61,9 @@ class MeshedRig:
 class RigModel:
     """All that the reduced bodies of a rig depend on; contacts, dead weights and damping are put on them later.
 
+    What the blade has of its own - material, springs of the root, accelerometer, stinger - is put on the reduced blade,
+    so that nothing is reduced again when it changes.
+
     Parameters
     ----------
     rig
@@ -71,6 +78,14 @@ class RigModel:
         Fixed-interface modes of all bodies together, the lowest first, or of each body by name [-].
     tetrahedra
         Meshes by body that were made before, see `study.kind.rig.model`; none where bricks are made, or cut.
+    blade_material
+        Material of the blade, of the same Poisson's ratio; that of all bodies by default.
+    root_compliance
+        Compliance of all springs of the blade's clamp along an axis together [m/N]; 0 is a fixed clamp.
+    accelerometer_mass
+        Mass at the tip of the blade [kg].
+    stinger_stiffness
+        Stiffness to the ground along y where the shaker pushes [N/m].
     """
 
     rig: Rig
@@ -79,6 +94,15 @@ class RigModel:
     size: float
     n_mode: int | Mapping[str, int]
     tetrahedra: Mapping[str, StationCoordinates] = field(default_factory=dict, repr=False)
+    blade_material: Material | None = None
+    root_compliance: float = 0.0
+    accelerometer_mass: float = 0.0
+    stinger_stiffness: float = 0.0
+
+    @property
+    def reduced(self) -> "RigModel":
+        """The same with what is put on the reduced blade left out."""
+        return replace(self, blade_material=None, root_compliance=0.0, accelerometer_mass=0.0, stinger_stiffness=0.0)
 
     @property
     def cells(self) -> RigMesh:

@@ -22,11 +22,13 @@ from pipeline.store import Outcome, Store, stage
 from reduction.assembly import ReducedAssembly, lowest_modes, truncated
 from reduction.available_memory import available_memory
 from reduction.craig_bampton import craig_bampton
+from reduction.elastic_support import ElasticBody, ElasticSupport, find_elastic_support, put_on_springs
 from reduction.errors import RomError
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory
+from reduction.other_material import in_other_material
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.kind.rig.model import BODIES, FIXED_SETS, MeshedRig, RigModel, find_mirror_image, in_tetrahedra
+from study.kind.rig.model import BODIES, FIXED_SETS, ROOT, MeshedRig, RigModel, Y, find_mirror_image, in_tetrahedra
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,11 +43,14 @@ class ReducedBody:
         Least scaled Jacobian of its elements, 1 for a brick [-].
     reactions
         Reaction of each fixed set of nodes, over the reduced coordinates.
+    root
+        Clamp of the blade, to be put on springs; None of other bodies.
     """
 
     rom: ReducedModel
     least_scaled_jacobian: float
     reactions: Mapping[str, SupportReaction]
+    root: ElasticSupport | None = None
 
 
 @stage("reduced body of a rig")
@@ -74,6 +79,9 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
             name: SupportReaction(stiffness=item.stiffness @ rom.recovery, mass=item.mass @ rom.recovery)
             for name, item in reactions.items()
         },
+        root=find_elastic_support(mesh, ROOT, mass, rom, mesh.points if place is None else place.places)
+        if ROOT in supports
+        else None,
     )
 
 
@@ -121,6 +129,8 @@ class RigReduction:
         Reactions by body and fixed set of nodes, over all coordinates of the assembly.
     coordinates
         Coordinates by body that are no nodes': of stations between nodes, or of the disc that the shaker pushes.
+    root
+        The blade on its clamp, fixed and on the springs of the model.
     """
 
     meshes: Mapping[str, Mesh]
@@ -128,6 +138,7 @@ class RigReduction:
     least_scaled_jacobian: Mapping[str, float]
     reactions: Mapping[str, Mapping[str, SupportReaction]]
     coordinates: Mapping[str, StationCoordinates] = field(default_factory=dict)
+    root: ElasticBody | None = None
 
     @property
     def n_dof(self) -> int:
@@ -181,7 +192,7 @@ def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
         tasks.append(
             Task(
                 stage=reduced_body,
-                inputs={"model": model, "body": body},
+                inputs={"model": model.reduced, "body": body},
                 label=f"reduction of {kind}",
                 weight=mesh.n_node / 1e3,
                 memory=memory,
@@ -209,8 +220,12 @@ def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> 
 def together(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
-    """What the tasks of `list_reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
+    """What the tasks of `list_reduction_tasks` found, with the mirror images, and with as many modes as were asked.
+
+    The blade has its own material, and its clamp is on the springs of the model.
+    """
     result = by_body(tasks, outcomes)
+    result["blade"] = _with_own_material(result["blade"], model)
     bodies = {
         body: result[body].rom if body in result else mirrored(result[find_mirror_image(body) or ""].rom, body)
         for body in BODIES
@@ -220,16 +235,58 @@ def together(
         bodies = {body: truncated(rom, counts[body]) for body, rom in bodies.items()}
     else:
         bodies = lowest_modes(bodies, model.n_mode)
+    root = _root(bodies["blade"], result["blade"].root, model.root_compliance)
+    if root is not None and root.compliance:
+        bodies["blade"] = put_on_springs(bodies["blade"], root.support, root.compliance)
+        result["blade"] = replace(result["blade"], reactions={ROOT: root.reaction})
+    bodies["blade"] = _with_attachments(bodies["blade"], model)
     assembly = ReducedAssembly(bodies=bodies)
     return RigReduction(
         meshes=meshed.meshes,
         assembly=assembly,
         least_scaled_jacobian={body: result[find_mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
         coordinates=meshed.coordinates,
+        root=root,
         reactions={
             body: _reactions(assembly, body, result[find_mirror_image(body) or body].reactions) for body in BODIES
         },
     )
+
+
+def _with_own_material(body: ReducedBody, model: RigModel) -> ReducedBody:
+    """The blade in its own material; its reactions follow the matrices."""
+    own, common = model.blade_material or model.material, model.material
+    density, modulus = own.density / common.density, own.young / common.young
+    rom = in_other_material(body.rom, density, modulus)
+    size = np.ones(rom.n_dof)
+    size[rom.n_boundary :] = density**-0.5
+    return replace(
+        body,
+        rom=rom,
+        root=None if body.root is None else body.root.scaled(density, rom.n_boundary),
+        reactions={
+            name: SupportReaction(stiffness=modulus * item.stiffness * size, mass=density * item.mass * size)
+            for name, item in body.reactions.items()
+        },
+    )
+
+
+def _with_attachments(rom: ReducedModel, model: RigModel) -> ReducedModel:
+    """The blade with the accelerometer at its tip and the stinger where it is pushed."""
+    if not (model.accelerometer_mass or model.stinger_stiffness):
+        return rom
+    mass, stiffness = np.array(rom.mass), np.array(rom.stiffness)
+    tip, pushed = rom.rows("response"), rom.rows("excitation", Y)
+    mass[tip, tip] += model.accelerometer_mass
+    stiffness[pushed, pushed] += model.stinger_stiffness
+    return replace(rom, mass=mass, stiffness=stiffness)
+
+
+def _root(rom: ReducedModel, support: ElasticSupport | None, compliance: float) -> ElasticBody | None:
+    if support is None:
+        return None
+    own = support.truncated(rom.n_dof)
+    return ElasticBody(mass=rom.mass, stiffness=rom.stiffness, support=own, compliance=compliance)
 
 
 def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, SupportReaction]) -> dict[str, SupportReaction]:

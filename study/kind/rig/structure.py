@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from casefile.source import find_value
 from casefile.table import located
-from correlation.model import DeadWeight, Dof, Part, Sensor
+from correlation.model import DeadWeight, Dof, Head, LoadCell, Part, Sensor, Wire
 from fe.distributed_load import distribute_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
+from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
 from reduction.joined import Joined, joined, vibrating
 from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motions
@@ -23,9 +24,9 @@ from reduction.static_contact import StaticState
 from study.case.structure import Structure
 from study.case.tables import Case
 from study.kind.rig.contact import WirePull, dead_weights, make_line_pairs
-from study.kind.rig.model import RigModel, in_tetrahedra
+from study.kind.rig.model import RigModel, Y, Z, in_tetrahedra
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.table import RigTable, make_rig_model
+from study.kind.rig.table import LaserTable, RigTable, make_rig_model
 from study.reduce.report import report_fewer_rig_modes
 from study.run_context import RunContext
 
@@ -33,8 +34,15 @@ Row = Float[NDArray[np.float64], " r"]
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: The direction of vibration, through the blade's thickness.
-Y = 1
+#: Fixed faces at the ends of the arms, and whether these rise or fall away from the blade.
+ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
+#: Load cells by name: side and fixed face. R3 and R4 are those of eq. 1 on the right; the left is its mirror image.
+LOAD_CELLS = {
+    "R1": ("left", "cell_upper"), "R2": ("left", "cell_lower"),
+    "R3": ("right", "cell_upper"), "R4": ("right", "cell_lower"),
+}  # fmt: skip
+#: Of places of nodes [m].
+ROUND_OFF = 1e-9
 #: Largest share of Coulomb's limit that a drawn friction history leaves in a contact.
 HISTORY = 0.9
 #: Dampers without contacts hang on springs: so many times per second they then move as rigid bodies [Hz].
@@ -53,8 +61,8 @@ class RestingRig:
         Pull of the wire on each side.
     joined
         Bodies and contacts, unloaded.
-    pull
-        Force of the dead weight of each side, over all coordinates, shape (r,) [N].
+    wires
+        Wire of the dead weight of each side, over all coordinates.
     rest
         Static state of the contacts under the dead weights.
     dampers
@@ -65,7 +73,7 @@ class RestingRig:
     reduction: RigReduction
     weights: Mapping[str, WirePull]
     joined: Joined
-    pull: Mapping[str, Row]
+    wires: Mapping[str, Wire]
     rest: StaticState
     dampers: tuple[RigidBody, ...]
 
@@ -89,14 +97,14 @@ def resting_rig(case: Case[RigTable], model: RigModel, reduction: RigReduction) 
         check_held(dampers)
     if any(getattr(table.contact, name).uneven for name in bodies.lines):
         bodies = seated(bodies, _dampers(reduction))
-    pull = _pulls(weights, rig, reduction)
+    wires = {side: _wire(side, pull, rig, reduction) for side, pull in weights.items()}
     try:
-        rest = bodies.rest(np.sum([*pull.values()], axis=0))
+        rest = bodies.rest(np.sum([wire.load for wire in wires.values()], axis=0))
     except InputError as error:
         with located(case, "structure", "dead_weight", *_side_at_fault(case, str(error))):
             raise error
     return RestingRig(
-        model=model, reduction=reduction, weights=weights, joined=bodies, pull=pull, rest=rest, dampers=dampers
+        model=model, reduction=reduction, weights=weights, joined=bodies, wires=wires, rest=rest, dampers=dampers
     )
 
 
@@ -121,21 +129,26 @@ def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"
     return force
 
 
-def _pulls(weights: Mapping[str, WirePull], rig: Rig, reduction: RigReduction) -> dict[str, Row]:
-    """The dead weight of each side, spread over the lower half of the cylinder that its wire lies under [N]."""
-    result, points = {}, named_points(rig)
-    for side, weight in weights.items():
-        body, (sign, _) = f"damper_{side}", SIDES[side]
-        mesh = reduction.meshes[body]
-        cylinder = mesh.nodes("cylinder")
-        below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
-        place = points[body]["dead_weight"] + np.array([0.0, sign * weight.shift, 0.0])
-        result[side] = reduction.assembly.load(body, distribute_load(mesh, below, _pull(weight), place))
-    return result
+def _wire(side: str, pull: WirePull, rig: Rig, reduction: RigReduction) -> Wire:
+    """The wire of a side: its load is spread over the lower half of the cylinder, as wide as the wire lies under it."""
+    body, (sign, _) = f"damper_{side}", SIDES[side]
+    mesh, place = reduction.meshes[body], named_points(rig)[body]["dead_weight"]
+    cylinder = mesh.nodes("cylinder")
+    below = cylinder[mesh.points[cylinder, Z] < rig.damper_axis]
+    if pull.width is not None:
+        away = np.abs(mesh.points[below, Y] - place[Y] - sign * pull.shift)
+        # A wire thinner than an element lies under the nearest nodes; round-off of nodes at its edges.
+        below = below[away <= max(pull.width / 2, float(away.min())) + ROUND_OFF]
 
+    def load(direction: int, shift: float) -> Row:
+        nodal = distribute_load(mesh, below, np.eye(3)[direction], place + np.array([0.0, sign * shift, 0.0]))
+        return reduction.assembly.load(body, nodal)
 
-def _pull(weight: WirePull) -> Float[NDArray[np.float64], "3"]:
-    return weight.force * np.array([0.0, sin(weight.inclination), cos(weight.inclination)])
+    upright = load(Z, 0.0)
+    return Wire(
+        force=pull.force, shift=pull.shift, inclination=pull.inclination, horizontal=load(Y, 0.0), vertical=upright,
+        moment=load(Z, 1.0) - upright,
+    )  # fmt: skip
 
 
 def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
@@ -172,13 +185,15 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         lines=resting.joined.lines,
         static_load=resting.rest.load,
         harmonic_force=force,
-        sensors=_sensors(reduction),
+        sensors=_sensors(reduction, case.structure.laser),
         dead_weights={
-            f"{side} dead weight": DeadWeight(
-                row=pull, lines=tuple(name for name in resting.joined.lines if name.startswith(side))
+            f"{side} dead weight": DeadWeight.on_wire(
+                wire, tuple(name for name in resting.joined.lines if name.startswith(side))
             )
-            for side, pull in resting.pull.items()
+            for side, wire in resting.wires.items()
         },
+        elastic_bodies=_elastic_bodies(reduction),
+        load_cells=find_load_cells(resting),
         suspension=suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
         histories=partial(friction_histories, resting.rest, resting.joined),
@@ -194,6 +209,25 @@ def measured_places(reduction: RigReduction) -> dict[str, Row]:
         "slot": (_row(reduction, "blade", "laser_left") + _row(reduction, "blade", "laser_right")) / 2,
     }
     return result | {f"damper_{side}": _row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
+
+
+def find_load_cells(resting: RestingRig) -> dict[str, LoadCell]:
+    """The load cells by name: each reads the push of its arm, along the arm.
+
+    The reaction of the fixed end follows from the stiffness alone: what the mass between the end and the nodes beside
+    it adds is left out, as it moves far less than the contact.
+    """
+    alpha, result = resting.model.rig.decoupler.arm_angle, {}
+    for name, (side, cell) in LOAD_CELLS.items():
+        arm = arm_direction(side, cell, alpha)
+        row = -arm @ resting.reduction.reactions[f"decoupler_{side}"][cell].stiffness
+        result[name] = LoadCell(name=name, row=row, at_rest=float(row @ resting.rest.displacement))
+    return result
+
+
+def arm_direction(side: str, cell: str, angle: float) -> Float[NDArray[np.float64], "3"]:
+    """Along an arm from the contact line to its load cell, of arms at an angle [rad], shape (3,) [-]."""
+    return np.array([0.0, SIDES[side][0] * cos(angle), ARMS[cell] * sin(angle)])
 
 
 def suspension(reduction: RigReduction) -> Matrix:
@@ -236,18 +270,24 @@ def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
     return np.concatenate(result)
 
 
-def _row(reduction: RigReduction, body: str, name: str) -> Row:
+def _row(reduction: RigReduction, body: str, name: str, direction: int = Y) -> Row:
     result = np.zeros(reduction.assembly.n_dof)
-    result[reduction.assembly.rows(body, name, Y)] = 1.0
+    result[reduction.assembly.rows(body, name, direction)] = 1.0
     return result
 
 
-def _sensors(reduction: RigReduction) -> tuple[Sensor, ...]:
-    """The tip, and how each damper moves against the blade where the differential laser looks."""
+def _sensors(reduction: RigReduction, lean: LaserTable) -> tuple[Sensor, ...]:
+    """The tip, and how each damper moves against the blade where the heads of the differential laser look."""
     result = [Sensor(name="tip", row=_row(reduction, "blade", "response"))]
     for side in SIDES:
-        relative = _row(reduction, f"damper_{side}", "laser_blade") - _row(reduction, "blade", f"laser_{side}")
-        result.append(Sensor(name=f"damper {side} against blade", row=relative))
+        heads = {}
+        for body, name, sign, angle in (
+            (f"damper_{side}", "laser_blade", 1.0, lean.damper),
+            ("blade", f"laser_{side}", -1.0, lean.blade),
+        ):
+            along, across = (sign * _row(reduction, body, name, axis) for axis in (Y, Z))
+            heads[body.partition("_")[0]] = Head(along=along, across=across).leaning(angle)
+        result.append(Sensor.laser(f"damper {side} against blade", heads))
     return tuple(result)
 
 
@@ -263,6 +303,14 @@ def _parts(resting: RestingRig) -> tuple[Part, ...]:
     if fixed.any():
         result.append(Part(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
     return tuple(result)
+
+
+def _elastic_bodies(reduction: RigReduction) -> dict[str, ElasticBody]:
+    """The blade on its clamp."""
+    if reduction.root is None:
+        return {}
+    assembly = reduction.assembly
+    return {"blade": reduction.root.within(assembly.n_dof, assembly.columns("blade"))}
 
 
 def _dofs(reduction: RigReduction) -> tuple[Dof, ...]:

@@ -1,12 +1,13 @@
 """``[structure]`` with ``kind = "rig"``: dimensions of five bodies, their contacts and dead weights."""
 
 from collections.abc import Mapping
-from math import degrees, pi
+from dataclasses import replace
+from math import degrees, pi, radians
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from casefile.quantity import Angle, Force, Length, Stiffness
+from casefile.quantity import Angle, Force, Length, Mass, MaterialDensity, Stiffness, YoungsModulus
 from casefile.source import find_key_in_message, find_value
 from casefile.table import CaseModel, located
 from geometry.blade import Blade
@@ -24,6 +25,8 @@ from study.kind.rig.model import RigModel
 FINEST, COARSEST = 1e-3, 10e-3
 #: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
 WIDEST_GAP = 1e-4
+#: A beam that leans more reads another direction [rad].
+MOST_LEANING = radians(80)
 #: That gap over a line of 1 mm, the same slip.
 WIDEST_ANGLE = 0.1
 
@@ -75,6 +78,12 @@ def _gap_angle(angle: float) -> float:
     return angle
 
 
+def _lean(angle: float) -> float:
+    if not abs(angle) <= MOST_LEANING:
+        raise ValueError('must lie between "-80 deg" and "80 deg": at 0 the beam is along y, positive towards +z')
+    return angle
+
+
 def _inclination(angle: float) -> float:
     if not abs(angle) < pi / 2:
         raise ValueError('must lie between "-90 deg" and "90 deg": at 0 the wire pulls straight up')
@@ -82,10 +91,13 @@ def _inclination(angle: float) -> float:
 
 
 Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
+NotNegative = Annotated[Stiffness, Field(ge=0)]
 Positive = Annotated[Stiffness, Field(gt=0)]
 Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
+Width = Annotated[Length, Field(gt=0, examples=["3 mm"])]
 Pull = Annotated[Force, Field(gt=0)]
 GapAngle = Annotated[Angle, AfterValidator(_gap_angle), Field(examples=["0.35 deg"])]
+Lean = Annotated[Angle, AfterValidator(_lean), Field(examples=["13 deg"])]
 Inclination = Annotated[Angle, AfterValidator(_inclination)]
 
 
@@ -167,14 +179,48 @@ class SideWeightTable(CaseModel):
     """What the dead weight of one side has of its own."""
 
     force: Pull | None = None
+    width: Width | None = None
     shift: Length = 0.0
     inclination: Inclination = 0.0
 
 
+class BladeMaterialTable(CaseModel):
+    """What the blade has of its own; its Poisson's ratio is that of all bodies."""
+
+    young: YoungsModulus | None = None
+    density: MaterialDensity | None = None
+
+
+class RootTable(CaseModel):
+    """The clamp of the blade as one rigid piece on springs, stiffness in all along each axis; fixed by default."""
+
+    stiffness: Positive | None = None
+
+
+class AccelerometerTable(CaseModel):
+    """The accelerometer at the blade's tip: a mass that moves with its node."""
+
+    mass: Annotated[Mass, Field(ge=0, examples=["2 g"])] = 0.0
+
+
+class StingerTable(CaseModel):
+    """The stinger of the shaker: a spring from where it pushes to the ground, along its axis."""
+
+    stiffness: NotNegative = 0.0
+
+
+class LaserTable(CaseModel):
+    """The differential lasers: how far the head at the damper and that at the blade lean from y towards +z."""
+
+    damper: Lean = 0.0
+    blade: Lean = 0.0
+
+
 class DeadWeightTable(CaseModel):
-    """What pulls the dampers up into their grooves."""
+    """What pulls the dampers up into their grooves: wires that lie on a width of the cylinder, all of it by default."""
 
     force: Pull = 55.0
+    width: Width | None = None
     left: SideWeightTable = SideWeightTable()
     right: SideWeightTable = SideWeightTable()
 
@@ -187,6 +233,11 @@ class RigTable(StructureTable):
     damper: DamperDimensions = DamperDimensions()
     decoupler: DecouplerDimensions = DecouplerDimensions()
     material: MaterialTable
+    blade_material: BladeMaterialTable = BladeMaterialTable()
+    root: RootTable = RootTable()
+    accelerometer: AccelerometerTable = AccelerometerTable()
+    stinger: StingerTable = StingerTable()
+    laser: LaserTable = LaserTable()
     mesh: RigMeshTable
     reduction: RigReductionTable = RigReductionTable()
     contact: ContactTable
@@ -211,6 +262,9 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
         decoupler = table.decoupler.decoupler()
     with located(case, "structure", "material"):
         material = table.material.material()
+    own = {name: value for name, value in table.blade_material.model_dump().items() if value is not None}
+    with located(case, "structure", "blade_material"):
+        blade_material = replace(material, **own)
     try:
         rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=table.blade.excitation_radius)
     except GeometryError as error:
@@ -223,6 +277,10 @@ def make_rig_model(case: Case[RigTable]) -> RigModel:
         element=table.mesh.element,
         size=table.mesh.size,
         n_mode=modes if isinstance(modes, int) else modes.model_dump(),
+        blade_material=blade_material,
+        accelerometer_mass=table.accelerometer.mass,
+        stinger_stiffness=table.stinger.stiffness,
+        root_compliance=0.0 if table.root.stiffness is None else 1 / table.root.stiffness,
     )
 
 

@@ -199,6 +199,30 @@ def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f
     assert "swapped, they agree within" in found[0].sentence
 
 
+@pytest.mark.parametrize("f0", [100.0, 97.0])
+def test_sensors_that_read_nearly_alike_are_found_where_a_third_one_confirms(f0: float) -> None:
+    made = campaign()
+    # 12 % apart; the third one is right.
+    made = with_values(made, np.where(made.measurement.sensor == 1, 0.88 / 0.55, 1.0) * made.measurement.value)
+    swap = np.array([1, 0, 2])
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    alone = [replace(each, measurement=each.measurement.where(each.measurement.sensor < 2)) for each in (swapped, made)]
+    for each, expected in ((made, 0), (swapped, 1), (alone[0], 0), (alone[1], 0)):
+        table = extract_features(each)
+        gain = np.array([1.0, 0.88, -0.16])[table.sensor] / table.harmonic**3
+        predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
+        assert len(find_swapped_sensors(each, table, predicted)) == expected
+
+
+@pytest.mark.parametrize("errors", [(0.06, -0.06, 0.0), (0.06, -0.06, 0.03), (-0.1, 0.02, 0.05)])
+def test_errors_of_mode_shapes_are_not_taken_for_a_swap(errors: tuple[float, ...]) -> None:
+    made = campaign()
+    made = with_values(made, np.where(made.measurement.sensor == 1, 0.97 / 0.55, 1.0) * made.measurement.value)
+    table = extract_features(made)
+    predicted = (1 + np.array(errors))[table.sensor] * table.value
+    assert find_swapped_sensors(made, table, predicted) == ()
+
+
 def test_a_wrong_gain_is_not_taken_for_a_swap() -> None:
     made = campaign()
     table = extract_features(made)
@@ -248,6 +272,19 @@ def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_take
         assert one.where == 'test "stepped"'
         assert "the phases agree with the model to" in one.sentence
         assert "change the sign in convention.time of the manifest" in one.sentence
+
+
+@pytest.mark.parametrize(("f0", "expected"), [(100.0, 1), (85.0, 0), (97.0, 0), (120.0, 0)])
+def test_phases_that_are_not_relative_to_the_force_are_turned_by_one_angle(f0: float, expected: int) -> None:
+    made = campaign()
+    assert not [
+        each for each in find_conjugate_tests(made, extract_features(made), predictions(made, f0)) if each.of_test
+    ]
+    if expected:
+        turned = with_values(made, np.exp(1.7j) * made.measurement.value)
+        (found,) = find_conjugate_tests(turned, extract_features(turned), predictions(turned, f0))
+        assert found.of_test
+        assert "turned by -97 deg" in found.sentence
 
 
 @pytest.mark.parametrize("f0", [100.0, 99.8])

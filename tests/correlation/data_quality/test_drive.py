@@ -1,5 +1,6 @@
 """A force that stays below its set point at the higher levels is suspected; one that drops at a resonance is not."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,14 @@ def test_a_drive_that_clips_is_suspected_at_the_levels_that_it_does_not_reach() 
     assert "11 of 11 readings" in found.sentence
     assert str(found) in map(str, find_suspicions(campaign(largest=8.0)))
     assert [each.where[-4:] for each in find_drive_suspicions(campaign(largest=2.0))] == [" 3 N", "10 N"]
+
+
+def test_lower_levels_whose_force_is_their_set_point_in_every_digit_hide_no_drive_that_clips() -> None:
+    made = campaign(largest=8.0)
+    table = made.measurement
+    force = np.where(table.level < 10, table.level, table.force)
+    (found,) = find_drive_suspicions(replace(made, measurement=replace(table, force=force)))
+    assert "level 10 N" in found.where
 
 
 def test_a_force_that_drops_at_a_resonance_or_is_off_by_one_factor_is_not_suspected() -> None:

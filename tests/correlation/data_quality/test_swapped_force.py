@@ -78,6 +78,17 @@ def test_forces_that_are_swapped_in_all_repeats_fit_the_model_only_if_swapped_ba
     assert all(f'"{name}"' in found for name in pair)
 
 
+def test_forces_that_are_swapped_at_one_level_are_named_with_it() -> None:
+    made = campaign()
+    table = made.measurement
+    turn = np.array([0, 3, 2, 1])
+    at = table.level == 10.0
+    mixed = replace(made, measurement=replace(table, sensor=np.where(at, turn[table.sensor], table.sensor)))
+    (found,) = beside_the_model(mixed)
+    assert "at 10 N" in found
+    assert '"left_N" and "right_N"' in found
+
+
 @pytest.mark.parametrize("pair", [("left_T", "right_T"), ("left_N", "right_N"), ("left_T", "left_N")])
 @pytest.mark.parametrize("n_repeat", [3, 5])
 def test_forces_that_are_swapped_in_one_repeat_are_found_in_that_one(pair: tuple[str, str], n_repeat: int) -> None:

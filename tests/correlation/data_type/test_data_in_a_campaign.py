@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.write_campaign import write_campaign
 from correlation.data_type.frequency_response import predict_linear_response, response_panels
 from correlation.data_type.mode import linear_modes
 from correlation.data_type.registry import DATA_TYPES
@@ -300,6 +301,34 @@ def test_load_cells_become_the_forces_of_equation_1(tmp_path: Path) -> None:
     expected = decoupler_contact(r3, r4, np.radians(8.53), np.radians(45))
     assert table.value[table.sensor == 0] == pytest.approx(expected.tangential)
     assert table.value[table.sensor == 1] == pytest.approx(expected.normal)
+
+
+def test_contact_forces_have_the_stated_errors_of_their_cells(tmp_path: Path) -> None:
+    stated = CELLS.replace('name = "R3"\n', 'name = "R3"\nnoise = ["1 %", "0.3 N"]\nuncertainty = "2 %"\n')
+    stated = stated.replace('name = "R4"\n', 'name = "R4"\nnoise = "0.3 N"\n')
+    forces = read_campaign(write(tmp_path, stated, cells="f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n")).sensors
+    # At 45 degrees the rotation keeps the noise of equal cells.
+    for force in forces:
+        assert force.noise == pytest.approx((0.01, 0.3))
+        assert force.uncertainty == 0.02
+
+
+def test_a_load_cell_of_the_model_is_compared_itself(tmp_path: Path) -> None:
+    alone = CELLS.replace('[[load_cells]]\ncells = ["R3", "R4"]\ntangential = "left_T"\nnormal = "left_N"\n', "")
+    alone = alone.replace('taper = "8.53 deg"\narm = "45 deg"\n', "")
+    for name in ("left_T", "left_N"):
+        component = "tangential" if name == "left_T" else "normal"
+        alone = alone.replace(
+            f'[[sensor]]\nname = "{name}"\nquantity = "contact force"\nline = "left"\ncomponent = "{component}"\n', ""
+        )
+    data = "f,a,b,c,d\n10,3,1,1,-1\n11,2,0,1,0.5\n"
+    with pytest.raises(CampaignError, match=r'"R3" is a load cell.*\[\[load_cells\]\]'):
+        read_campaign(write(tmp_path, alone, cells=data))
+    named = alone.replace('quantity = "load cell"\n', 'quantity = "load cell"\ncell = "R9"\n')
+    campaign = read_campaign(write(tmp_path, named, cells=data))
+    assert [sensor.cell for sensor in campaign.sensors] == ["R9", "R9"]
+    write_campaign(campaign, tmp_path / "again")
+    assert [sensor.cell for sensor in read_campaign(tmp_path / "again").sensors] == ["R9", "R9"]
 
 
 @pytest.mark.parametrize(

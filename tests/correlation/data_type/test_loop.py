@@ -1,14 +1,16 @@
 """Loops: a Jenkins element under an imposed displacement against its closed form, and one in a vibrating structure."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from correlation.data_type.loop import ForceLoop, imposed_loop, loop_features, predict_loop
+from correlation.data_type.loop import ForceLoop, driven_loop, imposed_loop, loop_features, predict_loop
 from correlation.errors import CampaignError
-from correlation.model import Model
+from correlation.model import Model, Sensor
 from correlation.signal.loop import analyse_loop
+from reduction.joint_law.friction_contact import FrictionContact
 from reduction.joint_law.jenkins import JenkinsElement
 
 STIFFNESS = 5e5
@@ -59,6 +61,29 @@ def test_the_grip_imposes_the_displacement(oscillator: Make, jenkins: JenkinsEle
     assert curve is not None
     # To the stiffness of the grip over that of the structure.
     assert np.ptp(curve[0]) / 2 == pytest.approx(1e-4, rel=1e-4)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_loop_of_a_line_resists_the_motion_that_its_sensor_reads(
+    oscillator: Make, jenkins: JenkinsElement, way: float
+) -> None:
+    rub = FrictionContact(
+        name="rub", normal=1e-6 * np.ones(1), tangents=np.ones(1), normal_stiffness=1.0, preload=10.0,
+        tangential_stiffness=jenkins.tangential_stiffness, friction_coefficient=jenkins.limit_force / 10,
+    )  # fmt: skip
+    model = oscillator(rub, n_harmonic=41)
+    sensor = Sensor(name="laser", row=way * np.ones(1))
+    model = Model(**{**vars(model), "sensors": (sensor,), "lines": {"pad": ("rub",)}})
+    amplitude = 3 * jenkins.limit_force / jenkins.tangential_stiffness
+    loop = replace(make_loop(jenkins, amplitude), place=None, line="pad", sensor="laser", level=60.0, frequency=10.0)
+    curve = driven_loop(model, loop)
+    assert curve is not None
+    x, f = curve
+    reach = jenkins.limit_force / jenkins.tangential_stiffness
+    work = 4 * jenkins.limit_force * (np.ptp(x) / 2 - reach)
+    # Forty harmonics round the corners of the loop.
+    assert np.sum(f * np.roll(x, -1) - f * np.roll(x, 1)) / 2 == pytest.approx(work, rel=0.01)
+    assert np.abs(f).max() == pytest.approx(jenkins.limit_force, rel=0.05)
 
 
 def test_a_place_that_the_model_lacks_is_named(oscillator: Make, jenkins: JenkinsElement) -> None:

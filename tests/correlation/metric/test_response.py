@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from correlation.errors import CampaignError
-from correlation.metric.response import amplitude_error, fit_resonance, phase_error
+from correlation.metric.response import amplitude_error, find_peak, fit_resonance, phase_error
 
 ROUND_OFF = 1e-9  # relative; peaks are some hundred times their surroundings
 
@@ -53,3 +53,9 @@ def test_a_peak_at_the_end_of_the_band_is_refused() -> None:
     frequency = np.linspace(90, 99, 10)
     with pytest.raises(CampaignError, match="no resonance between 90 and 99 Hz: the response is largest at an end"):
         fit_resonance(frequency, response(frequency))
+
+
+def test_three_points_are_a_peak_if_the_middle_one_is_the_highest() -> None:
+    assert find_peak(np.array([1.0, 2.0, 3.0]), np.array([1, 2j, 1])).tolist() == [True, True, True]
+    with pytest.raises(CampaignError, match="no resonance"):
+        find_peak(np.array([1.0, 2.0]), np.array([1, 2j]))

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.loop import analyse_loop
+from correlation.signal.loop import analyse_loop, find_periods
 from correlation.signal.stick_slip import Estimate, estimate_stick_slip
 
 Array = NDArray[np.float64]
@@ -228,3 +228,29 @@ def test_a_part_that_slips_at_once_makes_the_stiffness_a_lower_bound() -> None:
 def test_unusable_loops_are_refused(displacement: Array, force: Array, normal: float | Array | None, word: str) -> None:
     with pytest.raises(CampaignError, match=word):
         estimate_stick_slip(displacement, force, normal)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_stroke_of_twelve_deviations_of_the_noise_is_a_motion(seed: int) -> None:
+    # Ten deviations are asked for. Of white noise the second difference has six times the variance, the third twenty.
+    turn = np.arange(8 * 100) / 100
+    noise = np.random.default_rng(seed).standard_normal(len(turn))
+    found = find_periods(noise - 6 * np.cos(2 * np.pi * turn))
+    # Highest points lie amid each period; noise moves them along the flat top, by a tenth of a period or two.
+    assert len(found) == 8
+    assert found == pytest.approx(50 + 100 * np.arange(8), abs=20)
+
+
+def test_periods_of_a_dying_motion_are_all_found() -> None:
+    # Each is 0.69 of the one before: more than 0.4 of those two before it, less than 0.4 of the third.
+    turn = np.arange(6 * 200 + 1) / 200
+    found = find_periods(-(0.69**turn) * np.cos(2 * np.pi * turn))
+    assert len(found) == 6
+
+
+def test_a_spring_does_no_work_on_a_motion_that_drifts() -> None:
+    turn = np.arange(6 * 200 + 1) / 200
+    x = AMPLITUDE * (0.02 * turn - np.cos(2 * np.pi * turn))
+    loops = analyse_loop(x, STIFFNESS * x)
+    # The trapezoidal rule is exact for a straight line; what is left is round-off of some hundred terms.
+    assert np.abs(loops.work).max() < 1e-12 * STIFFNESS * AMPLITUDE**2

@@ -1,12 +1,13 @@
 """What all candidate effects have in common: they vanish, they act, they travel."""
 
 import pickle
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 import pytest
 
-from correlation.model import Model
+from correlation.model import DeadWeight, Head, Model, Sensor, Wire
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect, Untestable
@@ -18,9 +19,31 @@ from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
+from reduction.elastic_support import ElasticBody, ElasticSupport
 from reduction.jointed_system import CubicSpring, QuadraticDamper
 
 LEVEL = 30.0  # N; slips and nearly lifts off
+
+
+@pytest.fixture(scope="module")
+def bench(bench: Model) -> Model:
+    """The bench with a stand on a clamp, a laser that may lean, and a weight on a wire that presses its left line."""
+    n = bench.system.n_dof
+    vertical, across = (bench.places[name] for name in ("slot z", "tip x"))
+    wire = Wire(force=2.0, shift=0.0, inclination=0.1, horizontal=across, vertical=vertical, moment=20 * across)
+    motion = np.zeros((n, 6))
+    motion[n - 1, 2] = 1.0
+    stand = bench.parts[1]
+    support = ElasticSupport(
+        motion=motion, inertia=stand.mass @ motion, mass=motion.T @ stand.mass @ motion, springs=np.eye(6),
+        body=np.zeros((0, 6)),
+    )  # fmt: skip
+    clamp = ElasticBody(mass=stand.mass, stiffness=stand.stiffness, support=support, compliance=0.0)
+    laser = Sensor.laser("laser", {"tip": Head(along=bench.places["tip z"], across=across)})
+    return replace(
+        bench, sensors=(*bench.sensors, laser), dead_weights={"weight": DeadWeight.on_wire(wire, ("left",))},
+        elastic_bodies={"stand": clamp},
+    )  # fmt: skip
 
 
 def state(model: Model, omega: float):
@@ -35,7 +58,8 @@ def numbers(model: Model) -> list[np.ndarray]:
         np.array([value for value in vars(joint).values() if isinstance(value, float)]) for joint in system.joints
     ]
     gains = np.array([(each.gain, each.delay) for each in model.sensors])
-    return [system.mass, system.damping, system.stiffness, system.static, system.dynamic, gains, *joints]
+    rows = np.array([each.row for each in model.sensors if isinstance(each, Sensor)])
+    return [system.mass, system.damping, system.stiffness, system.static, system.dynamic, gains, rows, *joints]
 
 
 def same(one: Model, other: Model) -> bool:
@@ -133,7 +157,7 @@ def test_every_effect_acts_on_the_free_structure_or_leaves_it(effect_kind: Effec
     for effect in effects(effect_kind, bench):
         applied = effect.apply(free, typical(effect))
         assert same(applied, effect.apply(bench, typical(effect)).free()), effect.name
-        contact = "contact line" in effect_kind.acts_on
+        contact = "contact line" in effect_kind.acts_on or "wire" in effect_kind.acts_on
         line_sensor = effect.name.removeprefix("gain of ").removeprefix("delay of ") in {"left_T", "left_N"}
         assert same(applied, free) == (contact or line_sensor), effect.name
 

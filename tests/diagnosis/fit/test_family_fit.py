@@ -1,7 +1,10 @@
 """Calibration onto families finds the parameters of the structure whose friction histories were measured."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +13,8 @@ from correlation.family.family import Family, FamilyCurve
 from correlation.family.noise import ReadingNoise, RepeatErrors
 from correlation.model import Model, Sensor
 from correlation.prediction import Points, Predictor
-from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
+from diagnosis.candidate.effect import EffectError, EffectParameter
+from diagnosis.fit.calibration_parameter import CalibratedEffect, CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.family_fit import FamilyTarget, fit_families, sampled_bands
 from reduction.jointed_system import FrictionContact, JointedSystem
 
@@ -97,6 +101,55 @@ def test_the_fit_finds_what_was_measured() -> None:
     for item, value in zip(accepted(), fit.values.tolist(), strict=True):
         # The stiffness is that of the resonance; the friction only of the states that slip.
         assert value == pytest.approx(TRUE[item.name], rel={"kt": 0.02, "mu": 0.05}[item.name])
+
+
+@dataclass(frozen=True)
+class Length:
+    """An effect of a length, which is zero in the model as it is."""
+
+    name: str = "length"
+    kind: str = "length"
+    physics: str = "A length."
+    signature: str = "None."
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(name="length", unit="m", lower=-1.0, upper=1.0, typical=0.1),
+    )
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        (length,) = values
+        return model.with_system(static_load=length * model.system.static)
+
+
+@dataclass(frozen=True)
+class Measuring:
+    """Measurements that say 2 mm with a standard deviation of 1 mm."""
+
+    count: int = 1
+
+    def score(self, length: Any) -> float:
+        return 0.5 * ((float(length[0]) - 2e-3) / 1e-3) ** 2
+
+
+def test_a_prior_is_about_the_value_that_changes_nothing() -> None:
+    length: Any = CalibratedEffect.from_effect(Length(), 1e-3)
+    found: Any = lambda values: values  # noqa: E731 - the values are the model
+    measuring: Any = Measuring()
+    fit = fit_families(found, [length], np.zeros(1), measuring, most=100)
+    assert fit.before == 2.0
+    # Half way between two that weigh the same; flat to the simplex's stop, 1e-2 standard deviations or so.
+    assert fit.values[0] == pytest.approx(1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize("deviation", [0.0, -1.0, np.nan])
+def test_an_effect_without_a_prior_is_refused(deviation: float) -> None:
+    with pytest.raises(EffectError, match="standard deviation"):
+        CalibratedEffect.from_effect(Length(), deviation)
+
+
+def test_an_effect_of_two_parameters_is_refused() -> None:
+    (own,) = Length().parameters
+    with pytest.raises(EffectError, match="length, width"):
+        CalibratedEffect.from_effect(Length(parameters=(own, replace(own, name="width"))), 1e-3)
 
 
 def test_sampled_bands_lie_within_each_other_as_histories_grow_fewer() -> None:

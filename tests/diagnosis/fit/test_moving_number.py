@@ -12,8 +12,8 @@ from correlation.prediction import Prediction
 from diagnosis.fit import calibration_parameter as accepted_parameters
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from diagnosis.fit.comparison import STEP
 from diagnosis.fit.contact_position import with_contact_position
+from diagnosis.fit.reading_slopes import STEP
 from diagnosis.fit.tangent import differentiate
 from reduction.jointed_system import FrictionContact, along
 

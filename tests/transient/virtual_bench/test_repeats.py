@@ -10,7 +10,8 @@ from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSys
 from transient.equilibrium import equilibrium, quasi_static
 from transient.errors import TransientError
 from transient.virtual_bench.campaign import CampaignLayout, CampaignPoints, write_campaign
-from transient.virtual_bench.repeats import random_history, repeated_tests
+from transient.virtual_bench.repeats import random_history, repeated_tests, sweep_settled
+from transient.virtual_bench.sweep import SweptBench
 
 K, KT, LIMIT, LOAD = 2e4, 5e4, 3.0, 10.0
 
@@ -102,3 +103,17 @@ def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left
     table = campaign.measurement
     first = (table.sensor == 0) & (table.harmonic == 1) & (table.repeat == 1) & (table.sweep == 1)
     np.testing.assert_allclose(table.value[first], tests[0][0].readings.motion[:3, 0, 0], rtol=1e-9)
+
+
+def test_the_search_from_a_state_finds_the_steady_state_that_waiting_finds() -> None:
+    bench = SweptBench(pad(), {"pad": np.array([1.0, 0.0])})
+    left = quasi_static(bench.structure, (1.4, 1.0), bench.random_start(np.array([0.6])).slider)
+    frequencies, level = [150.0, 170.0], 0.2  # so small that nothing slips
+    waited = sweep_settled(bench, frequencies, level, left, 1e-6)
+    searched = bench.sweep(frequencies, level, start=left, tolerance=1e-6)
+    # Both stop within a millionth of the motion of the same periodic motion.
+    np.testing.assert_allclose(searched.motion, waited.motion, rtol=1e-4, atol=1e-4 * np.abs(waited.motion).max())
+    np.testing.assert_allclose(searched.force[:, :, 0], waited.force[:, :, 0], rtol=1e-3, atol=1e-3)
+    # The state matters: the rest alone leaves other static forces.
+    other = bench.sweep(frequencies, level, tolerance=1e-6)
+    assert np.abs(searched.force[:, 0, 0] - other.force[:, 0, 0]).max() > 1e-2

@@ -1,0 +1,53 @@
+"""Score: how many verdicts a further test decides, and how many of these are right, as advised and at random."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from benchmarks.hidden_effects_score import Share
+
+Record = Mapping[str, Any]
+
+
+def is_decided(found: Record) -> bool:
+    """Whether one effect is named alone."""
+    return bool(found["finding"] == "missing")
+
+
+def is_right(found: Record, record: Record) -> bool:
+    """Whether the effect that is named first is a hidden one, or one that the data cannot tell from it."""
+    same = {each["name"] for each in record["effects"]}.union(*found.get("alike", {}).values())
+    return bool(found.get("named")) and found["named"][0]["name"] in same
+
+
+def summarise(record: Record) -> str:
+    """One line."""
+    names = ", ".join(each["name"] for each in record.get("effects", [])) or "nothing"
+    head = f"{record['seed']:6d}  {names}"
+    if "advised" not in record:
+        return f"{head}: {record.get('failure') or record.get('reason') or record['first']['finding']}"
+    parts = []
+    for name in ("advised", "random"):
+        if name in record:
+            found = record[name]
+            right = "right" if is_right(found, record) else "wrong"
+            parts.append(f"{name} {found['test']} ({found['expected']:.2f}): {found['finding']}, {right}")
+    return f"{head}: {'; '.join(parts)}"
+
+
+def make_table(records: Sequence[Record]) -> str:
+    """The score in words."""
+    several = [record for record in records if "advised" in record]
+    lines = [f"{len(records)} strangers, {len(several)} whose verdict was several and was measured again"]
+    for name in ("advised", "random"):
+        of = [(record[name], record) for record in several if name in record]
+        decided = [(found, record) for found, record in of if is_decided(found)]
+        right = sum(is_right(found, record) for found, record in decided)
+        lines.append(f"{name:8} decided {_words(len(decided), len(of))}; of these right {_words(right, len(decided))}")
+        if of:
+            lines.append(f"{'':8} expected {sum(found['expected'] for found, _ in of):.1f} of {len(of)}")
+    return "\n".join(lines)
+
+
+def _words(count: int, of: int) -> str:
+    low, high = Share(count, of).interval
+    return f"{count} of {of} ({100 * low:.0f} to {100 * high:.0f} %)"

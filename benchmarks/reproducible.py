@@ -1,0 +1,132 @@
+"""The same numbers on other threads and processors: `stickslip solve` of the shipped chain, or of another case.
+
+    python -m benchmarks.reproducible [--case FILE] [--machine-code]
+
+Runs without stored results: with 1 and 2 threads, and with the linear algebra of processors with AVX2 and AVX-512
+(`OPENBLAS_CORETYPE`, `MKL_ENABLE_INSTRUCTIONS`); with `--machine-code` the program's own machine code is compiled for
+these processors too, a minute each. Files are compared byte by byte, and their numbers relative to the largest of each
+column. Threads may change no byte, processors no number by more than 1e-9.
+"""
+
+import argparse
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+#: Largest difference between processors, relative to the largest number of a column [-].
+MOST = 1e-9
+#: Column of what Newton's method left of the balance, relative to its forces [-].
+RESIDUAL = "residual norm"
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+AVX2 = {"OPENBLAS_CORETYPE": "Haswell", "MKL_ENABLE_INSTRUCTIONS": "AVX2"}
+AVX512 = {"OPENBLAS_CORETYPE": "SkylakeX", "MKL_ENABLE_INSTRUCTIONS": "AVX512"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """A way to run a command, and whether its bytes must be those of the first."""
+
+    name: str
+    environment: Mapping[str, str]
+    same_bytes: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """Files of a variant beside those of the first one."""
+
+    variant: Variant
+    other_bytes: tuple[str, ...]
+    difference: float
+
+    @property
+    def is_right(self) -> bool:
+        """Whether it is as near as it must be."""
+        return not self.other_bytes if self.variant.same_bytes else self.difference <= MOST
+
+
+def list_variants(*, machine_code: bool) -> list[Variant]:
+    """One thread, which the others are compared with, and these."""
+    two = dict.fromkeys(THREADS, "2")
+    processors = {"AVX2": (AVX2, "haswell"), "AVX-512": (AVX512, "skylake-avx512")}
+    return [
+        Variant(name="1 thread", environment={}, same_bytes=True),
+        Variant(name="2 threads", environment=two, same_bytes=True),
+        *(
+            Variant(name=name, environment={**blas, **({"NUMBA_CPU_NAME": cpu, "NUMBA_CPU_FEATURES": ""}
+                                                       if machine_code else {})}, same_bytes=False)
+            for name, (blas, cpu) in processors.items()
+        ),
+    ]  # fmt: skip
+
+
+def solve(case: Path, folder: Path, environment: Mapping[str, str]) -> dict[str, bytes]:
+    """Files of one run."""
+    name = str(len([*folder.iterdir()]))
+    words = [sys.executable, "-m", "stickslip", "solve", str(case), "--out", name, "--cache", f"cache{name}", "--quiet"]
+    given = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(ROOT), **environment}
+    subprocess.run(words, cwd=folder, env=given, check=True, stdout=subprocess.DEVNULL)
+    return {file.name: file.read_bytes() for file in sorted((folder / name).iterdir())}
+
+
+def compare(variant: Variant, first: Mapping[str, bytes], files: Mapping[str, bytes]) -> Compared:
+    """Files of two runs."""
+    other = tuple(name for name in {**first, **files} if first.get(name) != files.get(name))
+    tables = [name for name in first if name.endswith(".csv")]
+    return Compared(
+        variant=variant,
+        other_bytes=other,
+        difference=max(difference(first[name], files.get(name, b"")) for name in tables),
+    )
+
+
+def difference(first: bytes, second: bytes) -> float:
+    """Largest difference of two CSV files, relative to the largest number of the column; infinite for other rows."""
+    rows = [[*csv.reader(content.decode().splitlines())] for content in (first, second)]
+    if [len(row) for row in rows[0]] != [len(row) for row in rows[1]]:
+        return float("inf")
+    columns = [[*zip(*each, strict=True)] for each in rows]
+    return max((_column_difference(*pair) for pair in zip(*columns, strict=True)), default=0.0)
+
+
+def _column_difference(first: Sequence[str], second: Sequence[str]) -> float:
+    """Of one column, relative to its largest number; a residual is round-off itself, relative to the forces."""
+    try:
+        a, b = (np.array([float(cell) if cell else np.nan for cell in column[1:]]) for column in (first, second))
+    except ValueError:
+        return 0.0 if first == second else float("inf")
+    if not np.array_equal(np.isnan(a), np.isnan(b)):
+        return float("inf")
+    largest = 1.0 if first[0] == second[0] == RESIDUAL else np.nanmax(np.abs(a), initial=0.0)
+    return float(np.nanmax(np.abs(a - b), initial=0.0) / largest) if largest else float(np.abs(b).max(initial=0.0) > 0)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table; 1 if something differs by more than it may."""
+    words = argparse.ArgumentParser(prog="python -m benchmarks.reproducible", description=__doc__)
+    words.add_argument("--case", type=Path, default=ROOT / "study" / "cases" / "solve_chain.toml")
+    words.add_argument("--machine-code", action="store_true", help="also of the program's own kernels")
+    given = words.parse_args(arguments)
+    variants = list_variants(machine_code=given.machine_code)
+    case = given.case.resolve()
+    with tempfile.TemporaryDirectory() as name:
+        runs = {variant.name: solve(case, Path(name), variant.environment) for variant in variants}
+    first = runs[variants[0].name]
+    result = [compare(variant, first, runs[variant.name]) for variant in variants[1:]]
+    print(f"{case.name} beside {variants[0].name}")
+    print("| run | files with other bytes | largest difference of a table |\n|---|---|---|")
+    for each in result:
+        print(f"| {each.variant.name} | {', '.join(each.other_bytes) or 'none'} | {each.difference:.1e} |")
+    return int(not all(each.is_right for each in result))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,58 @@
+"""Channels that read one number at all frequencies of a run: a cable that is off, or a file that was never filled."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Bool
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.row_group import group_rows
+
+#: Frequencies of a run that a number must be the same at to be suspected.
+FEWEST = 3
+#: Amplitudes that differ by less are one, turned by different phases.
+SAME = 1e-9
+
+
+def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
+    """Rows of fundamentals whose amplitude is the same at all frequencies of their run, shape (k,).
+
+    Parameters
+    ----------
+    campaign
+        Campaign. Where the response is controlled, a constant amplitude is what the control holds.
+    """
+    table = campaign.measurement
+    dead = np.zeros(len(table), dtype=np.bool_)
+    rows = np.flatnonzero(table.harmonic == 1)
+    run = group_rows([each[rows] for each in (table.test, table.sensor, table.level, table.repeat)]).number
+    for number in range(run.max(initial=-1) + 1):
+        own = rows[run == number]
+        size = np.abs(table.value[own])
+        held = campaign.tests[int(table.test[own[0]])].control == "response" and size[0] > 0
+        if not held and len(np.unique(table.frequency[own])) >= FEWEST and np.ptp(size) <= SAME * size[0]:
+            dead[own] = True
+    return dead
+
+
+def find_dead_channels(campaign: Campaign) -> Iterator[Suspicion]:
+    """One for each sensor of a test that is dead in some of its runs, or in all."""
+    table, dead = campaign.measurement, find_dead_rows(campaign)
+    for test, sensor in {*zip(table.test[dead].tolist(), table.sensor[dead].tolist(), strict=True)}:
+        own = (table.test == test) & (table.sensor == sensor) & (table.harmonic == 1)
+        wrong = own & dead
+        where, of = "", campaign.sensors[sensor]
+        for name, column, unit in (("level", table.level, f" {campaign.drive.unit}"), ("repeat", table.repeat, "")):
+            values = np.unique(column[wrong])
+            if len(values) < len(np.unique(column[own])):
+                listed = ", ".join(f"{value:.4g}" for value in values)
+                where += f" of {name}{'s' if len(values) > 1 else ''} {listed}{unit}"
+        size = np.abs(table.value[wrong])
+        one = np.ptp(size) <= SAME * size.max()
+        reads = "zero" if not size.any() else f"{size[0]:.4g} {of.unit}" if one else "one number per run"
+        yield Suspicion(
+            where=f'test "{campaign.tests[test].name}", sensor "{of.name}"',
+            sentence=f"it reads {reads} at all {int(wrong.sum())} points{where}: a dead channel, or a file that was "
+            "not filled? Remove these rows",
+        )

@@ -1,0 +1,74 @@
+"""A support that gives way as one rigid piece on springs: a relaxed clamp."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.resonance import SHIFT, Resonance
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
+from reduction.elastic_support import ElasticBody
+
+KIND = "compliance"
+#: Largest strength in typical ones.
+LARGEST = 100.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compliance:
+    """Adds to the compliance of the springs under a part."""
+
+    name: str
+    part: str
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "The clamp is relaxed: the fixed faces of the part move as one rigid piece on springs."
+    signature: str = (
+        "Resonances fall by a share of their own at all levels, with contacts and without; most in the modes that "
+        "load the clamp most; without higher harmonics."
+    )
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The matrices of the part on softer springs; never on stiffer ones than a fixed support."""
+        (added,) = values
+        body = model.elastic_bodies.get(self.part)
+        if body is None or not added:
+            return model
+        return model.with_elastic_body(self.part, replace(body, compliance=max(body.compliance + added, 0.0)))
+
+
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
+    """The compliance under each part that tells its support."""
+    found: list[Effect | Untestable] = []
+    for part, body in model.elastic_bodies.items():
+        name = f"{KIND} of the clamp of {part}"
+        size = size or measure_scale(model)
+        typical = min((each for each in (_typical(one, body) for one in size.resonances) if each), default=None)
+        if typical is None:
+            found.append(Untestable(name=name, reason="no compliance there lowers the first resonance by 0.5 %"))
+            continue
+        # No stiffer than a fixed support.
+        parameter = EffectParameter(
+            name="compliance", unit="m/N", lower=-body.compliance, upper=LARGEST * typical, typical=typical
+        )
+        found.append(Compliance(name=name, part=part, parameters=(parameter,)))
+    return found or [Untestable(name=KIND, reason="the model does not tell how its supports could give way")]
+
+
+def _typical(resonance: Resonance, body: ElasticBody) -> float | None:
+    """Compliance that lowers the resonance by `SHIFT`, to first order [m/N]; None where the mode does not load it."""
+    force = body.support.motion.T @ body.matrices[1] @ resonance.mode_shape
+    # The mode does the work of its forces on the springs: d omega^2 = -c f^T kappa^-1 f.
+    softer = float(force @ np.linalg.solve(body.support.springs, force))
+    return 2 * SHIFT * resonance.angular_frequency**2 / softer if softer > 0 else None
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="parts on a clamp", physics=Compliance.physics, signature=Compliance.signature,
+        parameters={"compliance": ("m/N",)}, candidates=candidates, order=16,
+    )
+)  # fmt: skip

@@ -1,0 +1,54 @@
+"""A dead weight whose wire is not vertical."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.candidate.wire import list_wires
+from diagnosis.effect import EFFECTS, EffectKind
+
+KIND = "inclination"
+#: A steeper wire would be seen [rad].
+STEEPEST = 0.5
+#: A level held to a wire leaves so much [rad].
+TYPICAL = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Inclination:
+    """Turns the wire of a dead weight."""
+
+    name: str
+    weight: str
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(name="angle", unit="rad", lower=-STEEPEST, upper=STEEPEST, typical=TYPICAL),
+    )
+    kind: str = KIND
+    physics: str = "The wire of the dead weight is not vertical: it pulls the body towards one of its contact lines."
+    signature: str = (
+        "Mean forces of the lines change at all levels, tangential ones too, with the friction history; responses "
+        "change less; nothing without contacts."
+    )
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The wire turned by so much more; nothing where the test has no dead weight."""
+        (angle,) = values
+        return model.with_wire(self.weight, inclination=angle) if self.weight in model.dead_weights else model
+
+
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
+    """The inclination of each dead weight on a wire."""
+    del size
+    wires, left = list_wires(model, KIND)
+    return [*(Inclination(name=f"{KIND} of {name}", weight=name) for name in wires), *left]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="dead weights on wires", physics=Inclination.physics,
+        signature=Inclination.signature, parameters={"angle": ("rad",)}, candidates=candidates, order=14,
+        is_rugged=True, has_two_sides=True,
+    )
+)  # fmt: skip

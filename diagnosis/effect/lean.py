@@ -1,0 +1,58 @@
+"""A head of a laser that leans."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.model import Model, Sensor
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect import EFFECTS, EffectKind
+
+KIND = "lean"
+#: 5 degrees are seen by eye, and beyond 45 the head reads another direction [rad].
+ANGLE = EffectParameter(name="angle", unit="rad", lower=-0.8, upper=0.8, typical=0.09)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lean:
+    """Turns one head of a sensor."""
+
+    name: str
+    sensor: str
+    head: str
+    parameters: tuple[EffectParameter, ...] = (ANGLE,)
+    kind: str = KIND
+    physics: str = "The head of the laser leans: it reads less of the wanted motion, and some of that across."
+    signature: str = (
+        "One sensor alone is off, by a share that is the same at all levels and changes with the shape of the motion; "
+        "stiffnesses read from its loops are off."
+    )
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The head turned by so much more; nothing where the test does not have it."""
+        (angle,) = values
+        for sensor in model.sensors:
+            if sensor.name == self.sensor and isinstance(sensor, Sensor) and self.head in sensor.heads:
+                turned = sensor.leaning(self.head, angle)
+                return model.with_sensor(self.sensor, row=turned.row, heads=turned.heads)
+        return model
+
+
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
+    """The lean of each head of each sensor that tells its heads."""
+    del size
+    found: list[Effect | Untestable] = [
+        Lean(name=f"{KIND} of {sensor.name} at {head}", sensor=sensor.name, head=head)
+        for sensor in model.sensors
+        if isinstance(sensor, Sensor)
+        for head in sensor.heads
+    ]
+    return found or [Untestable(name=KIND, reason="the model does not tell how its sensors could lean")]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="heads of lasers", physics=Lean.physics, signature=Lean.signature,
+        parameters={ANGLE.name: (ANGLE.unit,)}, candidates=candidates, order=15, has_two_sides=True,
+    )
+)  # fmt: skip

@@ -1,0 +1,53 @@
+"""A dead weight that hangs beside its place."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.candidate.wire import list_wires
+from diagnosis.effect import EFFECTS, EffectKind
+
+KIND = "shift"
+#: Further off a wire would be seen, and lie beside the body that it pulls [m].
+FURTHEST = 0.01
+#: An eye leaves so much [m].
+TYPICAL = 5e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shift:
+    """Moves the wire of a dead weight along the body."""
+
+    name: str
+    weight: str
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(name="shift", unit="m", lower=-FURTHEST, upper=FURTHEST, typical=TYPICAL),
+    )
+    kind: str = KIND
+    physics: str = "The wire of the dead weight lies beside its place: one contact line of the body bears more of it."
+    signature: str = (
+        "Mean normal forces of the two lines change against each other at all levels, and their sum stays; responses "
+        "hardly change; nothing without contacts."
+    )
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """The wire moved by so much more; nothing where the test has no dead weight."""
+        (shift,) = values
+        return model.with_wire(self.weight, shift=shift) if self.weight in model.dead_weights else model
+
+
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
+    """The shift of each dead weight on a wire."""
+    del size
+    wires, left = list_wires(model, KIND)
+    return [*(Shift(name=f"{KIND} of {name}", weight=name) for name in wires), *left]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="dead weights on wires", physics=Shift.physics, signature=Shift.signature,
+        parameters={"shift": ("m",)}, candidates=candidates, order=13, is_rugged=True, has_two_sides=True,
+    )
+)  # fmt: skip

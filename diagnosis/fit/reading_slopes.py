@@ -1,0 +1,45 @@
+"""Derivatives of predicted readings with respect to the parameters of effects."""
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from correlation.model import Model
+from correlation.prediction import Prediction, Predictor
+from diagnosis.fit.fit_parameter import Unknowns, Values
+from diagnosis.fit.tangent import differentiate
+
+#: Step of a difference of predictions, relative to the typical size of a parameter; the error of Newton's method is
+#: then some 2 % of the slope, and so is that of the curvature of contacts that begin to slip.
+STEP = 0.01
+
+
+def differentiate_readings(
+    predictor: Predictor, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, first: int = 0
+) -> Complex[NDArray[np.complex128], "k p"]:
+    """Derivatives of predicted coefficients from value number `first` on, shape (k, p - first).
+
+    By the implicit function theorem; by a difference of predictions for a parameter that moves points.
+
+    Parameters
+    ----------
+    predictor
+        Predictor of the points.
+    unknowns, values
+        Parameters and their values, shape (p,).
+    model, prediction
+        Model with these values, and its prediction.
+    first
+        First value to differentiate with respect to.
+    """
+    changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
+    known = [change for change in changes if change is not None]
+    slopes = np.zeros((len(prediction.value), len(changes)), dtype=np.complex128)
+    if known:
+        slopes[:, [change is not None for change in changes]] = predictor.derivatives(model, prediction, known)
+    for number, change in enumerate(changes):
+        if change is None:
+            moved = unknowns.moved(values, first + number, STEP)
+            there = predictor.predict(unknowns.compose(moved), prediction)
+            slopes[:, number] = (there.value - prediction.value) / (moved[first + number] - values[first + number])
+    return slopes

@@ -1,0 +1,175 @@
+"""Advice: the next test that separates best what a verdict leaves open, with the probability that it decides."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign
+from correlation.noise.error_size import ErrorSize
+from diagnosis.decision.verdict import Verdict
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.missing_law.place_law import MissingLaw
+from diagnosis.next_test.candidate_model import CandidateModel, list_candidate_models
+from diagnosis.next_test.list_tests import Tested, list_tests
+from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.planned_noise import PlannedNoise
+from diagnosis.next_test.separation import compute_decision_probability
+from diagnosis.next_test.signature import ErrorSources, SetUpSignatures, SignatureCurve
+from hbsolve.errors import ModelError
+
+#: Difference of probabilities within which the test that takes least is advised [-].
+ALIKE = 0.05
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RankedTest:
+    """A test with what it would tell.
+
+    Parameters
+    ----------
+    test
+        Test.
+    separation
+        d^2 of each pair of candidates, shape (n, n) [-].
+    probability
+        Probability that it decides, and rightly [-].
+    curve
+        Reading that separates the two most probable candidates best; of the advised test alone.
+    """
+
+    test: NextTest
+    separation: Float[NDArray[np.float64], "n n"]
+    probability: float
+    curve: SignatureCurve | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Advice:
+    """What to measure next.
+
+    Parameters
+    ----------
+    names, probabilities
+        Candidates, the most probable first, and their probabilities so far [-].
+    ranked
+        Tests, the advised one first.
+    """
+
+    names: tuple[str, ...]
+    probabilities: tuple[float, ...]
+    ranked: tuple[RankedTest, ...]
+
+    @property
+    def best(self) -> RankedTest:
+        """The advised test."""
+        return self.ranked[0]
+
+
+def advise(
+    campaign: Campaign, arrangement: Arrangement, verdict: Verdict, law: MissingLaw | None = None
+) -> Advice | None:
+    """Advise the next test.
+
+    Parameters
+    ----------
+    campaign
+        Measurements so far.
+    arrangement
+        Arrangement of them, without the effects of the verdict.
+    verdict
+        Verdict.
+    law
+        Recovered law of what is unknown.
+
+    Returns
+    -------
+    The advice; None where the verdict leaves fewer than two models.
+    """
+    candidates = list_candidate_models(verdict, law)
+    if len(candidates) < 2:
+        return None
+    confirms = len(verdict.effects) == 1 and not verdict.laws
+    tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps, held_out=confirms)
+    tests = list_tests(tested, candidates[0].model, _find_peak(arrangement, tested))
+    if confirms:
+        tests = _hold_out(tests, campaign)
+    return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error))
+
+
+def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error: ErrorSize) -> ErrorSources:
+    """Errors of further readings, as those of a campaign."""
+    train = arrangement.train
+    # The arrangement has the jitter of a mean over the held-out repeats.
+    single = float(np.sqrt(np.median(arrangement.settled.observed.count)))
+    return ErrorSources(
+        jitter=[(effect, single * deviation) for effect, deviation in arrangement.jitter], budget=arrangement.budget,
+        noise=PlannedNoise.of_campaign(train), model_error=model_error,
+        unphased=frozenset(train.features.points.sensor[~train.observed.phased].tolist()),
+        quantity=next((each.quantity for each in campaign.sensors if each.line is None), "displacement"),
+    )  # fmt: skip
+
+
+def rank_tests(candidates: Sequence[CandidateModel], tests: Sequence[NextTest], sources: ErrorSources) -> Advice | None:
+    """Rank tests by the probability that they decide; of those that are alike the one that takes least comes first.
+
+    Returns
+    -------
+    The advice; None where no candidate can be predicted in any test.
+    """
+    probabilities = np.array([each.probability for each in candidates])
+    ranked: list[RankedTest] = []
+    found = {}
+    for set_up in dict.fromkeys(test.set_up for test in tests):
+        own = [test for test in tests if test.set_up == set_up]
+        try:
+            found[set_up] = SetUpSignatures.predict(candidates, own, sources)
+        except ModelError:
+            continue  # with this mass or preload a candidate is no structure that is supported
+        for test in own:
+            separation = found[set_up].separate(test)
+            probability = compute_decision_probability(separation, probabilities)
+            ranked.append(RankedTest(test=test, separation=separation, probability=probability))
+    if not ranked:
+        return None
+    best = choose_test(ranked)
+    rest = sorted((each for each in ranked if each is not best), key=lambda each: -each.probability)
+    best = replace(best, curve=found[best.test.set_up].take_curve(best.test))
+    return Advice(
+        names=tuple(each.name for each in candidates), probabilities=tuple(probabilities.tolist()),
+        ranked=(best, *rest),
+    )  # fmt: skip
+
+
+def choose_test(ranked: Sequence[RankedTest]) -> RankedTest:
+    """The test that takes least among those that decide most probably."""
+    most = max(each.probability for each in ranked)
+    near = [each for each in ranked if each.probability >= most - ALIKE]
+    return min(near, key=lambda each: (each.test.minutes, -_find_least(each.separation)))
+
+
+def _find_least(separation: Float[NDArray[np.float64], "n n"]) -> float:
+    """Least d^2 of all pairs."""
+    return float(separation[np.triu_indices(len(separation), 1)].min())
+
+
+def _hold_out(tests: Sequence[NextTest], campaign: Campaign) -> list[NextTest]:
+    """Tests that are held out: those at held-out levels, if levels are held out; held-out repeats may be any."""
+    levels = set(campaign.held_out.levels)
+    able = [each for each in tests if not levels or campaign.held_out.repeats or levels.issuperset(each.levels)]
+    return [replace(each, is_held_out=True) for each in able]
+
+
+def _find_peak(arrangement: Arrangement, tested: Tested) -> Float[NDArray[np.float64], " n"]:
+    """Largest measured motion at each frequency at the highest level, shape (n,)."""
+    observed = arrangement.train.observed
+    points = observed.points
+    own = observed.motion & (points.harmonic == 1) & (points.free == (tested.configuration == "free"))
+    own &= points.level == points.level[own].max(initial=0.0)
+    peak = np.zeros(len(tested.frequencies))
+    for number, frequency in enumerate(tested.frequencies):
+        at = own & np.isclose(points.frequency, frequency, rtol=1e-9)
+        peak[number] = np.abs(observed.value[at]).max(initial=0.0)
+    return peak

@@ -1,0 +1,139 @@
+"""A test that may be made next: what is done to the structure, what is measured, and what it costs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import Model
+from correlation.prediction import Points
+from diagnosis.candidate.place import find_translations, is_parallel
+
+#: What it takes to prepare a test, and to measure one steady state [min]: they order tests that separate alike.
+PREPARATION: Mapping[str, float] = {"sensor": 10.0, "mass": 10.0, "preload": 30.0, "free": 60.0}
+STATE = 10 / 60
+#: Name of a further sensor, before its place.
+FURTHER = "further sensor at "
+
+
+class SetUp(NamedTuple):
+    """How the structure is tested: tests of one set-up have their steady states in common."""
+
+    configuration: str
+    sweeps: tuple[int, ...]
+    added_mass: tuple[str, float] | None
+    preload: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class NextTest:
+    """A test.
+
+    Parameters
+    ----------
+    name
+        What is new in it, in words.
+    configuration
+        "jointed" or "free".
+    levels, frequencies
+        Levels [N, or the unit of the drive] and frequencies [Hz] of its steady states.
+    sensors
+        Names of the sensors of the campaign that read.
+    place
+        Place of a further sensor of motion, if there is one.
+    harmonics
+        Harmonics that motions are read at.
+    sweeps
+        Directions of its sweeps, +1 up, -1 down; none for steady states one by one.
+    n_repeat
+        Repeats [-].
+    added_mass
+        Place and size of a mass that is added [kg].
+    preload
+        Factor on all preloads [-].
+    is_held_out
+        Whether it tests a fit rather than taking part in it, to confirm an effect.
+    """
+
+    name: str
+    configuration: str
+    levels: tuple[float, ...]
+    frequencies: tuple[float, ...]
+    sensors: tuple[str, ...]
+    place: str | None = None
+    harmonics: tuple[int, ...] = (1,)
+    sweeps: tuple[int, ...] = ()
+    n_repeat: int = 2
+    added_mass: tuple[str, float] | None = None
+    preload: float = 1.0
+    is_held_out: bool = False
+
+    @property
+    def set_up(self) -> SetUp:
+        """How the structure is tested."""
+        return SetUp(self.configuration, self.sweeps, self.added_mass, self.preload)
+
+    @property
+    def fits_campaign(self) -> bool:
+        """Whether its data can be further tests of the same campaign: with another mass or preload they cannot."""
+        return self.added_mass is None and self.preload == 1.0
+
+    @property
+    def minutes(self) -> float:
+        """What it takes [min]."""
+        prepared = {
+            "sensor": self.place is not None, "mass": self.added_mass is not None, "preload": self.preload != 1.0,
+            "free": self.configuration == "free",
+        }  # fmt: skip
+        n_state = len(self.levels) * len(self.frequencies) * max(len(self.sweeps), 1) * self.n_repeat
+        return sum(PREPARATION[name] for name, is_done in prepared.items() if is_done) + STATE * n_state
+
+    @property
+    def title(self) -> str:
+        """What is new in it, further sensor included, in words."""
+        return self.name if self.place is None else f"{self.name}, and a further sensor at {self.place}"
+
+    def make_points(self) -> Points:
+        """Points of its readings."""
+        names = [*self.sensors, *([] if self.place is None else [f"{FURTHER}{self.place}"])]
+        level, frequency, sensor, harmonic = (
+            each.ravel()
+            for each in np.meshgrid(self.levels, self.frequencies, np.arange(len(names)), self.harmonics, indexing="ij")
+        )
+        return Points(
+            free=np.full(len(level), self.configuration == "free"), level=level, frequency=frequency,
+            sensor=np.array(names)[sensor.astype(int)], harmonic=harmonic.astype(np.int64),
+        )  # fmt: skip
+
+
+def apply_set_up(set_up: SetUp, model: Model) -> Model:
+    """A model as it is in a test."""
+    if set_up.added_mass is not None:
+        place, mass = set_up.added_mass
+        rows = find_mass_rows(model, place)
+        model = model.with_system(mass=model.system.mass + mass * rows.T @ rows)
+    if set_up.preload != 1.0:
+        for name in model.preloads:
+            model = model.pressed(name, set_up.preload)
+    return model
+
+
+def find_mass_rows(model: Model, place: str) -> Float[NDArray[np.float64], "t r"]:
+    """Rows along which a mass at a place moves, shape (t, r): all translations of its node, if that is known."""
+    row = model.places[place]
+    moved = find_translations(model, row)
+    return np.eye(len(row))[list(moved)] if moved else row[None]
+
+
+def list_free_places(model: Model, sensors: tuple[str, ...]) -> list[str]:
+    """Places that none of some sensors follows, each once."""
+    rows = [row for each in model.sensors if each.name in sensors and (row := getattr(each, "row", None)) is not None]
+    found = []
+    for name, row in model.places.items():
+        if row.any() and not any(is_parallel(row, other) for other in rows):
+            found.append(name)
+            rows.append(row)
+    return found

@@ -1,0 +1,63 @@
+"""Measured responses of small vibrations beside those of several models: a panel for each configuration."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from figure.registry import draws
+from figure.style import INK, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SmallResponsePanel:
+    """One configuration.
+
+    Parameters
+    ----------
+    label
+        Above the panel.
+    frequency, measured
+        Readings, shape (p,) [Hz, um/N].
+    line_frequency
+        Frequencies of the models, shape (f,) [Hz].
+    lines
+        Amplitude of each model by its name, shape (f,) [um/N].
+    """
+
+    label: str
+    frequency: Float[Real, " p"]
+    measured: Float[Real, " p"]
+    line_frequency: Float[Real, " f"]
+    lines: Mapping[str, Float[Real, " f"]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SmallResponses(Headed):
+    """Panels side by side, all with lines of the same names."""
+
+    panels: Sequence[SmallResponsePanel]
+
+
+@draws(SmallResponses, "small_responses")
+def small_responses_figure(result: SmallResponses) -> Figure:
+    """Draw points and lines."""
+    figure = new_figure(5.2 * len(result.panels), 4.3)
+    grid = figure.subplots(1, len(result.panels), squeeze=False)[0]
+    names = list(result.panels[0].lines)
+    for axes, panel in zip(grid, result.panels, strict=True):
+        for name, colour in zip(names, choose_family_colours(len(names)), strict=True):
+            axes.semilogy(panel.line_frequency, panel.lines[name], color=colour, linewidth=1.4, label=name)
+        axes.semilogy(panel.frequency, panel.measured, ".", color=INK, markersize=4, label="measured")
+        axes.set_title(panel.label, fontsize=10, loc="left")
+        axes.set_xlabel("frequency [Hz]")
+        open_box(axes)
+    grid[0].set_ylabel("amplitude of the tip [um/N]")
+    handles, labels = grid[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    add_title(figure, result.title)
+    return figure

@@ -1,0 +1,49 @@
+"""What a step of each parameter changes, as bars to both sides: one panel for each quantity."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from figure.registry import draws
+from figure.style import INK, LIMITS, Figure, Headed, add_title, new_figure, open_box
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tornado(Headed):
+    """Changes of quantities by steps of parameters.
+
+    Parameters
+    ----------
+    parameters
+        Names with their steps.
+    changes
+        By quantity, its name with the unit: change by the step down and up of each parameter, shape (p, 2).
+    """
+
+    parameters: Sequence[str]
+    changes: Mapping[str, Float[NDArray[np.float64], "p 2"]]
+
+
+@draws(Tornado, "tornado")
+def tornado_figure(result: Tornado) -> Figure:
+    """Draw the bars."""
+    from matplotlib.patches import Patch
+
+    count = len(result.changes)
+    figure = new_figure(2.4 + 3.4 * count, 1.6 + 0.34 * len(result.parameters))
+    grid = figure.subplots(1, count, squeeze=False, sharey=True)[0]
+    place = np.arange(len(result.parameters))[::-1]
+    for axes, (name, change) in zip(grid, result.changes.items(), strict=True):
+        for side, colour in enumerate(LIMITS):
+            axes.barh(place + (0.18, -0.18)[side], change[:, side], 0.34, color=colour)
+        axes.axvline(0.0, color=INK, linewidth=0.8)
+        axes.set_title(name, fontsize=10, loc="left")
+        open_box(axes, grid="x")
+    grid[0].set_yticks(place, result.parameters)
+    entries = {"a step down": Patch(color=LIMITS[0]), "a step up": Patch(color=LIMITS[1])}
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=2, frameon=False)
+    add_title(figure, result.title)
+    return figure

@@ -1,0 +1,220 @@
+"""Tasks on the workers of a dask scheduler, on this machine or others, behind the same door as processes of this one.
+
+The results are those of this machine: a worker with other code is refused. Values that many tasks need travel once. A
+worker that is lost costs what it had in hand, which another one does again.
+"""
+
+import pickle
+import socket
+import uuid
+import warnings
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, Executor, Future
+from contextlib import contextmanager
+from dataclasses import is_dataclass
+from functools import partial
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from geometry.errors import ComputationFailed, InputError, InputWarning, MissingSoftware
+from geometry.registry import loaded_files
+from pipeline.fingerprint import code_version
+from pipeline.source_facts import source_facts
+from pipeline.task_process import RemoteCall, SharedValue, run_beside, unpack
+
+if TYPE_CHECKING:
+    import distributed
+
+T = TypeVar("T")
+
+#: A scheduler that does not answer within this time is not there [s].
+PATIENCE = 10.0
+#: Smaller values travel with each call: a thing that the scheduler knows of costs about as much [bytes].
+WORTH_SHARING = 10_000
+
+
+@contextmanager
+def scheduler_pool(address: str, modules: Sequence[str]) -> Iterator["SchedulerExecutor"]:
+    """Workers of a dask scheduler; at an early end, Ctrl-C included, they stop what they do for this command.
+
+    Parameters
+    ----------
+    address
+        Address of the scheduler, such as "tcp://node1:8786".
+    modules
+        Modules that the results depend on: their code must be the same there.
+
+    Raises
+    ------
+    MissingSoftware
+        dask.distributed is not installed.
+    InputError
+        No scheduler answers at the address, or one of another version.
+    """
+    client = _connect(address)
+    executor = SchedulerExecutor(client, {module: code_version(module) for module in modules})
+    try:
+        yield executor
+    finally:
+        executor.shutdown(cancel_futures=True)
+        client.close()
+
+
+def _connect(address: str) -> "distributed.Client":
+    try:
+        import dask
+        import distributed
+    except ImportError as error:
+        raise MissingSoftware(
+            f'--scheduler {address} needs dask.distributed, which is not installed: pip install "stickslip[dask]"'
+        ) from error
+    # A call holds its data; beyond 10 MB dask would advise other ways of writing it.
+    dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GB"})
+    start = f"give the address that `dask scheduler` prints when it starts, such as tcp://{socket.gethostname()}:8786"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions, which are compared below
+            client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+    except ValueError as error:
+        raise InputError(f"--scheduler {address} is no address: {start}") from error
+    except OSError as error:
+        raise InputError(f"--scheduler {address}: no dask scheduler answers there: {start}") from error
+    theirs = client.get_versions()["scheduler"]["packages"]["distributed"]
+    if theirs != distributed.__version__:
+        client.close()
+        raise InputError(
+            f"--scheduler {address} is dask {theirs}, and here is {distributed.__version__}: install the same version"
+        )
+    if not client.nthreads():
+        warnings.warn(
+            f"the scheduler {address} has no workers yet, and the tasks wait for the first one: "
+            f"`dask worker {address}` starts one",
+            InputWarning,
+            stacklevel=2,
+        )
+    return client
+
+
+class SchedulerExecutor(Executor):
+    """Calls on the workers of a scheduler.
+
+    Parameters
+    ----------
+    client
+        Connection to it.
+    versions
+        Code version of the modules that results depend on.
+    """
+
+    def __init__(self, client: "distributed.Client", versions: Mapping[str, str]) -> None:
+        self._client, self._versions = client, versions
+        self._pending: set[distributed.Future] = set()
+        self._shared: dict[int, tuple[weakref.ref[Any], str, distributed.Future]] = {}
+
+    @property
+    def n_worker(self) -> int:
+        """Calls that can be done at once at the moment, at least 1 [-]."""
+        threads: dict[str, int] = self._client.nthreads()
+        return max(sum(threads.values()), 1)
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> "Future[T]":
+        """Do a call as soon as a worker is free; data classes among its arguments are sent once for all calls."""
+        shared = {}
+        for value in filter(_can_be_shared, (*args, *kwargs.values())):
+            if (known := self._share(value)) is not None:
+                shared[id(value)] = known
+        call = RemoteCall(
+            pickled=_pickle((fn, args, kwargs), {number: key for number, (key, _) in shared.items()}),
+            versions=self._versions,
+            plugins={str(file): source_facts(file).code for file in loaded_files()},
+        )
+        remote = self._client.submit(
+            run_beside, call, *(value for _, value in shared.values()), key=f"stickslip-{uuid.uuid4().hex}", pure=False
+        )
+        future: Future[T] = Future()
+        future.set_running_or_notify_cancel()
+        self._pending.add(remote)
+        remote.add_done_callback(partial(self._pass_on, future))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Take back what is not done, if asked to."""
+        del wait
+        pending, self._pending = self._pending, set()
+        if cancel_futures and pending:
+            self._client.cancel(list(pending), force=True)
+        self._shared.clear()
+
+    def _share(self, value: Any) -> "tuple[str, distributed.Future] | None":
+        """Key and place of a value on the cluster, which gets it again if it is lost; None if it is small."""
+        number = id(value)
+        if number not in self._shared:
+            pickled = pickle.dumps(value)
+            if len(pickled) < WORTH_SHARING:
+                return None
+            item = SharedValue(key=uuid.uuid4().hex, pickled=pickled)
+            future = self._client.submit(_itself, item, key=f"stickslip-shared-{item.key}", pure=False)
+            gone = weakref.ref(value, lambda _: self._shared.pop(number, None))
+            self._shared[number] = gone, item.key, future
+        _, key, future = self._shared[number]
+        return key, future
+
+    def _pass_on(self, future: "Future[T]", remote: "distributed.Future") -> None:
+        """Give the end of a call to whoever waits for it."""
+        from distributed import KilledWorker
+
+        if remote not in self._pending:
+            future.set_exception(CancelledError())
+            return
+        try:
+            result = unpack(remote.result())
+        except KilledWorker as error:
+            where = error.last_worker.address
+            future.set_exception(
+                ComputationFailed(
+                    f"{error.allowed_failures + 1} workers ended while they did the same task, the last one {where}, "
+                    "most often for lack of memory; what was finished is stored: the same command goes on from there"
+                )
+            )
+        except CancelledError:
+            future.set_exception(
+                ComputationFailed(
+                    "the connection to the dask scheduler is lost: start it again; what was finished is stored, and "
+                    "the same command goes on from there"
+                )
+            )
+        except ModuleNotFoundError as error:
+            future.set_exception(InputError(f"a worker lacks a module ({error}): install stickslip there, too"))
+        except BaseException as error:
+            future.set_exception(error)
+        else:
+            future.set_result(result)
+        self._pending.discard(remote)
+
+
+def _itself(value: SharedValue) -> SharedValue:
+    return value
+
+
+def _can_be_shared(value: object) -> bool:
+    """Whether it is an object that is not made anew for each call, as far as one can see."""
+    return is_dataclass(value) and not isinstance(value, type) and type(value).__weakrefoffset__ > 0
+
+
+class _Pickler(pickle.Pickler):
+    """Writes a call with keys in place of its shared values."""
+
+    def __init__(self, stream: BytesIO, keys: Mapping[int, str]) -> None:
+        super().__init__(stream, protocol=pickle.HIGHEST_PROTOCOL)
+        self._keys = keys
+
+    def persistent_id(self, obj: Any) -> str | None:
+        """Key of a shared value; None for all others."""
+        return self._keys.get(id(obj))
+
+
+def _pickle(value: object, keys: Mapping[int, str]) -> bytes:
+    stream = BytesIO()
+    _Pickler(stream, keys).dump(value)
+    return stream.getvalue()

@@ -1,0 +1,48 @@
+"""The one door to workers for many tasks of one kind: processes of this machine, or those of a dask scheduler."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+
+from pipeline.parallel import default_workers, process_pool
+
+#: Processes of this machine, one for each core by default; or the address of a dask scheduler.
+Workers = int | str | None
+
+
+@contextmanager
+def worker_pool(modules: Sequence[str], workers: Workers = None) -> Iterator[Executor]:
+    """Workers that do what they are given; at an early end, Ctrl-C included, what they do is thrown away at once.
+
+    Parameters
+    ----------
+    modules
+        Modules that the tasks need and their results depend on.
+    workers
+        Number of processes of this machine, one for each core by default; or the address of a dask scheduler.
+
+    Raises
+    ------
+    ComputationFailed
+        A process could not begin.
+    InputError
+        No scheduler that can be used answers at the address.
+    """
+    if isinstance(workers, str):
+        from pipeline.scheduler import scheduler_pool
+
+        with scheduler_pool(workers, modules) as executor:
+            yield executor
+    else:
+        with process_pool(modules, workers) as executor:
+            yield executor
+
+
+def count_workers(executor: Executor, workers: Workers) -> int:
+    """Tasks that an executor of `worker_pool` does at once [-]."""
+    if isinstance(workers, str):
+        from pipeline.scheduler import SchedulerExecutor
+
+        assert isinstance(executor, SchedulerExecutor)
+        return executor.n_worker
+    return workers or default_workers()

@@ -1,0 +1,256 @@
+r"""A support that moves as one rigid piece on springs, put under a reduced body that was reduced on a fixed one.
+
+With the six motions s of the support and the motion q of the coordinates, of which T (q - \Phi s) is relative to it,
+
+.. math:: u = \Phi_u s + T (q - \Phi s), \qquad
+          s = (\Phi^T K \Phi + \kappa)^{-1} \Phi^T K q = S q ,
+
+since without inertia the springs \kappa carry what the body asks of them. All energies are then those of q alone,
+
+.. math:: \hat K = K - K \Phi S, \qquad
+          \hat M = (I - \Phi S)^T M (I - \Phi S) + (I - \Phi S)^T P S + S^T P^T (I - \Phi S) + S^T J S ,
+
+with the inertia P = T^T M_u \Phi_u and J = \Phi_u^T M_u \Phi_u of a rigid motion. Statically this is exact; the
+inertia of the support in a motion of its own is left out, which matters near its frequencies with the boundary held.
+The springs are given by their compliance, so that 0 is the fixed support and nothing is singular there.
+
+References
+----------
+Guyan, Reduction of stiffness and mass matrices, AIAA Journal 3 (1965) 380.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.boundary import SupportReaction
+from fe.face_integral import integrate_over_faces
+from fe.mesh import Mesh
+from fe.sparse.factor import Symmetric
+from reduction.array_input import freeze_arrays
+from reduction.array_type import Matrix, Real
+from reduction.errors import RomError
+from reduction.rom import ReducedModel
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ElasticSupport:
+    """How a reduced body rides on its support: three translations, and rotations about the middle of the support.
+
+    Parameters
+    ----------
+    motion
+        Motion of each coordinate with the support, zero of modal ones, shape (r, 6) [-, m].
+    inertia
+        P, shape (r, 6) [kg, kg m].
+    mass
+        J, shape (6, 6) [kg, kg m, kg m^2].
+    springs
+        Stiffness of springs that are spread evenly over the support and have 1 N/m in all along each axis, shape (6, 6)
+        [N/m, N, N m].
+    body
+        Motion of the rows of the recovery with the support, shape (n, 6) [-, m].
+    """
+
+    motion: Float[Real, "r 6"]
+    inertia: Float[Real, "r 6"]
+    mass: Float[Real, "6 6"]
+    springs: Float[Real, "6 6"]
+    body: Float[Real, "n 6"]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "motion", "inertia", "mass", "springs", "body")
+
+    def follow(self, stiffness: Matrix, compliance: float) -> Float[Real, "6 r"]:
+        """S, the motion of the support with the coordinates, shape (6, r) [-, 1/m].
+
+        Parameters
+        ----------
+        stiffness
+            Of the body on its fixed support, shape (r, r) [N/m].
+        compliance
+            Of all springs along an axis together [m/N].
+
+        Raises
+        ------
+        RomError
+            A negative compliance, or one that is not finite.
+        """
+        if not (np.isfinite(compliance) and compliance >= 0):
+            raise RomError(f"the compliance of a support is {compliance:g} m/N: give 0, which is fixed, or more")
+        pull = self.motion.T @ stiffness
+        return np.asarray(compliance * np.linalg.solve(compliance * pull @ self.motion + self.springs, pull))
+
+    def matrices(self, mass: Matrix, stiffness: Matrix, compliance: float) -> tuple[Matrix, Matrix]:
+        """Mass and stiffness on springs, of those on the fixed support, shape (r, r) [kg, N/m]."""
+        follow = self.follow(stiffness, compliance)
+        relative = np.eye(len(mass)) - self.motion @ follow
+        carried = relative.T @ self.inertia @ follow
+        changed = relative.T @ mass @ relative + carried + carried.T + follow.T @ self.mass @ follow
+        softer = stiffness - stiffness @ self.motion @ follow
+        return (changed + changed.T) / 2, (softer + softer.T) / 2
+
+    def scaled(self, density_ratio: float, n_boundary: int) -> "ElasticSupport":
+        """That of a body of another density, its modes mass-normalised as `in_other_material` leaves them."""
+        size = np.full(len(self.inertia), density_ratio)
+        size[n_boundary:] = np.sqrt(density_ratio)
+        return replace(self, inertia=size[:, None] * self.inertia, mass=density_ratio * self.mass)
+
+    def truncated(self, n_dof: int) -> "ElasticSupport":
+        """That of the first coordinates alone, after modes were left out."""
+        return replace(self, motion=self.motion[:n_dof], inertia=self.inertia[:n_dof])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ElasticBody:
+    """A body on a support whose compliance may change.
+
+    Parameters
+    ----------
+    mass, stiffness
+        On the fixed support, shape (r, r) [kg, N/m].
+    support
+        The support.
+    compliance
+        Compliance of its springs along an axis together [m/N].
+    """
+
+    mass: Matrix
+    stiffness: Matrix
+    support: ElasticSupport
+    compliance: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "mass", "stiffness")
+
+    @cached_property
+    def matrices(self) -> tuple[Matrix, Matrix]:
+        """Mass and stiffness on the springs, shape (r, r) [kg, N/m]."""
+        return self.support.matrices(self.mass, self.stiffness, self.compliance)
+
+    @property
+    def reaction(self) -> SupportReaction:
+        """Force of the springs on the body.
+
+        Raises
+        ------
+        RomError
+            A fixed support, whose reaction is that of its nodes.
+        """
+        if not self.compliance:
+            raise RomError("a fixed support has no springs: take the reaction of its nodes")
+        follow = self.support.follow(self.stiffness, self.compliance)
+        pushed = -(self.support.springs / self.compliance)[:3] @ follow
+        return SupportReaction(stiffness=pushed, mass=np.zeros_like(pushed))
+
+    def heavier(self, ratio: float) -> "ElasticBody":
+        """The body with all its mass times a ratio, in the same coordinates."""
+        support = replace(
+            self.support, inertia=ratio * self.support.inertia, mass=ratio * np.asarray(self.support.mass)
+        )
+        return replace(self, mass=ratio * self.mass, support=support)
+
+    def stiffer(self, ratio: float) -> "ElasticBody":
+        """The body with all its stiffness times a ratio, on the same springs."""
+        return replace(self, stiffness=ratio * self.stiffness)
+
+    def within(self, n_dof: int, columns: slice) -> "ElasticBody":
+        """The same body among others, over all their coordinates; its recovery stays behind."""
+
+        def wide(matrix: Matrix, rows: int, both: bool) -> Matrix:
+            result = np.zeros((n_dof, rows))
+            result[columns, columns if both else slice(None)] = matrix
+            return result
+
+        support = replace(
+            self.support,
+            motion=wide(self.support.motion, 6, False),
+            inertia=wide(self.support.inertia, 6, False),
+            body=np.zeros((0, 6)),
+        )
+        return replace(
+            self, support=support, mass=wide(self.mass, n_dof, True), stiffness=wide(self.stiffness, n_dof, True)
+        )
+
+
+def find_elastic_support(
+    mesh: Mesh, name: str, mass: Symmetric, rom: ReducedModel, places: Float[NDArray[np.float64], "node 3"]
+) -> ElasticSupport:
+    """The support of a reduced body.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body.
+    name
+        Face set that is fixed in the reduced model.
+    mass
+        Mass of all nodes, shape (3 n_node, 3 n_node) [kg].
+    rom
+        Reduced model, its recovery on the nodes.
+    places
+        Where each coordinate of the mesh is, shape (n_node, 3) [m].
+
+    Raises
+    ------
+    RomError
+        No such faces.
+    """
+    if name not in mesh.face_sets or not len(mesh.face_sets[name]):
+        raise RomError(f'the mesh has no faces "{name}", which could be put on springs: name those that are fixed')
+    faces = mesh.face_sets[name]
+    sums = integrate_over_faces(mesh, faces, lambda points, _: np.concatenate([np.ones_like(points), points], axis=-1))
+    area, first = sums.sum(axis=0)[0], sums.sum(axis=0)[3:]
+    centre = first / area
+
+    def density(points: NDArray[np.float64], _: NDArray[np.float64]) -> NDArray[np.float64]:
+        motions = _rigid_motions(points, centre)
+        return np.asarray(np.einsum("...ik,...il->...kl", motions, motions).reshape(*points.shape[:-1], 36))
+
+    springs = integrate_over_faces(mesh, faces, density).sum(axis=0).reshape(6, 6) / area
+    rigid = _rigid_motions(mesh.points, centre).reshape(-1, 6)
+    carried = np.asarray(mass @ rigid)
+    motion = np.zeros((rom.n_dof, 6))
+    motion[: rom.n_boundary] = _rigid_motions(places, centre)[rom.boundary_node, rom.boundary_direction]
+    return ElasticSupport(
+        motion=motion, inertia=rom.recovery.T @ carried[rom.free], mass=rigid.T @ carried, springs=springs,
+        body=rigid[rom.free],
+    )  # fmt: skip
+
+
+def put_on_springs(rom: ReducedModel, support: ElasticSupport, compliance: float) -> ReducedModel:
+    """A reduced model on springs, in the same coordinates; its recovery leaves the fixed nodes at rest.
+
+    Parameters
+    ----------
+    rom
+        Reduced model on the fixed support, without damping.
+    support, compliance
+        Support, and the compliance of its springs [m/N].
+
+    Raises
+    ------
+    RomError
+        Damping, which would have to be made again; or a compliance that is negative or not finite.
+    """
+    if rom.damping.any():
+        raise RomError("a body is put on springs before it is given damping: leave the damping out")
+    mass, stiffness = support.matrices(rom.mass, rom.stiffness, compliance)
+    follow = support.follow(rom.stiffness, compliance)
+    recovery = rom.recovery + (support.body - rom.recovery @ support.motion) @ follow
+    return replace(rom, mass=mass, stiffness=stiffness, recovery=recovery)
+
+
+def _rigid_motions(
+    points: Float[NDArray[np.float64], "*n 3"], centre: Float[NDArray[np.float64], "3"]
+) -> Float[NDArray[np.float64], "*n 3 6"]:
+    """Translations along the axes, and rotations by 1 rad about axes through the centre, shape (..., 3, 6)."""
+    about = points - centre
+    motions = np.zeros((*points.shape, 6))
+    for axis in range(3):
+        motions[..., axis, axis] = 1.0
+        motions[..., :, 3 + axis] = np.cross(np.eye(3)[axis], about)
+    return motions

@@ -1,0 +1,34 @@
+"""A reduced body in another material of the same Poisson's ratio: its shapes stay, so nothing is reduced again."""
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+
+from reduction.rom import ReducedModel
+
+
+def in_other_material(rom: ReducedModel, density_ratio: float, modulus_ratio: float) -> ReducedModel:
+    """The reduced model of a body with another density and Young's modulus; modes stay mass-normalised.
+
+    Parameters
+    ----------
+    rom
+        Reduced model, with no other mass and stiffness than those of the material.
+    density_ratio, modulus_ratio
+        New values over those of the model, positive [-].
+    """
+    if density_ratio == modulus_ratio == 1.0:
+        return rom
+    # Mass-normalised shapes shrink by the root of the density.
+    size = np.ones(rom.n_dof)
+    size[rom.n_boundary :] = 1 / sqrt(density_ratio)
+    both = np.outer(size, size)
+    return replace(
+        rom,
+        mass=density_ratio * both * rom.mass,
+        damping=both * rom.damping,
+        stiffness=modulus_ratio * both * rom.stiffness,
+        fixed_interface_frequency=sqrt(modulus_ratio / density_ratio) * rom.fixed_interface_frequency,
+        recovery=rom.recovery * size,
+    )

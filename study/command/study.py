@@ -1,0 +1,43 @@
+"""``stickslip study``: whole studies of several steps; `study paper` replays the calibration of the reference paper."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.types import NonNegativeInt
+
+from pipeline.blas_threads import one_openblas_thread_by_default
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+
+app = command_app(
+    "study",
+    """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on the shipped rig: a virtual
+    campaign, the first guesses of section 4.1, Table 2, and figures 12 and 14 to 23, with the criteria as numbers.
+    Writes paper.html, all figures and the campaign. docs/paper.md maps the paper to the program.""",
+    examples=["stickslip study paper --out replayed", "stickslip study paper --quick --out tried"],
+)
+
+
+@app.command(name="paper")
+def paper(
+    *,
+    out: Out = Path("paper"),
+    seed: Annotated[NonNegativeInt, Parameter(help="Seed of the specimen, its histories and noise.")] = 1,
+    like: Annotated[
+        int, Parameter(help="Iteration of the paper that the specimen is like: 1 symmetric, 2 shifted, 3 inclined too.")
+    ] = 3,
+    quick: Annotated[
+        bool, Parameter(negative="", help="Coarse mesh, few points, two repeats: to try it in some minutes.")
+    ] = False,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Replay the calibration of the reference paper on a virtual rig."""
+    one_openblas_thread_by_default()
+    from geometry.errors import InputError
+    from study.paper.report import make_document, make_text, write_report
+    from study.paper.truth import LIKE
+
+    if like not in LIKE:
+        raise InputError(f"--like {like} is none of the kinds of specimen: give {', '.join(map(str, LIKE))}")
+    report = write_report(options.open(out), seed=seed, like=like, quick=quick)
+    return Answer(document=make_document(report), text=make_text(report))

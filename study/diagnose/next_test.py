@@ -1,0 +1,154 @@
+"""What to measure next, where a diagnosis leaves several explanations: words and numbers."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from correlation.campaign.measurement import Campaign
+from diagnosis.decision.verdict import Verdict
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.missing_law.place_law import MissingLaw
+from diagnosis.next_test.advise import Advice, RankedTest, advise
+from diagnosis.next_test.list_tests import AGAIN
+from diagnosis.next_test.next_test import NextTest
+from geometry.plain_number import plain
+
+#: Tests that report and page show.
+SHOWN = 8
+#: Probability below which no test is said to decide [-].
+LIKELY = 0.5
+#: Probability that a further sensor adds, to be shown [-].
+MORE = 0.02
+#: What a test of another mass or preload needs.
+APART = (
+    "a campaign has one mass and one preload: make a campaign and a case of their own with this change, diagnose both, "
+    "and multiply the probabilities"
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NextStep:
+    """Advice, or the reason why there is none.
+
+    Parameters
+    ----------
+    advice
+        Advice; None where there is none.
+    unit
+        Unit of the levels.
+    reason
+        Why the advice could not be computed; empty where it was, or where there is nothing to separate.
+    """
+
+    advice: Advice | None
+    unit: str = "N"
+    reason: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """Advice in words; empty if there is none."""
+        if self.advice is None:
+            return ""
+        best = self.advice.best
+        share = _share(best.probability)
+        if best.probability < LIKELY:
+            return f"no single further test decides; most likely does {self.describe(best.test)} (probability {share})"
+        return f"measure {self.describe(best.test)}: that decides with probability {share}"
+
+    def describe(self, test: NextTest) -> str:
+        """A test in words."""
+        levels = " and ".join(plain(level, 3) for level in test.levels)
+        ends = f"{plain(test.frequencies[0], 4)} to {plain(test.frequencies[-1], 4)} Hz"
+        held = ", held out" if test.is_held_out else ""
+        return f"{test.title}, {len(test.frequencies)} frequencies from {ends} at {levels} {self.unit}{held}"
+
+    @property
+    def shown(self) -> list[RankedTest]:
+        """Tests that are shown, the advised one first: of those that decide alike the cheapest ones."""
+        if self.advice is None:
+            return []
+        bare = {each.test.name: each.probability for each in self.advice.ranked if each.test.place is None}
+        rest = [
+            each
+            for each in self.advice.ranked[1:]
+            # A further sensor is shown where it tells more.
+            if each.test.place is None or each.probability > bare.get(each.test.name, 0.0) + MORE
+        ]
+        rest.sort(key=lambda each: (-round(each.probability, 2), each.test.minutes))
+        shown = [self.advice.best, *rest][: SHOWN - 1]
+        # What is gained by no new idea stands beside.
+        again = next((each for each in rest if each.test.name == AGAIN and each not in shown), None)
+        return [*shown, *([] if again is None else [again])]
+
+    @property
+    def remark(self) -> str:
+        """What else the advised test needs; empty if nothing."""
+        return "" if self.advice is None or self.advice.best.test.fits_campaign else APART
+
+    @property
+    def document(self) -> dict[str, Any] | None:
+        """For JSON; None where there is nothing to separate."""
+        if self.advice is None:
+            return {"reason": self.reason} if self.reason else None
+        names = self.advice.names
+        return {
+            "sentence": self.sentence,
+            "candidates": dict(zip(names, self.advice.probabilities, strict=True)),
+            "tests": [_document(each, names) for each in self.advice.ranked],
+        }
+
+
+def find_next_step(
+    campaign: Campaign, arrangement: Arrangement, verdict: Verdict, law: MissingLaw | None
+) -> NextStep:  # fmt: skip
+    """Advice on the next test; what fails there costs nothing of the diagnosis."""
+    unit = campaign.drive.unit
+    try:
+        return NextStep(advice=advise(campaign, arrangement, verdict, law), unit=unit)
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+        return NextStep(advice=None, unit=unit, reason=f"what to measure next could not be computed: {error}")
+
+
+def tell_next_tests(step: NextStep) -> Iterator[str]:
+    """Lines of the report."""
+    if step.reason:
+        yield from ("", f"  {step.reason}")
+    if step.advice is None:
+        return
+    yield ""
+    yield f"What further tests would tell between {' and '.join(step.advice.names)}:"
+    for each in step.shown:
+        yield f"  {100 * each.probability:5.1f} %  {each.test.minutes:4.0f} min  {each.test.title}"
+    yield "  probability that the test decides, and what it takes, roughly"
+    if step.remark:
+        yield f"  {step.remark}"
+
+
+def _share(probability: float) -> str:
+    """A probability in words; no forecast is certain."""
+    return "over 99 %" if probability > 0.99 else f"{plain(100 * probability)} %"
+
+
+def _document(ranked: RankedTest, names: tuple[str, ...]) -> dict[str, Any]:
+    test = ranked.test
+    pairs = {f"{names[a]} | {names[b]}": float(ranked.separation[a, b]) for a, b in combinations(range(len(names)), 2)}
+    return {
+        "test": test.title,
+        "probability": ranked.probability,
+        "minutes": test.minutes,
+        "configuration": test.configuration,
+        "levels": [*test.levels],
+        "frequencies_hz": [*test.frequencies],
+        "sensors": [*test.sensors],
+        "further_sensor_at": test.place,
+        "harmonics": [*test.harmonics],
+        "sweeps": [*test.sweeps],
+        "repeats": test.n_repeat,
+        "added_mass": None if test.added_mass is None else {"place": test.added_mass[0], "mass_kg": test.added_mass[1]},
+        "preload_factor": test.preload,
+        "held_out": test.is_held_out,
+        "separation": pairs,
+    }

@@ -1,0 +1,66 @@
+"""Differences of two results: which of their numbers and words are not the same."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+#: Differences that are printed.
+MOST = 40
+#: Numbers that differ by less are round-off [-].
+ROUND_OFF = 1e-12
+
+
+def find_differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of two documents that differ, the largest relative difference first.
+
+    Returns
+    -------
+    Number of values ``compared``, and the list ``different`` of objects with ``key``, ``first`` and ``second``.
+    """
+    leaves = [dict(_leaves(document)) for document in (first, second)]
+    keys = [key for key in {**leaves[0], **leaves[1]} if not _alike(leaves[0].get(key), leaves[1].get(key))]
+    keys.sort(key=lambda key: -_change(leaves[0].get(key), leaves[1].get(key)))
+    return {
+        "compared": len({**leaves[0], **leaves[1]}),
+        "different": [{"key": key, "first": leaves[0].get(key), "second": leaves[1].get(key)} for key in keys],
+    }
+
+
+def tell_differences(found: Mapping[str, Any]) -> list[str]:
+    """Lines about what `find_differences` found."""
+    different = found["different"]
+    lines = [f"{len(different)} of {found['compared']} values differ"]
+    for item in different[:MOST]:
+        change = _change(item["first"], item["second"])
+        share = "" if change == float("inf") else f"  ({100 * change:.3g} %)"
+        lines.append(f"  {item['key']}: {_short(item['first'])} | {_short(item['second'])}{share}")
+    if len(different) > MOST:
+        lines.append(f"  and {len(different) - MOST} more: --json has all")
+    return lines
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Numbers and words of a document by their path."""
+    if isinstance(value, Mapping):
+        for name, item in value.items():
+            yield from _leaves(item, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, Sequence) and not isinstance(value, str):
+        for number, item in enumerate(value):
+            yield from _leaves(item, f"{key}[{number}]")
+    else:
+        yield key, value
+
+
+def _change(first: Any, second: Any) -> float:
+    """Relative difference of two numbers; of anything else, more than that of any numbers."""
+    if not all(isinstance(value, int | float) for value in (first, second)):
+        return float("inf")
+    largest = max(abs(first), abs(second))
+    return abs(first - second) / largest if largest else 0.0
+
+
+def _alike(first: Any, second: Any) -> bool:
+    return bool(first == second) or _change(first, second) <= ROUND_OFF
+
+
+def _short(value: Any) -> str:
+    return f"{value:.8g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,108 @@
+"""The criteria "response" and "force" of figure 16 as numbers, with the thresholds of the case."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.family.verdict import FamilyVerdict
+from study.paper.case import CriteriaTable
+from study.paper.limits import IterationLimits, furthest_outside
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """A number that a criterion asks for.
+
+    Parameters
+    ----------
+    name
+        What it is.
+    level
+        Level [N].
+    value, threshold
+        Number and what it may be at most, or at least [-].
+    met
+        Whether it is.
+    """
+
+    name: str
+    level: float
+    value: float
+    threshold: float
+    met: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Criterion:
+    """A criterion and the numbers behind it; without any it was not judged."""
+
+    scores: tuple[Score, ...]
+
+    @property
+    def met(self) -> bool | None:
+        """Whether all numbers are; None without any."""
+        return all(score.met for score in self.scores) if self.scores else None
+
+    def worst(self, name: str) -> Score:
+        """The score of a name that is nearest to its threshold, or furthest beyond it."""
+        own = [score for score in self.scores if score.name == name]
+        return min(own, key=lambda score: score.value) if name == COVERAGE else max(own, key=lambda score: score.value)
+
+
+COVERAGE = "coverage"
+STATIC_NORMAL, STATIC_TANGENTIAL, DYNAMIC = "static normal", "static tangential", "dynamic"
+
+
+def judge_response(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
+    """Coverage of the measured response at every level."""
+    scores = [
+        Score(
+            name=COVERAGE, level=item.family.level, value=item.coverage, threshold=criteria.coverage,
+            met=bool(item.coverage >= criteria.coverage),
+        )
+        for item in limits.response
+    ]  # fmt: skip
+    return Criterion(scores=tuple(scores))
+
+
+def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
+    """Static normal, static tangential and dynamic forces of all lines at every level.
+
+    Static normal forces: the middle of both limits beside the mean that was measured, as the paper compares them.
+    Static tangential ones: how far a reading lies outside, over the static normal force. Dynamic ones: the same, over
+    the largest dynamic force of the direction and level.
+    """
+    scores = []
+    for item in limits.forces:
+        family = item.family
+        if family.harmonic == 0 and family.sensor.endswith("_N"):
+            name, threshold = STATIC_NORMAL, criteria.static_normal
+            value = abs(static_deviation(item))
+        elif family.harmonic == 0:
+            name, threshold = STATIC_TANGENTIAL, criteria.static_tangential
+            value = furthest_outside(item) / _static_normal(limits.forces, item)
+        else:
+            name, threshold = DYNAMIC, criteria.dynamic
+            value = furthest_outside(item) / float(family.value.max())
+        # What is not a number was not found: no criterion is met by that.
+        scores.append(
+            Score(name=name, level=family.level, value=value, threshold=threshold, met=bool(value <= threshold))
+        )
+    return Criterion(scores=tuple(scores))
+
+
+def static_deviation(verdict: FamilyVerdict) -> float:
+    """Middle of both limits of a static force over the mean that was measured, less one [-]."""
+    return float(np.mean(verdict.band.value) / np.mean(verdict.family.value) - 1)
+
+
+def _static_normal(forces: Sequence[FamilyVerdict], tangential: FamilyVerdict) -> float:
+    """Mean static normal force that was measured on the line and level of a tangential one [N]."""
+    name = tangential.family.sensor.removesuffix("_T") + "_N"
+    own = next(
+        item.family
+        for item in forces
+        if item.family.sensor == name and item.family.harmonic == 0 and item.family.level == tangential.family.level
+    )
+    return float(np.mean(own.value))

@@ -1,0 +1,208 @@
+"""Table 2 and figure 14: the three linear iterations, as the paper prints them and as they come out on this rig.
+
+The paper tunes by hand, and says what for. The same steps, done by numbers:
+
+1. as printed: 8 N/um, a fixed root, 0.2 %;
+2. the root on springs; k_t = k_n for the stuck resonance, and the damping ratio for its width;
+3. the density of the blade for the free resonance; k_t and k_n in the printed ratio for the stuck one; the damping
+   ratio for both widths, the geometric mean of what either wants.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import log, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+
+from correlation.model import Model
+from geometry.errors import ComputationFailed
+from pipeline.store import stage
+from study.case.tables import Case
+from study.estimate.resonance import find_resonances
+from study.kind.rig.table import RigTable
+from study.paper.case import CriteriaTable, LinearTable, PaperCase
+from study.paper.model import PaperModel
+from study.paper.parameters import RigParameters
+from study.paper.resonance import Peak, find_small_peak
+from study.run_context import RunContext
+
+#: Makes the model of some parameters.
+Make = Callable[[RigParameters], Model]
+
+#: Stiffnesses between which the stuck resonance is looked for [N/m], and how near is near enough [-].
+STIFFNESS, NEAR = (1e6, 5e7), 1e-5
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearFit:
+    """Parameters of an iteration and what they are worth.
+
+    Parameters
+    ----------
+    parameters
+        Parameters; the friction coefficient has no meaning here.
+    free, stuck
+        Resonances of the model.
+    free_met, stuck_met
+        Whether the criteria are met.
+    """
+
+    parameters: RigParameters
+    free: Peak
+    stuck: Peak
+    free_met: bool
+    stuck_met: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearIteration:
+    """A row of Table 2: what is printed, what that gives on this rig, and the same step by numbers."""
+
+    printed: LinearTable
+    as_printed: LinearFit
+    own: LinearFit
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearCalibration:
+    """All three iterations.
+
+    Parameters
+    ----------
+    free, stuck
+        Measured resonances.
+    iterations
+        In their order.
+    """
+
+    free: Peak
+    stuck: Peak
+    iterations: tuple[LinearIteration, ...]
+
+
+def calibrate_linear(case: PaperCase, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
+    """Go through the iterations of Table 2.
+
+    Parameters
+    ----------
+    case
+        Case of the replay.
+    model
+        Makes models of the rig.
+    mu
+        Friction coefficient of the rest under the dead weights [-].
+    run
+        Store and progress.
+
+    Raises
+    ------
+    ComputationFailed
+        The campaign has no resonance of the free blade or of the lowest level.
+    """
+    peaks = {
+        item.free: Peak(frequency=item.frequency, damping=item.damping) for item in find_resonances(model.campaign)
+    }
+    if set(peaks) != {False, True}:
+        lacking = "without dampers" if True not in peaks else "of the lowest level"
+        raise ComputationFailed(f"there is no resonance in the tests {lacking}: Table 2 needs both")
+    free, stuck = peaks[True], peaks[False]
+    step = run.step("linear iterations", expected=30)
+    fits = step.run(fit_linear, case, model.opened.case, free, stuck, mu, model)
+    iterations = [
+        LinearIteration(printed=row, as_printed=printed, own=own)
+        for row, (printed, own) in zip(case.linear, fits, strict=True)
+    ]
+    return LinearCalibration(free=free, stuck=stuck, iterations=tuple(iterations))
+
+
+@stage("linear iterations of the paper", ignore=("make",))
+def fit_linear(
+    case: PaperCase, rig: Case[RigTable], free: Peak, stuck: Peak, mu: float, make: Make
+) -> tuple[tuple[LinearFit, LinearFit], ...]:
+    """Each iteration as printed, and as it comes out on this rig.
+
+    Parameters
+    ----------
+    case
+        Case of the replay.
+    rig
+        Case of the rig, on which the models depend.
+    free, stuck
+        Measured resonances.
+    mu
+        Friction coefficient [-].
+    make
+        Makes the model of some parameters.
+    """
+    printed = [
+        RigParameters(
+            kt=row.kt, kn=row.kn, mu=mu, damping=row.damping, root=case.relaxed.root if row.root == "relaxed" else None
+        )
+        for row in case.linear
+    ]
+    second = tune_stiffness(make, replace(printed[1], damping=stuck.damping), stuck.frequency)
+    nominal, ratio = rig.structure.material.density, case.linear[-1].kn / case.linear[-1].kt
+    own = [printed[0], second, _third(make, second, free, stuck, nominal=nominal, ratio=ratio)]
+    return tuple(
+        (judge_linear(make, a, free, stuck, case.criteria), judge_linear(make, b, free, stuck, case.criteria))
+        for a, b in zip(printed, own, strict=True)
+    )
+
+
+def judge_linear(make: Make, parameters: RigParameters, free: Peak, stuck: Peak, criteria: CriteriaTable) -> LinearFit:
+    """Resonances of some parameters beside measured ones, and whether the criteria are met."""
+    made = make(parameters)
+    own_free, own_stuck = (find_small_peak(made, free=item) for item in (True, False))
+    return LinearFit(
+        parameters=parameters,
+        free=own_free,
+        stuck=own_stuck,
+        free_met=_meets(own_free, free, criteria.free_frequency, criteria.width),
+        stuck_met=_meets(own_stuck, stuck, criteria.stuck_frequency, criteria.width),
+    )
+
+
+def _meets(model: Peak, measured: Peak, frequency: float, width: float) -> bool:
+    near = abs(model.frequency / measured.frequency - 1) <= frequency
+    return near and abs(model.damping / measured.damping - 1) <= width
+
+
+def tune_stiffness(make: Make, parameters: RigParameters, stuck: float) -> RigParameters:
+    """Both contact stiffnesses, their ratio as it is, for a stuck resonance [Hz].
+
+    Raises
+    ------
+    ComputationFailed
+        No stiffness gives it.
+    """
+    ratio = parameters.kn / parameters.kt
+
+    def made(logarithm: float) -> RigParameters:
+        kt = float(np.exp(logarithm))
+        return replace(parameters, kt=kt, kn=ratio * kt)
+
+    def miss(logarithm: float) -> float:
+        return find_small_peak(make(made(logarithm)), free=False).frequency / stuck - 1
+
+    return made(_solve(miss, (log(STIFFNESS[0]), log(STIFFNESS[1])), f"a stuck resonance at {stuck:.5g} Hz"))
+
+
+def _solve(miss: Callable[[float], float], ends: tuple[float, float], what: str) -> float:
+    if miss(ends[0]) * miss(ends[1]) > 0:
+        raise ComputationFailed(f"no contact stiffness gives {what}: check the levels and the blade of the case")
+    return float(brentq(miss, ends[0], ends[1], xtol=NEAR))
+
+
+def _third(
+    make: Make, second: RigParameters, free: Peak, stuck: Peak, *, nominal: float, ratio: float
+) -> RigParameters:
+    """Density for the free resonance, stiffness for the stuck one, damping for both widths."""
+    before = find_small_peak(make(second), free=True)
+    # One density of the whole blade scales all of its frequencies alike.
+    light = replace(second, density=nominal * (before.frequency / free.frequency) ** 2)
+    result = tune_stiffness(make, replace(light, kn=light.kt * ratio), stuck.frequency)
+    tuned = make(result)
+    widths = [find_small_peak(tuned, free=item).damping for item in (True, False)]
+    wanted = [result.damping * measured.damping / own for own, measured in zip(widths, (free, stuck), strict=True)]
+    return replace(result, damping=sqrt(wanted[0] * wanted[1]))

@@ -1,0 +1,82 @@
+"""The calibrated model with some parameters, and its small vibrations with all contacts stuck or without dampers."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign
+from correlation.model import Model
+from reduction.stuck import stick_at_rest
+from study.case.setup import ReadCase, read_case
+from study.kind.registry import OpenCase
+from study.paper.case import EffortTable
+from study.paper.parameters import RigParameters, configure
+from study.paper.resonance import scale_damping, tip_row
+from study.run_context import RunContext
+
+Real = Float[NDArray[np.float64], " f"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PaperModel:
+    """Makes models of the rig that is calibrated.
+
+    Parameters
+    ----------
+    opened
+        Case of the rig on the mesh of the model.
+    campaign
+        Campaign whose sensors the models have.
+    run
+        Store of the reduced bodies, and progress.
+    effort
+        Effort of searches and fits.
+    """
+
+    opened: OpenCase
+    campaign: Campaign
+    run: RunContext
+    effort: EffortTable
+
+    def read(self, parameters: RigParameters) -> ReadCase:
+        """The case with some parameters, and its model.
+
+        Raises
+        ------
+        CaseError
+            A damper leaves its groove, or finds no rest.
+        """
+        case = configure(self.opened.case, parameters)
+        read = read_case(replace(self.opened, case=case), campaign=self.campaign, run=self.run)
+        model = scale_damping(read.setup.model, parameters.damping)
+        return replace(read, setup=replace(read.setup, model=model))
+
+    def __call__(self, parameters: RigParameters) -> Model:
+        """The model with some parameters."""
+        return self.read(parameters).setup.model
+
+
+def compute_small_response(model: Model, frequency: Real, level: float, *, free: bool) -> Real:
+    """Amplitude of the tip in small vibrations, shape (f,) [m].
+
+    Parameters
+    ----------
+    model
+        Model with the sensor "tip".
+    frequency
+        Frequencies, shape (f,) [Hz].
+    level
+        Amplitude of the force [N].
+    free
+        Whether without dampers.
+    """
+    system = (model.free() if free else model).system
+    stiffness, row = stick_at_rest(system.stiffness, system.joints), tip_row(model)
+    force = level * system.dynamic[1]
+    result = [
+        abs(row @ np.linalg.solve(stiffness + 1j * omega * system.damping - omega**2 * system.mass, force))
+        for omega in 2 * np.pi * frequency
+    ]
+    return np.array(result)

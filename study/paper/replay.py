@@ -1,0 +1,144 @@
+"""The whole replay: campaign, first guesses, linear and nonlinear iterations, sensitivities, and then the truth."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from casefile.table import load_case
+from correlation.family.frequencies import choose_frequencies
+from pipeline.progress import SilentProgress
+from study.kind.registry import OpenCase, open_case
+from study.paper.campaign import Reference, make_reference
+from study.paper.case import PaperCase
+from study.paper.first_guess import FirstGuess, guess_first
+from study.paper.limits import MeasuredFamilies, read_families
+from study.paper.linear import LinearCalibration, calibrate_linear
+from study.paper.model import PaperModel
+from study.paper.nonlinear import NonlinearIteration, calibrate_nonlinear
+from study.paper.parameters import RigParameters, meshed
+from study.paper.sensitivity import Sensitivity, compute_sensitivities
+from study.paper.truth import FILE
+from study.run_context import RunContext
+from study.shipped_cases import PAPER, RIG
+
+#: Steps of the sensitivities: a tenth of a contact parameter, and what a hand leaves of the alignment.
+SHARES = {"kt": 0.1, "kn": 0.1, "mu": 0.1, "damping": 0.1}
+ALIGNMENT = {
+    "shift_left": 0.5e-3, "inclination_left": float(np.radians(2.0)), "gap_angle": float(np.radians(0.005)),
+}  # fmt: skip
+#: What a quick run changes: elements, modes, points and repeats.
+QUICK = {"size": 7e-3, "modes": 30}
+QUICK_EFFORT = {"frequencies": 10, "population": 2, "samples": 2, "loop_frequencies": 6, "evaluations": 15}
+QUICK_REPEATS, QUICK_STRIDE = 2, 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Replay:
+    """All results.
+
+    Parameters
+    ----------
+    case
+        Case of the replay.
+    reference, measured
+        Campaign, and its families.
+    guess
+        Section 4.1.
+    linear
+        Table 2.
+    nonlinear
+        Figure 16.
+    sensitivity
+        Around iteration 3.
+    truth
+        Parameters of the specimen by name, read after everything else.
+    model
+        Makes models of the rig.
+    """
+
+    case: PaperCase
+    reference: Reference
+    measured: MeasuredFamilies
+    guess: FirstGuess
+    linear: LinearCalibration
+    nonlinear: tuple[NonlinearIteration, ...]
+    sensitivity: Sensitivity
+    truth: Mapping[str, float]
+    model: PaperModel
+
+
+def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
+    """Replay the paper, or find its parts in the store.
+
+    Parameters
+    ----------
+    run
+        Output folder, store and progress.
+    seed, like
+        Specimen, see `study.paper.truth.draw_truth`.
+    quick
+        A coarse mesh, few points and two repeats, to try it.
+
+    Raises
+    ------
+    ComputationFailed
+        No resonance in the tests, no rest under the dead weights, or a process that was killed.
+    """
+    assert run.output is not None
+    case, opened = load_case(PAPER, PaperCase), open_case(RIG)
+    if quick:
+        case = _quick(case)
+    folder = run.output / "campaign"
+    reference = make_reference(case, opened, folder, run, seed=seed, like=like)
+    model = _model(case, opened, reference, run)
+    guess, measured = guess_first(reference), read_families(reference.campaign)
+    linear = calibrate_linear(case, model, guess.mu, run)
+    # The paper keeps the stiffness of the linear calibration, and returns to the damping of the narrow stuck resonance.
+    start = replace(linear.iterations[-1].own.parameters, mu=guess.mu, damping=linear.stuck.damping)
+    nonlinear = calibrate_nonlinear(case, model, start, measured, run)
+    sensitivity = _sensitivities(model, nonlinear[2].parameters, measured, run)
+    truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
+    return Replay(
+        case=case, reference=reference, measured=measured, guess=guess, linear=linear, nonlinear=nonlinear,
+        sensitivity=sensitivity, truth=truth, model=model,
+    )  # fmt: skip
+
+
+def _quick(case: PaperCase) -> PaperCase:
+    campaign = case.campaign
+    fewer = {
+        "repeats": min(campaign.repeats, QUICK_REPEATS),
+        "shares": campaign.shares[::QUICK_STRIDE],
+        "free_shares": campaign.free_shares[::QUICK_STRIDE],
+    }
+    coarse, effort = case.model.model_copy(update=QUICK), case.effort.model_copy(update=QUICK_EFFORT)
+    return case.model_copy(
+        update={"model": coarse, "specimen": coarse, "effort": effort, "campaign": campaign.model_copy(update=fewer)}
+    )
+
+
+def _model(case: PaperCase, opened: OpenCase, reference: Reference, run: RunContext) -> PaperModel:
+    coarse = replace(opened, case=meshed(opened.case, case.model.size, case.model.modes))
+    coarse.kind.structure(coarse, run)  # reduced with progress; hundreds of models that follow find it in the store
+    silent = replace(run, progress=SilentProgress(), quiet=True)
+    return PaperModel(opened=coarse, campaign=reference.campaign, run=silent, effort=case.effort)
+
+
+def _sensitivities(
+    model: PaperModel, parameters: RigParameters, measured: MeasuredFamilies, run: RunContext
+) -> Sensitivity:
+    steps = {name: share * getattr(parameters, name) for name, share in SHARES.items()} | ALIGNMENT
+    level = sorted(measured.peak)[-2:][0]
+    families = [
+        *measured.response,
+        *(item for item in measured.forces if item.harmonic == 0 and item.sensor.startswith("left")),
+    ]
+    count = model.effort.frequencies
+    frequency = choose_frequencies(measured.response, count, count)
+    step = run.step("sensitivities", expected=60)
+    return step.run(
+        compute_sensitivities, model.opened.case, parameters, steps, families, frequency, level, model,
+        report=step.report,
+    )  # fmt: skip

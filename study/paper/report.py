@@ -1,0 +1,81 @@
+"""All files of a replay: figures, page, and the numbers as one document."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from figure.registry import pictures
+from pipeline.output import replace_file
+from study.paper.findings import list_findings
+from study.paper.page import count_pattern, make_page
+from study.paper.pictures import draw_replay
+from study.paper.replay import Replay, replay
+from study.run_context import RunContext
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Report:
+    """A replay and the files that were written; the page is the last one."""
+
+    result: Replay
+    files: tuple[Path, ...]
+
+
+def write_report(run: RunContext, *, seed: int, like: int, quick: bool) -> Report:
+    """Replay the paper, and write everything into the run's output folder; see `study.paper.replay.replay`."""
+    assert run.output is not None
+    result = replay(run, seed=seed, like=like, quick=quick)
+    with run.progress.step("figures"):
+        drawn = pictures(draw_replay(result))
+    written: dict[str, str | bytes] = {f"{name}.png": picture for name, picture in drawn.items()}
+    written["paper.html"] = make_page(result, drawn)
+    for name, content in written.items():
+        replace_file(run.output / name, content)
+    return Report(result=result, files=tuple(run.output / name for name in written))
+
+
+def make_document(report: Report) -> dict[str, Any]:
+    """The document of ``--json``."""
+    result = report.result
+    same, of = count_pattern(result)
+    return {
+        "criteria_as_printed": same,
+        "n_criteria": of,
+        "first_guess": asdict(result.guess),
+        "linear": [
+            {"free_met": item.own.free_met, "stuck_met": item.own.stuck_met, "parameters": asdict(item.own.parameters)}
+            for item in result.linear.iterations
+        ],
+        "nonlinear": [
+            {
+                "response_met": item.response.met,
+                "force_met": item.force.met,
+                "parameters": asdict(item.parameters),
+                "scores": [asdict(score) for score in (*item.response.scores, *item.force.scores)],
+            }
+            for item in result.nonlinear
+        ],
+        "findings": [asdict(item) for item in list_findings(result)],
+        "truth": dict(result.truth),
+        "files": [str(file) for file in report.files],
+    }
+
+
+def make_text(report: Report) -> str:
+    """The same in a few lines."""
+    result, words = report.result, {True: "yes", False: "no", None: "-"}
+    same, of = count_pattern(result)
+    lines = [f"{same} of {of} criteria of Table 2 and figure 16 as printed", "", "  linear      free  stuck  (paper)"]
+    lines += [
+        f"  {number}           {words[item.own.free_met]:4}  {words[item.own.stuck_met]:5}  "
+        f"({words[item.printed.free]}, {words[item.printed.stuck]})"
+        for number, item in enumerate(result.linear.iterations, start=1)
+    ]
+    lines += ["", "  nonlinear   response  force  (paper)"]
+    lines += [
+        f"  {item.number}           {words[item.response.met]:8}  {words[item.force.met]:5}  "
+        f"({words[item.printed.response]}, {words[item.printed.force]})"
+        for item in result.nonlinear
+    ]
+    lines += ["", *(f"  {item.verdict:14} {item.claim}" for item in list_findings(result))]
+    return "\n".join([*lines, "", f"page: {report.files[-1]}"])

@@ -1,0 +1,115 @@
+"""Sensitivities of response and force limits around iteration 3: what a step of each parameter changes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.family.band import PredictedBand
+from correlation.family.family import Family
+from correlation.model import Model
+from diagnosis.fit.family_fit import sampled_bands
+from pipeline.store import stage
+from study.case.tables import Case
+from study.kind.rig.table import RigTable
+from study.paper.parameters import RigParameters
+
+Bands = Mapping[tuple[str, int, float], PredictedBand]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sensitivity:
+    """Changes by the steps down and up of each parameter.
+
+    Parameters
+    ----------
+    names
+        Parameters.
+    upper, lower
+        Change of the highest point of the upper and of the lower limit of the response, shape (p, 2) [-].
+    frequency
+        Change of the frequency of the highest point of the upper limit, shape (p, 2) [-].
+    normal, tangential
+        Change of the middle of the limits of the static normal and tangential force of the left side, over the static
+        normal force, shape (p, 2) [-].
+    level
+        Level of all of them [N].
+    """
+
+    names: tuple[str, ...]
+    upper: Float[NDArray[np.float64], "p 2"]
+    lower: Float[NDArray[np.float64], "p 2"]
+    frequency: Float[NDArray[np.float64], "p 2"]
+    normal: Float[NDArray[np.float64], "p 2"]
+    tangential: Float[NDArray[np.float64], "p 2"]
+    level: float
+
+
+@stage("sensitivities of the limits", ignore=("make", "report"))
+def compute_sensitivities(
+    case: Case[RigTable],  # noqa: ARG001 - what is stored depends on it, and `make` cannot be looked into
+    parameters: RigParameters,
+    steps: Mapping[str, float],
+    families: Sequence[Family],
+    frequency: Float[NDArray[np.float64], " f"],
+    level: float,
+    make: Callable[[RigParameters], Model],
+    report: Callable[[float, float], None] | None = None,
+) -> Sensitivity:
+    """Sensitivities by differences of the bands that the same friction histories reach.
+
+    Parameters
+    ----------
+    case
+        Case of the rig, on which the models depend.
+    parameters
+        Where the differences are taken.
+    steps
+        Step of each parameter by name [unit of the parameter].
+    families
+        Families of the response and of the static forces of the left side.
+    frequency
+        Frequencies of the bands, rising, shape (f,) [Hz].
+    level
+        Level of the bands [N].
+    make
+        Makes the model of some parameters.
+    report
+        Progress.
+    """
+    own = [family for family in families if family.level == level]
+
+    def numbers(of: RigParameters) -> Float[NDArray[np.float64], "5"]:
+        return _numbers(sampled_bands(make(of), own, frequency), level)
+
+    here = numbers(parameters)
+    changes = np.empty((len(steps), 2, 5))
+    for row, (name, step) in enumerate(steps.items()):
+        for side, sign in enumerate((-1, 1)):
+            moved = replace(parameters, **{name: getattr(parameters, name) + sign * step})
+            changes[row, side] = numbers(moved) - here
+            if report is not None:
+                report(2 * row + side + 1, 2 * len(steps))
+    size = np.array([here[0], here[1], here[2], here[3], here[3]])
+    upper, lower, shift, normal, tangential = np.moveaxis(changes / size, -1, 0)
+    return Sensitivity(
+        names=tuple(steps), upper=upper, lower=lower, frequency=shift, normal=normal, tangential=tangential, level=level
+    )
+
+
+def _numbers(bands: Bands, level: float) -> Float[NDArray[np.float64], "5"]:
+    """Peaks of both response limits, frequency of the upper, static normal and tangential force of the left side."""
+    tip = bands["tip", 1, level]
+    highest = np.nanmax(tip.value, axis=1)
+    at = int(np.nanargmax(tip.value[1]))
+    # A parabola through the highest point and its neighbours: the frequency moves by less than a step of the grid.
+    near = slice(max(at - 1, 0), at + 2)
+    f, y = tip.frequency[near], tip.value[1, near]
+    peak = float(tip.frequency[at])
+    if len(f) == 3:
+        a, b, _ = np.polyfit(f - peak, y, 2)
+        peak -= float(b / (2 * a)) if a < 0 else 0.0
+    forces = [bands[f"left_decoupler_{letter}", 0, level].value[:, at].mean() for letter in "NT"]
+    return np.array([highest[1], highest[0], peak, *forces])

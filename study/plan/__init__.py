@@ -1,0 +1,1 @@
+"""`stickslip plan`: which effects planned tests would show, before any is made."""

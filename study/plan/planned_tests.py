@@ -1,0 +1,178 @@
+"""Planned tests of a case: what the user gives, and what follows from the case otherwise."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casefile.quantity import FREQUENCY, RATIO, read_quantity
+from correlation.model import LineSensor, LoadCell, Model, Sensor
+from diagnosis.candidate.resonance import find_resonance
+from diagnosis.next_test.list_tests import surround_resonance
+from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.planned_noise import NoiseLaw, PlannedNoise
+from geometry.errors import InputError
+from study.case.setup import ReadCase
+
+#: Directions of sweeps by their words.
+SWEEPS = {"up": (1,), "down": (-1,), "both": (1, -1)}
+#: Share of the largest reading at the lowest level that is the floor of a sensor by default, over its noise [-].
+FLOOR = 0.2
+#: Frequencies of a curve at most.
+MOST = 500
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wishes:
+    """What the user says of the tests; None follows from the case.
+
+    Parameters
+    ----------
+    levels
+        Levels.
+    first, last
+        Ends of the band, such as "430 Hz".
+    n_frequency, n_repeat
+        Frequencies of a curve, and repeats [-].
+    sweep
+        A key of `SWEEPS`.
+    harmonics
+        Harmonics of motions.
+    noise
+        Relative standard deviation of each part of a reading, such as "0.5 %".
+    sensors
+        Names of sensors or places of the case.
+    free
+        Whether the structure without its contacts is tested as well.
+    """
+
+    levels: tuple[float, ...] = ()
+    first: str | None = None
+    last: str | None = None
+    n_frequency: int = 24
+    n_repeat: int = 3
+    sweep: str = "both"
+    harmonics: tuple[int, ...] = (1,)
+    noise: str = "0.5 %"
+    sensors: tuple[str, ...] = ()
+    free: bool = False
+
+
+def choose_sensors(read: ReadCase, names: Sequence[str]) -> Model:
+    """The model of a case with the planned sensors alone: those of the case by default.
+
+    Raises
+    ------
+    InputError
+        A name that is neither a sensor nor a place, or no sensor at all.
+    """
+    model = read.model
+    own = {each.name: each for each in model.sensors}
+    chosen: list[Sensor | LineSensor | LoadCell] = []
+    for name in names or tuple(own):
+        if name in own:
+            chosen.append(own[name])
+        elif name in model.places:
+            chosen.append(Sensor(name=name, row=model.places[name]))
+        else:
+            known = ", ".join(dict.fromkeys([*own, *model.places]))
+            raise InputError(f'--sensors: "{name}" is no sensor or place of the case: give any of {known or "none"}')
+    if not any(isinstance(each, Sensor) for each in chosen):
+        raise InputError("--sensors: none reads a motion: add a [[sensor]] to the case, or name places with --sensors")
+    return Model(**{**vars(model), "sensors": tuple(chosen)})
+
+
+def make_tests(read: ReadCase, model: Model, wishes: Wishes) -> list[NextTest]:
+    """Planned tests: of the jointed structure, and of the one without its contacts if that is wanted.
+
+    Raises
+    ------
+    InputError
+        Values out of range, or a band that neither the options nor the case give.
+    """
+    levels, (first, last) = _choose_levels(read, wishes), _choose_band(read, wishes)
+    for option, value, least in (("frequencies", wishes.n_frequency, 2), ("repeats", wishes.n_repeat, 1)):
+        if not least <= value <= MOST:
+            raise InputError(f"--{option} {value}: give a number from {least} to {MOST}")
+    for harmonic in wishes.harmonics:
+        if not 1 <= harmonic < model.n_harmonic:
+            raise InputError(
+                f"--harmonics {harmonic}: the model keeps 1 to {model.n_harmonic - 1}: give one of these, or raise "
+                "harmonics.highest in the case"
+            )
+    jointed = NextTest(
+        name="planned", configuration="jointed", levels=levels,
+        frequencies=tuple(np.linspace(first, last, wishes.n_frequency).tolist()),
+        sensors=tuple(each.name for each in model.sensors), harmonics=wishes.harmonics, sweeps=SWEEPS[wishes.sweep],
+        n_repeat=wishes.n_repeat,
+    )  # fmt: skip
+    return [jointed, _make_free(jointed, model)] if wishes.free else [jointed]
+
+
+def make_noise(text: str, model: Model, largest: dict[str, float]) -> PlannedNoise:
+    """Noise of all sensors: relative, and a floor of a fifth of that on the largest reading at the lowest level.
+
+    Parameters
+    ----------
+    text
+        Relative noise of each part of a reading, such as "0.5 %".
+    model
+        Model with the planned sensors.
+    largest
+        Largest reading of each at the lowest level, by name.
+    """
+    relative = _read(text, RATIO, "noise")
+    if not relative > 0:
+        raise InputError(f'--noise "{text}" is not positive: give the noise of a reading, such as "0.5 %"')
+    laws = {each.name: NoiseLaw(relative, FLOOR * relative * largest.get(each.name, 0.0)) for each in model.sensors}
+    known = {(name, harmonic): law for name, law in laws.items() for harmonic in range(model.n_harmonic)}
+    return PlannedNoise(usual=next(iter(laws.values())), known=known)
+
+
+def _choose_levels(read: ReadCase, wishes: Wishes) -> tuple[float, ...]:
+    sweep = read.opened.case.sweep
+    levels = wishes.levels or tuple(getattr(sweep, "levels", ())) or (1.0,)
+    for level in levels:
+        if not (np.isfinite(level) and level > 0):
+            raise InputError(f"--levels {level:g}: a level scales the loads of the case: give a positive number")
+    return tuple(sorted({float(level) for level in levels}))
+
+
+def _choose_band(read: ReadCase, wishes: Wishes) -> tuple[float, float]:
+    sweep = read.opened.case.sweep
+    over_frequency = sweep is not None and sweep.parameter == "frequency"
+    ends = []
+    for option, text, key in (("from", wishes.first, "first"), ("to", wishes.last, "last")):
+        if text is not None:
+            ends.append(_read(text, FREQUENCY, option))
+        elif over_frequency:
+            ends.append(float(getattr(sweep, key)))
+        else:
+            raise InputError(
+                f'--{option} is missing, and the case has no [sweep] over frequency: give --{option} "100 Hz"'
+            )
+    low, high = sorted(ends)
+    if not 0 < low < high:
+        raise InputError(f"--from {low:g} Hz, --to {high:g} Hz: give two different positive frequencies")
+    return low, high
+
+
+def _make_free(jointed: NextTest, model: Model) -> NextTest:
+    resonance = find_resonance(model.free().system, jointed.levels[0]) if model.lines else None
+    band = None if resonance is None else surround_resonance(resonance, resonance.number)
+    if band is None:
+        raise InputError(
+            "--free: the structure has no contact line to open, or no resonance without it: leave --free out"
+        )
+    motions = tuple(each.name for each in model.sensors if isinstance(each, Sensor))
+    return NextTest(
+        name="planned, without contacts", configuration="free", levels=jointed.levels[:2], frequencies=band,
+        sensors=motions, harmonics=jointed.harmonics, sweeps=jointed.sweeps, n_repeat=jointed.n_repeat,
+    )  # fmt: skip
+
+
+def _read(text: str, dimension: object, option: str) -> float:
+    try:
+        return read_quantity(text, dimension)  # type: ignore[arg-type]
+    except ValueError as error:
+        raise InputError(f'--{option} "{text}": {error}') from None

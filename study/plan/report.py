@@ -1,0 +1,146 @@
+"""Report of a plan: table and JSON document."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+
+from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.plan import CONFUSED, Plan
+from diagnosis.screening import Score
+from geometry.plain_number import plain as words_of
+from study.diagnose.table import short
+
+#: Largest detectable strength over the typical one that is called clear, and that is called weak [-].
+CLEAR, WEAK = 1.0, 10.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Planned:
+    """Result of the command.
+
+    Parameters
+    ----------
+    title
+        Title of the case.
+    tests
+        Planned tests.
+    plan
+        What they would show.
+    noise
+        Relative noise as it was given.
+    added
+        Names of effects that the case has already.
+    files
+        Written files.
+    """
+
+    title: str
+    tests: tuple[NextTest, ...]
+    plan: Plan
+    noise: str
+    added: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
+
+    @property
+    def n_state(self) -> int:
+        """Steady states that are measured [-]."""
+        return sum(len(each.levels) * len(each.frequencies) * len(each.sweeps) * each.n_repeat for each in self.tests)
+
+    @property
+    def headline(self) -> str:
+        """How many effects the tests would show."""
+        plan = self.plan
+        clear = sum(plan.relative(score) <= CLEAR for score in plan.scores)
+        weak = sum(CLEAR < plan.relative(score) <= WEAK for score in plan.scores)
+        lone = sum(plan.relative(score) <= CLEAR and not plan.confused_with(score) for score in plan.scores)
+        return (
+            f"Of {len(plan.scores)} effects these tests would show {clear} at strengths that matter, {lone} of them "
+            f"confused with no other; {weak} only if they are up to ten times as strong, "
+            f"{len(plan.scores) - clear - weak} not at all."
+        )
+
+    def text(self) -> str:
+        """For people."""
+        return "\n".join([*self._lines(), "", *map(str, self.files)])
+
+    def document(self) -> dict[str, Any]:
+        """For JSON; strengths in SI."""
+        plan, detectable = self.plan, self.plan.detectable
+        return {
+            "title": self.title,
+            "sentence": self.headline,
+            "threshold": plan.threshold,
+            "noise": self.noise,
+            "states": self.n_state,
+            "tests": [_describe_test(each) for each in self.tests],
+            "effects": [
+                {
+                    "effect": score.effect.name,
+                    "kind": score.effect.kind,
+                    "unit": score.effect.parameters[0].unit,
+                    "smallest_detectable": detectable[score.effect.name],
+                    "typical": abs(score.effect.parameters[0].typical - score.effect.parameters[0].vanishes),
+                    "smallest_over_typical": plan.relative(score),
+                    "absorbed_by_calibration": score.absorbed,
+                    "confused_with": plan.confused_with(score),
+                }
+                for score in plan.scores
+            ],
+            "untestable": [{"effect": each.name, "reason": each.reason} for each in plan.catalogue.untestable],
+            "files": [str(file) for file in self.files],
+        }
+
+    def _lines(self) -> Iterator[str]:
+        yield self.title
+        yield ""
+        yield from fill(self.headline, 118).splitlines()
+        for test in self.tests:
+            levels = ", ".join(words_of(level, 3) for level in test.levels)
+            ends = f"{words_of(test.frequencies[0], 5)} to {words_of(test.frequencies[-1], 5)} Hz"
+            yield f"  {test.configuration}: {len(test.frequencies)} frequencies from {ends} at levels {levels}"
+        yield (
+            f"  sensors {', '.join(self.tests[0].sensors)}; {self.tests[0].n_repeat} repeats, noise {self.noise}; "
+            f"{self.n_state} steady states"
+        )
+        if self.added:
+            yield f"  in the case already: {', '.join(self.added)}"
+        yield ""
+        seen = [score for score in self.plan.scores if np.isfinite(self.plan.relative(score))]
+        width = max((len(score.effect.name) for score in seen), default=6)
+        yield f"  {'effect':<{width}}  {'smallest':>12}  {'typical':>12}  {'looks like'}"
+        for score in seen:
+            alike = self.plan.confused_with(score)
+            more = f" and {len(alike) - 2} more" if len(alike) > 2 else ""
+            strengths = "  ".join(f"{each:>12}" for each in _strengths(self.plan, score))
+            yield f"  {score.effect.name:<{width}}  {strengths}  {', '.join(alike[:2])}{more}".rstrip()
+        yield "  smallest: strength from which on it is expected to be named; typical: one that matters, such as a mass"
+        yield f"  that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
+        hidden = [score.effect.name for score in self.plan.scores if not np.isfinite(self.plan.relative(score))]
+        if hidden:
+            yield from fill(
+                f"Not seen at all: {', '.join(hidden)}", 118, initial_indent="  ", subsequent_indent="  "
+            ).splitlines()
+        if self.plan.catalogue.untestable:
+            yield ""
+            yield "Cannot be tested:"
+            yield from (f"  {each.name}: {each.reason}" for each in self.plan.catalogue.untestable)
+
+
+def _strengths(plan: Plan, score: Score) -> tuple[str, str]:
+    """Smallest detectable and typical strength in words."""
+    parameter = score.effect.parameters[0]
+    values = plan.detectable[score.effect.name], abs(parameter.typical - parameter.vanishes)
+    if parameter.unit == "-" and parameter.vanishes:
+        return f"{words_of(100 * values[0])} %", f"{words_of(100 * values[1])} %"
+    return short(values[0], parameter, 2), short(values[1], parameter, 2)
+
+
+def _describe_test(test: NextTest) -> dict[str, Any]:
+    return {
+        "configuration": test.configuration, "levels": [*test.levels], "frequencies_hz": [*test.frequencies],
+        "sensors": [*test.sensors], "harmonics": [*test.harmonics], "sweeps": [*test.sweeps], "repeats": test.n_repeat,
+    }  # fmt: skip

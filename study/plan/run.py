@@ -1,0 +1,69 @@
+"""``stickslip plan``: from a case and the wishes of its user to a plan with its files."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from correlation.model import Model
+from correlation.noise.nuisance import Budget
+from correlation.prediction import Predictor
+from diagnosis.candidate.catalogue import list_effects
+from diagnosis.fit.calibration_parameter import CalibrationParameter
+from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.plan import Plan, plan_tests
+from pipeline.output import replace_file
+from pipeline.store import stage
+from study.case.setup import ReadCase, read_case, require_loads
+from study.json_value import plain
+from study.plan.drawing import make_plan_drawing
+from study.plan.planned_tests import Wishes, choose_sensors, make_noise, make_tests
+from study.plan.report import Planned
+from study.run_context import RunContext
+
+
+@stage("plan of tests")
+def compute_plan(
+    model: Model, calibration: Sequence[CalibrationParameter], budget: Budget, tests: Sequence[NextTest], noise: str,
+    effects: Sequence[Path], without: Sequence[str],
+) -> Plan:  # fmt: skip
+    """What tests would show; see `diagnosis.next_test.plan.plan_tests`."""
+    tested: Mapping[str, float] = {each.configuration: max(each.levels) for each in tests}
+    catalogue = list_effects(model, without=without, extra=effects, level=max(tested.values()), configurations=tested)
+    lowest = [replace(each, levels=each.levels[:1], harmonics=(1,)) for each in tests[:1]]
+    points = lowest[0].make_points()
+    sizes = np.nan_to_num(np.abs(Predictor(points=points).predict(model).value))
+    largest = {name: float(sizes[points.sensor == name].max()) for name in lowest[0].sensors}
+    return plan_tests(tests, model, calibration, budget, make_noise(noise, model, largest), catalogue)
+
+
+def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[str] = ()) -> Planned:
+    """Plan tests of a case, and write figure and JSON.
+
+    Raises
+    ------
+    CaseError, InputError
+        With what is wrong in the case or the options.
+    """
+    assert run.output is not None
+    read: ReadCase = require_loads(read_case(path, run=run))
+    setup = read.setup
+    model = choose_sensors(read, wishes.sensors)
+    tests = make_tests(read, model, wishes)
+    make_noise(wishes.noise, model, {})  # its mistakes come before what takes long
+    kinds = tuple(sorted({*setup.without, *without}))
+    # Models with a finer mesh have no part: sensitivities are those of one mesh.
+    budget = replace(setup.budget, refined=())
+    step = run.step("sensitivities", expected=20)
+    plan = step.run(compute_plan, model, setup.accepted, budget, tests, wishes.noise, setup.effects, kinds)
+    planned = Planned(
+        title=setup.title, tests=tuple(tests), plan=plan, noise=wishes.noise,
+        added=tuple(each.effect.name for each in setup.added),
+    )  # fmt: skip
+    files = run.draw({f"{path.stem}_plan": make_plan_drawing(plan, setup.title, planned.headline)})
+    table = run.output / f"{path.stem}_plan.json"
+    planned = replace(planned, files=(*files, table))
+    replace_file(table, json.dumps(plain(planned.document()), indent=1, ensure_ascii=False))
+    return planned

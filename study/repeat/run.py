@@ -1,0 +1,171 @@
+"""Runs a command again on copies of what it read, and compares what is found with what was found."""
+
+import os
+import shutil
+from collections.abc import Mapping
+from contextlib import chdir
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from geometry.errors import InputError
+from study.case.trust import require_trust
+from study.diagnose.history import history_file
+from study.difference import find_differences
+from study.json_value import plain
+from study.provenance import Provenance, current_versions, digest
+from study.repeat.source import Result, only_results, read_result
+from study.run_context import RunContext
+from study.run_record import recorded
+
+#: Commands that write results and change nothing else: a page from elsewhere may name no other.
+REPEATABLE = {"compare", "diagnose", "estimate", "limits", "modes", "reduce", "solve", "spread", "sweep", "table1"}
+#: Folders in the new one: copies of what the command reads, and stored results while it runs.
+INPUT, CACHE = "input", ".repeat_cache"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repeated:
+    """A result that was made again.
+
+    Parameters
+    ----------
+    command
+        Words after ``stickslip``.
+    changes
+        What is not as it was, a sentence each: data, versions.
+    differences
+        What `find_differences` found.
+    """
+
+    command: tuple[str, ...]
+    changes: tuple[str, ...]
+    differences: Mapping[str, Any]
+
+    @property
+    def same(self) -> bool:
+        """Whether all values are the same, to round-off."""
+        return not self.differences["different"]
+
+
+def repeat_result(path: Path, run: RunContext, stored: Path, folder: Path | None = None) -> Repeated:
+    """Make a result again, from nothing that is stored.
+
+    Parameters
+    ----------
+    path
+        Page, or output folder of a run.
+    run
+        Output folder, which gets copies of the data too.
+    stored
+        Folder of stored results, for the record of a run.
+    folder
+        Where the files are that the command reads; by default where they were.
+
+    Raises
+    ------
+    InputError
+        Nothing is known of how the result was made, a file is missing, or code is not trusted.
+    ComputationFailed
+        As the command itself.
+    """
+    assert run.output is not None
+    result = read_result(path, stored)
+    base = (folder or result.folder).resolve()
+    _require_repeatable(path, result.provenance)
+    changes = compare_conditions(result.provenance, base)
+    for change in changes:
+        run.warn(change)
+    require_trust(_list_code(result.provenance, base), path)
+    target = run.output.resolve()
+    words, start = _copy_inputs(result.provenance, base, target / INPUT)
+    run.note(f"repeats: stickslip {' '.join(words)}")
+    values = _run_again(words, start, target, run, path)
+    shutil.rmtree(target / CACHE, ignore_errors=True)
+    return Repeated(command=tuple(words), changes=tuple(changes), differences=find_differences(result.values, values))
+
+
+def compare_conditions(made_by: Provenance, base: Path) -> list[str]:
+    """What is not as it was when a result was made, a sentence each.
+
+    Raises
+    ------
+    InputError
+        A file is missing.
+    """
+    missing = [name for name in made_by.inputs if not (base / name).exists()]
+    if missing:
+        raise InputError(
+            f"{', '.join(missing)} is not in {base}: give the folder from which the command was run with --folder"
+        )
+    changes = [
+        f"{name} is not as it was: the result was made from another content"
+        for name, known in made_by.inputs.items()
+        if digest(base / name) != known
+    ]
+    now = current_versions()
+    changes += [
+        f"{name} is {now.get(name, 'not installed')} now, and the result was made with {version}"
+        for name, version in made_by.versions.items()
+        if now.get(name) != version
+    ]
+    return changes
+
+
+def _require_repeatable(path: Path, made_by: Provenance) -> None:
+    if made_by.command[0] not in REPEATABLE or "--auto" in made_by.command:
+        raise InputError(
+            f"{path} was made by `stickslip {' '.join(made_by.command)}`, which changes files of yours: repeated are "
+            f"{', '.join(sorted(REPEATABLE))}, without --auto"
+        )
+
+
+def _list_code(made_by: Provenance, base: Path) -> list[Path]:
+    """Python files that a command runs."""
+    words = [word.rpartition("=")[2] for word in made_by.command]
+    files = [base / name for name in dict.fromkeys([*made_by.inputs, *words]) if name.endswith(".py")]
+    return [file for file in files if file.is_file()]
+
+
+def _copy_inputs(made_by: Provenance, base: Path, target: Path) -> tuple[list[str], Path]:
+    """Copy what a command reads, in the same places relative to each other.
+
+    Returns
+    -------
+    Words of the command on the copies, and the folder to start it in.
+    """
+    shutil.rmtree(target, ignore_errors=True)
+    places = {name: Path(os.path.normpath(base / name)) for name in made_by.inputs}
+    common = Path(os.path.commonpath([base, *(place.parent for place in places.values())]))
+    for place in places.values():
+        copy = target / place.relative_to(common)
+        if place.is_dir():
+            shutil.copytree(place, copy, dirs_exist_ok=True)
+            continue
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        for file in (place, history_file(place)) if place.suffix == ".toml" else (place,):
+            if file.is_file():
+                shutil.copyfile(file, copy.with_name(file.name))
+    start = target / base.relative_to(common)
+    start.mkdir(parents=True, exist_ok=True)
+    absolute = {name: str(target / places[name].relative_to(common)) for name in places if Path(name).is_absolute()}
+    return [absolute.get(word, word) for word in made_by.command], start
+
+
+def _run_again(words: list[str], start: Path, target: Path, run: RunContext, path: Path) -> dict[str, Any]:
+    """Values of the command's new result."""
+    from study.cli import command_line
+
+    page = path.is_file()
+    options = ["--out", str(target), "--cache", str(target / CACHE), *(["--quiet"] if run.quiet or run.json else [])]
+    with chdir(start), recorded([*words, *options]) as answers:
+        answer = command_line()([*words, *options])
+        answers.append((answer.exit_code, answer.document))
+    if not page:
+        values: dict[str, Any] = only_results(plain(answer.document))
+        return values
+    new = target / path.name
+    if not new.is_file():
+        raise InputError(f"the command writes no {path.name}: give the page the name that it was written with")
+    made: Result = read_result(new, target)
+    return dict(made.values)

@@ -1,0 +1,105 @@
+"""Advice on the next test in the report, on the page and in the document of a diagnosis."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.campaign.read_campaign import read_campaign
+from diagnosis.decision.verdict import Finding
+from diagnosis.next_test.advise import Advice, RankedTest
+from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.signature import SignatureCurve
+from hbsolve.errors import ModelError
+from pipeline.store import Store
+from study.diagnose import next_test
+from study.diagnose.next_test import NextStep, find_next_step
+from study.diagnose.page import contents
+from study.diagnose.report import document, in_words
+from study.diagnose.run import Diagnosed, diagnose_file
+from study.json_value import plain
+from study.run_context import silent_run
+
+TwoMasses = Callable[..., Path]
+FREQUENCIES = (20.0, 20.5, 21.0)
+
+
+@pytest.fixture
+def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> Diagnosed:
+    case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
+    return diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
+
+
+def make_advice(*probabilities: float) -> Advice:
+    base = NextTest(
+        name="the same tests again", configuration="jointed", levels=(2.0,), frequencies=FREQUENCIES, sensors=("tip",)
+    )
+    tests = [
+        replace(base, name="a mass of 3 g added at tip", added_mass=("tip", 3e-3)), replace(base, place="base"), base,
+    ]  # fmt: skip
+    curve = SignatureCurve(
+        sensor="tip", level=2.0, harmonic=1, frequency=np.array(FREQUENCIES),
+        value=1e-6 * np.array([[1.0, 2.0, 1.0], [1.0, 1.0, 2.0]], dtype=complex), deviation=np.full(3, 1e-8),
+    )  # fmt: skip
+    ranked = [
+        RankedTest(test=test, separation=np.array([[0.0, 9.0], [9.0, 0.0]]), probability=share)
+        for test, share in zip(tests, probabilities, strict=True)
+    ]
+    return Advice(
+        names=("mass at tip", "density of all"), probabilities=(0.6, 0.4),
+        ranked=(replace(ranked[0], curve=curve), *ranked[1:]),
+    )  # fmt: skip
+
+
+def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: Diagnosed) -> None:
+    advice = make_advice(0.93, 0.5, 0.1)
+    several = replace(diagnosed.last.diagnosis.verdict, finding=Finding.AMBIGUOUS)
+    found = replace(
+        diagnosed.last, next_step=NextStep(advice=advice), diagnosis=replace(diagnosed.last.diagnosis, verdict=several)
+    )
+    assert "a mass of 3 g added at tip" in found.next_step.sentence
+    assert "93 %" in found.next_step.sentence
+    assert found.next_step.sentence in in_words(found)
+    assert found.next_step.remark in in_words(found)  # another mass needs a case of its own
+    files = contents(found, diagnosed.history, Path("chain.toml"))
+    assert files["chain_diagnosis_next_test.png"].startswith(b"\x89PNG")
+    page = files["chain_diagnosis.html"].decode()
+    assert "What to measure next" in page
+    assert "a mass of 3 g added at tip" in page
+    told = json.loads(json.dumps(plain(document(found))))["next_test"]
+    assert told["candidates"] == {"mass at tip": 0.6, "density of all": 0.4}
+    assert told["tests"][0]["probability"] == 0.93
+    assert told["tests"][0]["added_mass"] == {"place": "tip", "mass_kg": 3e-3}
+    assert told["tests"][0]["separation"] == {"mass at tip | density of all": 9.0}
+    assert told["tests"][1]["further_sensor_at"] == "base"
+
+
+def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: Diagnosed) -> None:
+    assert diagnosed.last.next_step.advice is None  # one effect is named alone: nothing is to be separated
+    titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.1)).shown]
+    assert titles[1] == "the same tests again, and a further sensor at base"
+    titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.5)).shown]
+    assert titles[1:] == ["the same tests again"]
+
+
+def test_a_test_that_hardly_decides_is_not_said_to_decide() -> None:
+    assert "30 %" in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
+    assert "that decides" not in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
+
+
+def test_what_fails_leaves_one_sentence_and_the_diagnosis(
+    diagnosed: Diagnosed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ModelError("the structure is not supported")
+
+    monkeypatch.setattr(next_test, "advise", fail)
+    found = diagnosed.last
+    step = find_next_step(found.campaign, found.diagnosis.arrangement, found.diagnosis.verdict, None)
+    assert step.advice is None
+    assert "the structure is not supported" in step.reason
+    assert step.reason in in_words(replace(found, next_step=step))
+    assert step.reason in str(document(replace(found, next_step=step))["next_test"])
