@@ -146,7 +146,7 @@ class Options:
     ] = False
 
     def open(
-        self, output: Path | None = None, *, scheduler: str | None = None, place: Path | None = None
+        self, output: Path | None = None, *, place: Path | None = None, scheduler: str | None = None
     ) -> RunContext:
         """Begin a run.
 
@@ -154,10 +154,10 @@ class Options:
         ----------
         output
             Folder to write into, if the command writes files.
-        scheduler
-            Address of a dask scheduler that takes tasks, if the user gave one.
         place
             Measured folder or case of the run: a step takes another time with another one.
+        scheduler
+            Address of a dask scheduler that takes tasks, if the user gave one.
 
         Raises
         ------

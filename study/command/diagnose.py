@@ -59,7 +59,7 @@ def diagnose(
     diagnosed = run_diagnose(
         case,
         campaign,
-        options.open(out, scheduler=scheduler, place=campaign),
+        options.open(out, place=campaign, scheduler=scheduler),
         without=without,
         auto=auto,
         trials=trials,
