@@ -19,7 +19,11 @@ def loop(level: float, amplitude: float) -> Loop:
         force.append(STIFFNESS * (value - slider))
     last = slice(-256, None)
     return Loop(
-        level=level, frequency=250.0, displacement=x[last], tangential=np.array(force)[last], normal=np.full(256, NORMAL)
+        level=level,
+        frequency=250.0,
+        displacement=x[last],
+        tangential=np.array(force)[last],
+        normal=np.full(256, NORMAL),
     )
 
 
