@@ -16,8 +16,8 @@ def test_the_quick_replay_writes_every_figure_of_the_paper(tmp_path: Path, capsy
     document = json.loads(capsys.readouterr().out)
     figures = {"12a", "12b", *map(str, range(14, 24))} - {"15", "16"}
     assert figures <= {Path(file).stem.removeprefix("figure_") for file in document["files"]}
-    # The steps of Table 2 are done by numbers: their pattern does not depend on the mesh. The first free one differs from
-    # the paper's, as docs/paper.md explains.
+    # The steps of Table 2 are done by numbers: their pattern does not depend on the mesh. The first free one is not the
+    # paper's, as docs/paper.md explains.
     assert [(item["free_met"], item["stuck_met"]) for item in document["linear"]] == [
         (True, False), (False, True), (True, True),
     ]  # fmt: skip
