@@ -87,7 +87,7 @@ def _stiffness_leads(of: Sensitivity) -> Finding:
     return Finding(
         claim="kt is the most sensitive contact parameter.",
         verdict=HOLDS if max(changes, key=lambda name: changes[name]) == "kt" else NOT,
-        evidence="10 % of each move the upper limit in frequency by "
+        evidence="2 % of each move the upper limit in frequency by "
         + ", ".join(f"{value:.2%} ({name})" for name, value in changes.items()),
     )
 
@@ -124,13 +124,15 @@ def _rotation(third: NonlinearIteration, fourth: NonlinearIteration) -> Finding:
         float(b.band.frequency[np.nanargmax(b.band.value[1])] - a.band.frequency[np.nanargmax(a.band.value[1])])
         for a, b in zip(third.limits.response, fourth.limits.response, strict=True)
     ]
+    seen = all(np.nanargmax(item.band.value[1]) > 0 for item in fourth.limits.response)
     return Finding(
         claim="A rotated damper lowers the resonances of the limits, least at 10 N.",
-        verdict=HOLDS if max(shifts) < 0 and abs(shifts[-1]) == min(map(abs, shifts)) else "holds in part",
+        # At the lowest measured frequency the peak may lie anywhere below: which level falls least is not seen there.
+        verdict=HOLDS if max(shifts) < 0 and seen and abs(shifts[-1]) == min(map(abs, shifts)) else "holds in part",
         evidence="the peak of the upper limit moves by "
         + ", ".join(
             f"{shift:+.2f} Hz ({item.family.level:g} N)"
             for shift, item in zip(shifts, fourth.limits.response, strict=True)
         )
-        + " within the measured band",
+        + (" within the measured band" if seen else ", to or beyond the lowest measured frequency"),
     )

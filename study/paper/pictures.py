@@ -138,7 +138,7 @@ def _panel(verdicts: Sequence[FamilyVerdict], side: str, force: str) -> ForceLim
 
 def _tornado(of: Sensitivity) -> Tornado:
     steps = {
-        "kt": "kt, 10 %", "kn": "kn, 10 %", "mu": "mu, 10 %", "damping": "damping, 10 %",
+        "kt": "kt, 2 %", "kn": "kn, 2 %", "mu": "mu, 2 %", "damping": "damping, 2 %",
         "shift_left": "left shift, 0.5 mm", "inclination_left": "left inclination, 2 deg",
         "gap_angle": "left rotation, 0.005 deg",
     }  # fmt: skip

@@ -88,7 +88,9 @@ def compute_sensitivities(
     changes = np.empty((len(steps), 2, 5))
     for row, (name, step) in enumerate(steps.items()):
         for side, sign in enumerate((-1, 1)):
-            moved = replace(parameters, **{name: getattr(parameters, name) + sign * step})
+            value = getattr(parameters, name) + sign * step
+            # A gap can only grow.
+            moved = replace(parameters, **{name: max(value, 0.0) if name == "gap_angle" else value})
             changes[row, side] = numbers(moved) - here
             if report is not None:
                 report(2 * row + side + 1, 2 * len(steps))

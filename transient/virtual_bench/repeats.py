@@ -118,8 +118,7 @@ def repeated_test(
     random
         Generator of its histories.
     settle
-        Steady states at some frequencies [Hz] and a level [N], from a state: `sweep_settled`, or the search of the
-        bench.
+        Steady states at some frequencies [Hz] and a level [N], from a state: `sweep_settled`, or the bench's search.
 
     Raises
     ------
