@@ -40,7 +40,7 @@ def tornado_figure(result: Tornado) -> Figure:
         for side, colour in enumerate(LIMITS):
             axes.barh(place + (0.18, -0.18)[side], change[:, side], 0.34, color=colour)
         axes.axvline(0.0, color=INK, linewidth=0.8)
-        axes.set_title(name, fontsize=10, loc="left")
+        axes.set_xlabel(name)
         open_box(axes, grid="x")
     grid[0].set_yticks(place, result.parameters)
     entries = {"a step down": Patch(color=LIMITS[0]), "a step up": Patch(color=LIMITS[1])}

@@ -37,6 +37,7 @@ def test_what_time_integration_measures_lies_within_the_limits_of_harmonic_balan
     assert all(item.coverage > 0.95 for item in verdicts)
 
 
+@slow
 def test_a_softer_contact_leaves_the_limits(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     # At one level: it need not leave the limits of all.
     monkeypatch.setattr("benchmarks.family_coverage.LEVELS", LEVELS[:1])

@@ -34,8 +34,10 @@ from figure.reactions import Reaction, Reactions
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
 from figure.response_spread import ResponseSpread, SpreadBand
 from figure.ring_down import DecayDrawing
+from figure.small_responses import SmallResponsePanel, SmallResponses
 from figure.stabilisation import StabilisationDrawing
 from figure.test_plan import PlanDrawing
+from figure.tornado import Tornado
 from figure.variance_shares import SharePanel, VarianceShares
 from figure.waterfall import Waterfall, WaterfallStep
 
@@ -312,6 +314,23 @@ def force_surface() -> ForceSurface:
     )  # fmt: skip
 
 
+def small_responses() -> SmallResponses:
+    panels = [
+        SmallResponsePanel(
+            label=label, frequency=FREQUENCY[::9], measured=np.abs(receptance(100.0))[::9], line_frequency=FREQUENCY,
+            lines={f"iteration {number}": np.abs(receptance(99.0 + number)) for number in range(3)},
+        )
+        for label in ("(a) free", "(b) stuck")
+    ]  # fmt: skip
+    return SmallResponses(panels=panels, **TITLES)
+
+
+def tornado() -> Tornado:
+    change = np.array([[-2.0, 2.5], [0.4, -0.3], [0.0, 0.1]])
+    changes = {"peak frequency [%]": change, "upper limit [%]": 3 * change[::-1]}
+    return Tornado(parameters=["kt (2 %)", "mu (2 %)", "shift (0.1 mm)"], changes=changes, **TITLES)
+
+
 EXAMPLES: dict[type, Callable[[], object]] = {
     ResponseCurves: response_curves,
     ResponseSpread: response_spread,
@@ -327,6 +346,8 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     MisfitMap: misfit_map,
     ParameterCurves: parameter_curves,
     ParameterTrends: parameter_trends,
+    SmallResponses: small_responses,
+    Tornado: tornado,
     FrfOverlay: frf_overlay,
     MeshConvergence: mesh_convergence,
     MeasuredData: lambda: MeasuredData(

@@ -10,7 +10,7 @@ from casefile.table import load_case
 from fe.modal import modes
 from study.kind.blade.model import clamped
 from study.kind.registry import open_case
-from study.shipped_cases import BEAM, BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
+from study.shipped_cases import BEAM, BLADE, CASES, LIMITS, PAPER, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import make_row_inputs
 
@@ -32,7 +32,7 @@ PUBLISHED = [
 
 
 def test_every_shipped_file_is_used() -> None:
-    assert {*TABLE1, BLADE, LIMITS, RIG, SOLVE} == set(CASES.glob("*.toml"))
+    assert {*TABLE1, BLADE, LIMITS, PAPER, RIG, SOLVE} == set(CASES.glob("*.toml"))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from tests.study.bench.conftest import Started, press, running, until
 from tests.study.conftest import TwoMasses
 
 HIDDEN = {"mass at tip": 0.006}
-IDLE = "!state.busy && !state.waiting.length && versions.candidates && !fetching"
+IDLE = "state.waiting && !state.busy && !state.waiting.length && versions.candidates && !fetching"
 
 
 def message(page: Any, of: str) -> str:
