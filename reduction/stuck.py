@@ -14,7 +14,9 @@ from reduction.joint_law.registry import Joint
 #: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
 RIGID = 1e-6
 #: Share of what a row sees of the mode that moves most along it, among the first of `LOOKED_AT`, that counts as seen.
-SEEN, LOOKED_AT = 0.01, 10
+#: A force near the root of a blade works on its first bending by 0.6 to 5 % of what it does on higher ones, with
+#: contacts of 4 to 20 N/um, and on dampers that roll by less than 0.005 %.
+SEEN, LOOKED_AT = 1e-3, 10
 
 
 def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:

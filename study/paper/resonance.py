@@ -68,7 +68,7 @@ def find_small_peak(model: Model, *, free: bool) -> Peak:
 
 
 def scale_damping(model: Model, ratio: float) -> Model:
-    """The model whose damping has a ratio on the stuck resonance: a case may give it to a roll of a damper near it.
+    """The model whose damping has a ratio on the stuck resonance as its peak shows it.
 
     Parameters
     ----------

@@ -118,7 +118,14 @@ def test_a_body_that_contacts_hold_almost_alone_does_not_overdamp_its_other_mode
 
 def test_the_mode_is_the_first_that_moves_along_a_given_row() -> None:
     mass, stiffness = np.diag([1.0, 2.0, 3.0]), np.diag([1.0, 8.0, 27.0])  # omega = 1, 2, 3 rad/s
-    for row, number in (([0.0, 0, 5], 2), ([0, 1, 1], 1), ([1, 1, 1], 0), ([1e-6, 1, 0], 1), ([0, 0, 0], 0)):
+    for row, number in (
+        ([0.0, 0, 5], 2),
+        ([0, 1, 1], 1),
+        ([1, 1, 1], 0),
+        ([1e-6, 1, 0], 1),
+        ([5e-3, 1, 0], 0),
+        ([0, 0, 0], 0),
+    ):
         damping = stuck_damping(mass, stiffness, stiffness, 0.01, np.array(row, dtype=float))
         # Of a diagonal system the ratio of one mode is that of its own oscillator.
         own = damping[number, number] / (2 * mass[number, number] * (number + 1))
