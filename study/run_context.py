@@ -34,6 +34,12 @@ if TYPE_CHECKING:
     from pipeline.store import Store
 
 Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
+Without = Annotated[
+    tuple[str, ...],
+    Parameter(
+        negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
+    ),
+]
 Scheduler = Annotated[
     str | None,
     Parameter(help="Address of a dask scheduler whose workers compute, such as tcp://node1:8786."),

@@ -27,8 +27,8 @@ def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     dead = np.zeros(len(table), dtype=np.bool_)
     rows = np.flatnonzero(table.harmonic == 1)
     run = group_rows([each[rows] for each in (table.test, table.sensor, table.level, table.repeat)]).number
-    for number in range(run.max(initial=-1) + 1):
-        own = rows[run == number]
+    by_run = np.argsort(run, kind="stable")
+    for own in np.split(rows[by_run], np.flatnonzero(np.diff(run[by_run])) + 1) if len(rows) else ():
         size = np.abs(table.value[own])
         held = campaign.tests[int(table.test[own[0]])].control == "response" and size[0] > 0
         if not held and len(np.unique(table.frequency[own])) >= FEWEST and np.ptp(size) <= SAME * size[0]:

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, Without, command_app
 
 app = command_app(
     "bench",
@@ -28,12 +28,7 @@ def bench(
     *,
     port: Annotated[int, Parameter(help="Port on this computer; 0 for one that is free.")] = 0,
     browser: Annotated[bool, Parameter(help="Open the browser.")] = True,
-    without: Annotated[
-        tuple[str, ...],
-        Parameter(
-            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
-        ),
-    ] = (),
+    without: Without = (),
     options: Options = DEFAULTS,
 ) -> Answer:
     """Open the bench."""

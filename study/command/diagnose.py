@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, Scheduler, Without, command_app
 
 app = command_app(
     "diagnose",
@@ -33,12 +33,7 @@ def diagnose(
     *,
     out: Out = Path("diagnosed"),
     auto: Annotated[bool, Parameter(negative="", help="Add what is missing, and diagnose again.")] = False,
-    without: Annotated[
-        tuple[str, ...],
-        Parameter(
-            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
-        ),
-    ] = (),
+    without: Without = (),
     trials: Annotated[
         int,
         Parameter(

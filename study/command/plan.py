@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from pipeline.blas_threads import one_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, Without, command_app
 
 app = command_app(
     "plan",
@@ -62,12 +62,7 @@ def plan(
     *,
     out: Out = Path("planned"),
     tests: Tests = USUAL,
-    without: Annotated[
-        tuple[str, ...],
-        Parameter(
-            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
-        ),
-    ] = (),
+    without: Without = (),
     options: Options = DEFAULTS,
 ) -> Answer:
     """Plan tests."""

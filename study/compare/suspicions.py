@@ -17,7 +17,7 @@ from correlation.data_quality.wrong_unit import LEVEL_UNITS, find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
 from correlation.feature.reading_noise import LEAST_REPEATED
-from correlation.feature.table import average_campaign
+from correlation.feature.table import FeatureTable, average_campaign
 from correlation.model import Model
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
@@ -65,7 +65,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *find_wrong_units(campaign, points, predicted),
     )
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
-        of_tests = _wrong_levels(campaign, points, model, predicted) or of_tests
+        of_tests = _wrong_levels(campaign, table, points, model, predicted) or of_tests
     swapped: tuple[Suspicion, ...] = ()
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
         swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
@@ -79,12 +79,16 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
 
 
 def _wrong_levels(
-    campaign: Campaign, points: Points, model: Model, predicted: Complex[NDArray[np.complex128], " k"]
+    campaign: Campaign,
+    table: FeatureTable,
+    points: Points,
+    model: Model,
+    predicted: Complex[NDArray[np.complex128], " k"],
 ) -> tuple[Suspicion, ...]:
     """Levels in another unit, where contacts slip at the stated ones: the model is asked at the others."""
     motions = np.isin(points.sensor, [sensor.name for sensor in campaign.sensors if sensor.line is None])
     own = np.flatnonzero(motions & (points.harmonic == 1))[:: max(1, int(motions.sum() / MOST_ASKED))]
-    value = average_campaign(campaign).value[own]
+    value = table.value[own]
 
     def misfit(prediction: Complex[NDArray[np.complex128], " m"]) -> float:
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from math import degrees
 from pathlib import Path
 
+from study.compare.section.section import Table
 from study.page.html import STYLE, content_policy, set_in_type
 from study.paper.case import NonlinearTable
 from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
@@ -14,7 +15,7 @@ from study.paper.nonlinear import NonlinearIteration
 from study.paper.parameters import RigParameters
 from study.paper.pictures import FORCE_FIGURE, RESPONSE_FIGURE
 from study.paper.replay import Replay
-from study.paper.section import PageSection, PageTable
+from study.paper.section import PageSection
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 #: What the paper reads off its loops and force ratios.
@@ -108,7 +109,7 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
             "gross slip."
         ],
         tables=[
-            PageTable(
+            Table(
                 head=["", "paper", "here"],
                 rows=[
                     [
@@ -138,7 +139,7 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
     yield PageSection(
         title="Findings of section 5",
         tables=[
-            PageTable(
+            Table(
                 head=["finding of the paper", "here", "evidence"],
                 rows=[[item.claim, item.verdict, item.evidence] for item in list_findings(result)],
                 words=3,
@@ -176,7 +177,7 @@ def _linear(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
             f"level {stuck.frequency:.2f} Hz, {100 * stuck.damping:.2f} %. Each iteration is given with the printed "
             "values and with those that its step gives on this rig."
         ],
-        tables=[PageTable(head=head, rows=rows, words=3)],
+        tables=[Table(head=head, rows=rows, words=3)],
         pictures=pictures,
     )
 
@@ -190,7 +191,7 @@ def _overview(result: Replay) -> PageSection:
     return PageSection(
         title="Figures 15 and 16: nonlinear iterations",
         text=["Shifts are positive away from the blade, inclinations towards the right; left / right."],
-        tables=[PageTable(head=["iteration", *COLUMNS, "response met", "force met"], rows=rows)],
+        tables=[Table(head=["iteration", *COLUMNS, "response met", "force met"], rows=rows)],
     )
 
 
@@ -223,7 +224,7 @@ def _numbers(of: RigParameters | NonlinearTable) -> list[str]:
     return [*contact, lengths, angles, f"{degrees(of.gap_angle):.2f}"]
 
 
-def _scores(item: NonlinearIteration) -> PageTable:
+def _scores(item: NonlinearIteration) -> Table:
     """The numbers behind both criteria, by level; of forces the worst of both sides."""
     names: dict[str, Criterion] = {COVERAGE: item.response} | (
         dict.fromkeys((STATIC_NORMAL, STATIC_TANGENTIAL, DYNAMIC), item.force) if item.force.scores else {}
@@ -245,7 +246,7 @@ def _scores(item: NonlinearIteration) -> PageTable:
         rows.append([name, *(f"{value:.1%}" for value in worst), f"{bound} {threshold:.0%}", _yes(met)])
     rows.append(["tightness of the response", *(f"{v.tightness:.1f}" for v in verdicts.values()), "", ""])
     rows.append(["interval score of the response", *(f"{v.score:.2f}" for v in verdicts.values()), "", ""])
-    return PageTable(head=["", *(f"{level:g} N" for level in verdicts), "threshold", "met"], rows=rows)
+    return Table(head=["", *(f"{level:g} N" for level in verdicts), "threshold", "met"], rows=rows)
 
 
 def _truth(result: Replay) -> PageSection:
@@ -260,7 +261,7 @@ def _truth(result: Replay) -> PageSection:
     return PageSection(
         title="The truth",
         text=["The specimen behind the campaign, read after everything else was done, beside iteration 3."],
-        tables=[PageTable(head=["parameter", "truth", "iteration 3", "difference"], rows=rows)],
+        tables=[Table(head=["parameter", "truth", "iteration 3", "difference"], rows=rows)],
     )
 
 

@@ -3,22 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-
-@dataclass(frozen=True, kw_only=True)
-class PageTable:
-    """A table.
-
-    Parameters
-    ----------
-    head, rows
-        Cells, as they are shown.
-    words
-        Columns at the left that hold words.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: int = 1
+from study.compare.section.section import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,5 +24,5 @@ class PageSection:
 
     title: str
     text: Sequence[str] = ()
-    tables: Sequence[PageTable] = ()
+    tables: Sequence[Table] = ()
     pictures: Mapping[str, bytes] = field(default_factory=dict)
