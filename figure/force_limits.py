@@ -81,6 +81,8 @@ def force_limits_figure(result: LineForceLimits) -> Figure:
         axes.set_xticks(place, [f"{level:g}" for level in panel.level])
         axes.set_title(f"{panel.line}: {panel.force}", fontsize=10, loc="left")
         open_box(axes, "y")
+    for axes in grid.flat:
+        axes.set_visible(axes.has_data())  # a force that was not measured has no panel
     for row, force in zip(grid[:, 0], forces, strict=True):
         row.set_ylabel(f"{force} [N]")
     for axes in grid[-1]:

@@ -22,11 +22,11 @@ class SmallResponsePanel:
     label
         Above the panel.
     frequency, measured
-        Readings, shape (p,) [Hz, um/N].
+        Readings, shape (p,) [Hz, unit of the amplitude].
     line_frequency
         Frequencies of the models, shape (f,) [Hz].
     lines
-        Amplitude of each model by its name, shape (f,) [um/N].
+        Amplitude of each model by its name, shape (f,) [unit of the amplitude].
     """
 
     label: str
@@ -38,9 +38,18 @@ class SmallResponsePanel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmallResponses(Headed):
-    """Panels side by side, all with lines of the same names."""
+    """Panels side by side, all with lines of the same names.
+
+    Parameters
+    ----------
+    panels
+        One for each configuration.
+    amplitude
+        Label of the vertical axes, with its unit.
+    """
 
     panels: Sequence[SmallResponsePanel]
+    amplitude: str = "amplitude of the tip [um/N]"
 
 
 @draws(SmallResponses, "small_responses")
@@ -56,7 +65,7 @@ def small_responses_figure(result: SmallResponses) -> Figure:
         axes.set_title(panel.label, fontsize=10, loc="left")
         axes.set_xlabel("frequency [Hz]")
         open_box(axes)
-    grid[0].set_ylabel("amplitude of the tip [um/N]")
+    grid[0].set_ylabel(result.amplitude)
     handles, labels = grid[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     add_title(figure, result.title)

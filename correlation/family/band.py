@@ -54,7 +54,7 @@ class PredictedBand:
         freeze_fields(self, "frequency", "value", "deviation")
         freeze_fields(self, "jump", kind=np.bool_)
 
-    def at(self, frequency: Values, shift: float = 0.0) -> BandAt:
+    def at(self, frequency: Values, shift: float = 0.0, offset: Values | float = 0.0) -> BandAt:
         """Limits at other frequencies, on a smooth curve through those of the band; next to a jump the outer of both.
 
         The standard deviation has the numerical error, what an error of the frequency does, and what the curve between
@@ -66,9 +66,12 @@ class PredictedBand:
             Shape (n,) [Hz]; beyond the ends of the band limits are NaN.
         shift
             Standard deviation of the frequency, relative [-].
+        offset
+            Known error of the frequencies, one for all or shape (n,), relative [-]: limits are those at f (1 + offset).
         """
         value, deviation = np.full((2, len(frequency)), np.nan), np.full((2, len(frequency)), np.nan)
         inside = (frequency >= (1 - SAME) * self.frequency[0]) & (frequency <= (1 + SAME) * self.frequency[-1])
+        frequency = frequency * (1 + offset)
         for side in (0, 1):
             limit, between = self._limit(side, frequency)
             moved = [self._limit(side, frequency * (1 + sign * LOOK * shift))[0] - limit for sign in (1, -1)]

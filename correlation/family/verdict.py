@@ -1,7 +1,8 @@
 r"""A measured family over its predicted band: how much of it lies inside, and what leaves it, how far and how surely.
 
 A reading x outside of the limits [l, u] by d counts as outside only if d is more than `OUTSIDE` standard deviations of
-what limits do not hold: noise of the reading, frequency of the set-up, numerical error. Where the noise was estimated,
+what limits do not hold: noise of the reading, numerical error. Frequencies that set-ups and model share are no part of
+that: `frequency_offset` moves the readings of a set-up along the axis, all by the same. Where the noise was estimated,
 with :math:`\nu` degrees of freedom, d over its standard deviation is Student's t; it is told as the number of standard
 deviations z of a normal distribution that are exceeded as often,
 
@@ -17,7 +18,7 @@ D. L. Wallace, Bounds on normal approximations to Student's and the chi-square d
 Statistics 30 (1959), for z. F. E. Satterthwaite, Biometrics Bulletin 2 (1946), for the degrees of freedom of a sum.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ from scipy.special import bdtrc, chdtri, ndtr, ndtri
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family, common_points
+from correlation.family.frequency_offset import SetUp
 from correlation.family.noise import ReadingNoise
 from correlation.metric.band import coverage, interval_score, tightness
 
@@ -131,7 +133,13 @@ class FamilyVerdict:
 
 
 def judge_family(
-    family: Family, band: PredictedBand, noise: ReadingNoise, *, shift: float, n_reading: int
+    family: Family,
+    band: PredictedBand,
+    noise: ReadingNoise,
+    *,
+    shift: float,
+    n_reading: int,
+    offsets: Mapping[SetUp, float] | None = None,
 ) -> FamilyVerdict:
     """Compare a family with its band.
 
@@ -142,11 +150,15 @@ def judge_family(
     noise
         Noise of its readings.
     shift
-        Standard deviation of the frequency, of set-ups and of the model, relative [-].
+        Standard deviation of the frequency that each reading has by itself, relative [-].
     n_reading
         Readings of all families that are judged [-].
+    offsets
+        Known errors of the frequency by set-up, see `estimate_frequency_offsets` [-].
     """
-    value, at = family.value, band.at(family.frequency, shift)
+    known = [(offsets or {}).get((curve.test, curve.repeat), 0.0) for curve in family.curves]
+    offset = np.array(known)[family.curve_number]
+    value, at = family.value, band.at(family.frequency, shift, offset)
     limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
     # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
     deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2)

@@ -1,4 +1,4 @@
-"""``stickslip study``: whole studies of several steps; `study paper` replays the calibration of the reference paper."""
+"""``stickslip study``: the calibration of the reference paper, replayed, and the same on a user's own rig."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,8 +13,16 @@ app = command_app(
     "study",
     """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on the shipped rig: a virtual
     campaign, the first guesses of section 4.1, Table 2, and figures 12 and 14 to 23, with the criteria as numbers.
-    Writes paper.html, all figures and the campaign. docs/paper.md maps the paper to the program.""",
-    examples=["stickslip study paper --out replayed", "stickslip study paper --quick --out tried"],
+    Writes paper.html, all figures and the campaign. docs/paper.md maps the paper to the program.
+
+    `study calibrate` does the same steps on a case of a rig and a measured campaign: linear iterations, nonlinear ones
+    by families over limits, criteria and intervals. What a campaign lacks is left out, and named. Writes
+    calibration.html, figures and the calibrated case.""",
+    examples=[
+        "stickslip study paper --out replayed",
+        "stickslip study paper --quick --out tried",
+        "stickslip study calibrate rig.toml campaign --out calibrated",
+    ],
 )
 
 
@@ -41,3 +49,23 @@ def paper(
         raise InputError(f"--like {like} is none of the kinds of specimen: give {', '.join(map(str, LIKE))}")
     report = write_report(options.open(out), seed=seed, like=like, quick=quick)
     return Answer(document=make_document(report), text=make_text(report))
+
+
+@app.command(name="calibrate")
+def calibrate(
+    case: Annotated[Path, Parameter(help="Case file of a rig.")],
+    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    /,
+    *,
+    out: Out = Path("calibrated"),
+    quick: Annotated[
+        bool, Parameter(negative="", help="Few points and few models in each fit: to try it in some minutes.")
+    ] = False,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Calibrate a rig to its campaign in the steps of the reference paper."""
+    one_openblas_thread_by_default()
+    from study.paper.calibration import run_calibration
+
+    result = run_calibration(case, campaign, options.open(out, place=campaign), quick=quick)
+    return Answer(document=result.document(), text=result.text())

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.family.family import Family, measured_families
 from correlation.family.frequencies import choose_frequencies
+from correlation.family.frequency_offset import estimate_frequency_offsets
 from correlation.family.level_order import find_earlier_levels
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
@@ -21,7 +22,7 @@ from correlation.noise.nuisance import Budget
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.limits.search import LimitSettings
 from study.case.structure import Structure
-from study.compare.family_limits import Channel, FamilyLimits, FamilySearch, find_family_limits, find_reaches
+from study.compare.family_limits import FamilyLimits, FamilySearch, find_family_limits, find_reaches
 from study.compare.family_pictures import family_figures
 from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
@@ -245,11 +246,10 @@ def judge_families(
 ) -> tuple[FamilyVerdict, ...]:
     """Each family over its band."""
     n_reading = count_readings(families)
-    shift = float(np.hypot(errors.frequency, budget.frequency))
-    result = []
-    for family in families:
-        channel: Channel = (family.sensor, family.harmonic)
-        band = limits.bands[channel][search.levels.index(family.level)]
-        noise = errors.noise[channel]
-        result.append(judge_family(family, band, noise, shift=shift, n_reading=n_reading))
-    return tuple(result)
+    bands = [limits.bands[family.sensor, family.harmonic][search.levels.index(family.level)] for family in families]
+    noise = [errors.noise[family.sensor, family.harmonic] for family in families]
+    offsets = estimate_frequency_offsets(families, bands, noise, set_up=errors.frequency, model=budget.frequency)
+    return tuple(
+        judge_family(family, band, own, shift=0.0, n_reading=n_reading, offsets=offsets)
+        for family, band, own in zip(families, bands, noise, strict=True)
+    )

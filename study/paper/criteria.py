@@ -80,8 +80,11 @@ def judge_forces(limits: IterationLimits, criteria: CriteriaTable) -> Criterion:
             name, threshold = STATIC_NORMAL, criteria.static_normal
             value = abs(static_deviation(item))
         elif family.harmonic == 0:
+            normal = _static_normal(limits.forces, item)
+            if normal is None:
+                continue
             name, threshold = STATIC_TANGENTIAL, criteria.static_tangential
-            value = furthest_outside(item) / _static_normal(limits.forces, item)
+            value = furthest_outside(item) / normal
         else:
             name, threshold = DYNAMIC, criteria.dynamic
             value = furthest_outside(item) / float(family.value.max())
@@ -97,12 +100,12 @@ def static_deviation(verdict: FamilyVerdict) -> float:
     return float(np.mean(verdict.band.value) / np.mean(verdict.family.value) - 1)
 
 
-def _static_normal(forces: Sequence[FamilyVerdict], tangential: FamilyVerdict) -> float:
-    """Mean static normal force that was measured on the line and level of a tangential one [N]."""
-    name = tangential.family.sensor.removesuffix("_T") + "_N"
-    own = next(
+def _static_normal(forces: Sequence[FamilyVerdict], tangential: FamilyVerdict) -> float | None:
+    """Mean static normal force that was measured on the line and level of a tangential one [N]; None if it was not."""
+    name, level = tangential.family.sensor.removesuffix("_T") + "_N", tangential.family.level
+    own = (
         item.family
         for item in forces
-        if item.family.sensor == name and item.family.harmonic == 0 and item.family.level == tangential.family.level
+        if (item.family.sensor, item.family.harmonic, item.family.level) == (name, 0, level)
     )
-    return float(np.mean(own.value))
+    return next((float(np.mean(family.value)) for family in own), None)

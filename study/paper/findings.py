@@ -23,7 +23,7 @@ class Finding:
 
 def list_findings(result: Replay) -> list[Finding]:
     """All of them in the paper's order."""
-    first, second, third, fourth = result.nonlinear
+    first, second, third, fourth = result.hand.nonlinear.iterations
     return [
         _response_by_contact(second, third, result.sensitivity),
         _forces_by_alignment(second, third, result.sensitivity),

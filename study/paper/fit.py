@@ -29,24 +29,65 @@ STEP, PRIOR = 0.5, 5.0
 CLOSE, FLAT = 0.05, 2e-3
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ParameterFit:
-    """A fit.
+    """A fit of p parameters.
 
     Parameters
     ----------
+    start
+        Parameters that it started from.
+    scale
+        Parameters that were tuned by name, each with a step that matters [unit of the parameter].
     parameters
         Best parameters.
     before, after
-        Score at the start and at the end [-].
-    n_evaluation
-        Models whose bands were sampled [-].
+        Score at the start and at the end, prior included [-].
+    tried
+        Tuned parameters less those of the start, in steps, shape (n, p) [-].
+    score
+        Score of each without the prior, shape (n,) [-].
     """
 
+    start: RigParameters
+    scale: Mapping[str, float]
     parameters: RigParameters
     before: float
     after: float
-    n_evaluation: int
+    tried: Float[NDArray[np.float64], "n p"]
+    score: Float[NDArray[np.float64], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ParameterScore:
+    """The score of the rig with some parameters changed.
+
+    Parameters
+    ----------
+    start, scale
+        As in `ParameterFit`.
+    target
+        Families.
+    make
+        Makes the model of some parameters.
+    """
+
+    start: RigParameters
+    scale: Mapping[str, float]
+    target: FamilyTarget
+    make: Callable[[RigParameters], Model]
+
+    def compose(self, scaled: Values) -> RigParameters:
+        """The parameters that are so many steps off the start, shape (p,) [-]."""
+        moved = zip(self.scale.items(), scaled, strict=True)
+        return replace(self.start, **{name: float(getattr(self.start, name) + step * by) for (name, step), by in moved})
+
+    def __call__(self, scaled: Values) -> float:
+        """Score so many steps off the start, without a prior; of a rig that does not exist the worst one."""
+        try:
+            return self.target.score(self.make(self.compose(scaled)))
+        except (BalanceError, NoSteadyState, InputError):  # a damper out of its groove, say
+            return self.target.count * float(np.log(HOPELESS))
 
 
 @stage("fit of the rig's parameters", ignore=("make", "report"))
@@ -78,26 +119,18 @@ def fit_parameters(
     report
         Progress.
     """
-    names, steps = list(scale), np.array(list(scale.values()))
-    first = np.array([getattr(start, name) for name in names])
-    count = 0
-
-    def composed(scaled: Values) -> RigParameters:
-        values = first + steps * scaled
-        return replace(start, **dict(zip(names, map(float, values), strict=True)))
+    compute_score = ParameterScore(start=start, scale=scale, target=target, make=make)
+    tried: list[Values] = []
+    score: list[float] = []
 
     def cost(scaled: Values) -> float:
-        nonlocal count
-        count += 1
+        tried.append(np.array(scaled))
+        score.append(compute_score(scaled))
         if report is not None:
-            report(count, most)
-        try:
-            score = target.score(make(composed(scaled)))
-        except (BalanceError, NoSteadyState, InputError):  # no such rig: a damper out of its groove, say
-            score = target.count * float(np.log(HOPELESS))
-        return float(score + 0.5 * np.sum((scaled / PRIOR) ** 2))
+            report(len(tried), most)
+        return score[-1] + compute_prior(scaled)
 
-    simplex = np.vstack([np.zeros(len(names)), STEP * np.eye(len(names))])
+    simplex = np.vstack([np.zeros(len(scale)), STEP * np.eye(len(scale))])
     before = cost(simplex[0])
     result = scipy.optimize.minimize(
         cost, simplex[0], method="Nelder-Mead",
@@ -106,5 +139,13 @@ def fit_parameters(
             "adaptive": True,
         },
     )  # fmt: skip
-    best = composed(np.asarray(result.x))
-    return ParameterFit(parameters=best, before=before, after=float(result.fun), n_evaluation=count)
+    best = compute_score.compose(np.asarray(result.x))
+    return ParameterFit(
+        start=start, scale=scale, parameters=best, before=before, after=float(result.fun), tried=np.array(tried),
+        score=np.array(score),
+    )  # fmt: skip
+
+
+def compute_prior(scaled: Values) -> float:
+    """What the wide prior around the start adds to the score [-]."""
+    return 0.5 * float(np.sum((scaled / PRIOR) ** 2))

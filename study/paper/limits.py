@@ -7,8 +7,9 @@ from math import inf
 
 import numpy as np
 
-from correlation.campaign.measurement import Campaign
-from correlation.family.family import Family, FamilyCurve, measured_families
+from correlation.campaign.measurement import SAME_FREQUENCY, Campaign, MeasuredSensor
+from correlation.errors import CampaignError
+from correlation.family.family import Family, common_points, measured_families
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
 from study.compare.families import family_search, judge_families
@@ -19,7 +20,10 @@ from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
 from study.run_context import RunContext
 
+#: The sensor of the response where there is one of this name.
 TIP = "tip"
+#: Directions of contact forces in names of sensors.
+LETTER = {"tangential": "T", "normal": "N"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,16 +32,20 @@ class MeasuredFamilies:
 
     Parameters
     ----------
+    sensor
+        Name of the sensor of the response.
     response
-        Amplitude of the tip at each level.
+        Its amplitude at each level.
     forces
-        Static and dynamic forces at the frequency of the highest mean response of their level, one point per curve.
+        Static and dynamic forces at the frequency of the highest mean response of their level, one point per curve;
+        sensors are named by line and direction, such as left_decoupler_T.
     errors
         Noise and frequency jitter.
     peak
         That frequency by level [Hz].
     """
 
+    sensor: str
     response: tuple[Family, ...]
     forces: tuple[Family, ...]
     errors: RepeatErrors
@@ -52,35 +60,89 @@ class IterationLimits:
     forces: tuple[FamilyVerdict, ...]
 
 
+def named_by_line(campaign: Campaign) -> Campaign:
+    """The campaign whose contact forces are named by line and direction, as criteria and figures know them."""
+    taken, sensors = {item.name for item in campaign.sensors if item.line is None}, []
+    for item in campaign.sensors:
+        name = f"{item.line}_{LETTER[item.component]}" if item.component in LETTER else item.name
+        # Of two instruments of one force the first one counts.
+        name = item.name if item.component in LETTER and name in taken else name
+        taken.add(name)
+        sensors.append(replace(item, name=name))
+    return replace(campaign, sensors=tuple(sensors))
+
+
 def read_families(campaign: Campaign) -> MeasuredFamilies:
-    """Families of the paper's figures: the tip, and the forces of each line at resonance."""
+    """Families of the paper's figures: the response, and the forces of each line at resonance.
+
+    Parameters
+    ----------
+    campaign
+        Campaign as `named_by_line` gives it. The response is that of the tip, or of its first sensor of motion.
+
+    Raises
+    ------
+    CampaignError
+        No calibrated sensor of motion in the tests with dampers, or levels that no model knows.
+    """
     families = measured_families(campaign)
-    response = tuple(item for item in families if item.sensor == TIP and item.harmonic == 1)
-    index, peak = {}, {}
-    for family in response:
-        # All repeats step through the same points; their frequencies differ by the jitter alone.
-        mean = np.mean([curve.value for curve in family.curves], axis=0)
-        index[family.level] = int(np.argmax(mean))
-        peak[family.level] = float(np.mean([curve.frequency[np.argmax(mean)] for curve in family.curves]))
+    if not campaign.drive.calibrated:
+        raise CampaignError(
+            f"levels are in {campaign.drive.unit}, which no model knows: limits depend on the level, so calibrate the "
+            "drive"
+        )
+    sensors = {item.name: item for item in campaign.sensors}
+    moving = [
+        item.sensor
+        for item in families
+        if item.harmonic == 1 and not sensors[item.sensor].line and sensors[item.sensor].calibrated
+    ]
+    if not moving:
+        raise CampaignError(
+            "no calibrated sensor of motion was read in a test with dampers: the response is what contact parameters "
+            "are calibrated to, so measure the tip"
+        )
+    own = TIP if TIP in moving else moving[0]
+    response = tuple(item for item in families if item.sensor == own and item.harmonic == 1)
+    peak = {family.level: find_peak(family) for family in response}
     forces = tuple(
-        _at(family, index[family.level], peak[family.level])
+        at_peak
         for family in families
-        if family.sensor != TIP and family.harmonic in (0, 1)
+        if _is_line_force(sensors[family.sensor]) and family.harmonic in (0, 1) and family.level in peak
+        for at_peak in _at(family, peak[family.level])
     )
     return MeasuredFamilies(
-        response=response, forces=forces, errors=estimate_repeat_errors(campaign, families), peak=peak
+        sensor=own, response=response, forces=forces, errors=estimate_repeat_errors(campaign, families), peak=peak
     )
 
 
-def _at(family: Family, index: int, frequency: float) -> Family:
-    curves = [
-        FamilyCurve(
-            test=curve.test, repeat=curve.repeat, sweep=curve.sweep, frequency=np.array([frequency]),
-            value=curve.value[[index]],
-        )
-        for curve in family.curves
-    ]  # fmt: skip
-    return replace(family, curves=tuple(curves))
+def _is_line_force(sensor: MeasuredSensor) -> bool:
+    return (
+        sensor.calibrated and sensor.component in LETTER and sensor.name == f"{sensor.line}_{LETTER[sensor.component]}"
+    )
+
+
+def find_peak(family: Family) -> float:
+    """Frequency of the point of the test whose readings are the highest on average [Hz].
+
+    Repeats step through the same points, and their frequencies differ by the jitter alone. A point that not all curves
+    have is compared all the same: its mean is that of those which have it.
+    """
+    point = common_points(family.curves)
+    count = np.maximum(np.bincount(point), 1)
+    highest = int(np.argmax(np.bincount(point, family.value) / count))
+    return float(family.frequency[point == highest].mean())
+
+
+def _at(family: Family, peak: float) -> list[Family]:
+    """The family of the readings nearest to a frequency, one per curve that comes within half of its step; or none."""
+    curves = []
+    for curve in family.curves:
+        nearest = int(np.argmin(np.abs(curve.frequency - peak)))
+        step = np.diff(curve.frequency[max(nearest - 1, 0) : nearest + 2])
+        if abs(curve.frequency[nearest] - peak) <= step.max(initial=SAME_FREQUENCY * peak) / 2:
+            curves.append(replace(curve, frequency=np.array([peak]), value=curve.value[[nearest]]))
+    return [replace(family, curves=tuple(curves))] if curves else []
 
 
 def find_limits(
@@ -127,6 +189,8 @@ def _forces(
     result = []
     for number, level in enumerate(search.levels):
         families = [family for family in measured.forces if family.level == level]
+        if not families:
+            continue
         assert isinstance(search.reach, np.ndarray)
         own = replace(
             search,

@@ -1,11 +1,12 @@
-"""Table 2 and figure 14: the three linear iterations, as the paper prints them and as they come out on this rig.
+"""Table 2 and figure 14: the three linear iterations, as they start and as they come out on this rig.
 
 The paper tunes by hand, and says what for. The same steps, done by numbers:
 
-1. as printed: 8 N/um, a fixed root, 0.2 %;
-2. the root on springs; k_t = k_n for the stuck resonance, and the damping ratio for its width;
-3. the density of the blade for the free resonance; k_t and k_n in the printed ratio for the stuck one; the damping
-   ratio for both widths, the geometric mean of what either wants.
+1. as it starts; in the paper 8 N/um, a fixed root, 0.2 %;
+2. k_t and k_n, in the ratio of the start, for the stuck resonance, and the damping ratio for its width; in the paper
+   k_t = k_n, and the root is on springs from here on;
+3. the density of the blade for the free resonance; k_t and k_n in the ratio of its own start for the stuck one; the
+   damping ratio for both widths, the geometric mean of what either wants.
 """
 
 from collections.abc import Callable
@@ -19,11 +20,12 @@ from correlation.model import Model
 from geometry.errors import ComputationFailed
 from pipeline.store import stage
 from study.case.tables import Case
-from study.estimate.resonance import find_resonances
+from study.estimate.resonance import Resonance, find_resonances
 from study.kind.rig.table import RigTable
-from study.paper.case import CriteriaTable, LinearTable, PaperCase
+from study.paper.case import CriteriaTable
 from study.paper.model import PaperModel
-from study.paper.parameters import RigParameters
+from study.paper.parameters import RigParameters, read_parameters
+from study.paper.plan import LinearStart, Plan
 from study.paper.resonance import Peak, find_small_peak
 from study.run_context import RunContext
 
@@ -45,49 +47,48 @@ class LinearFit:
     free, stuck
         Resonances of the model.
     free_met, stuck_met
-        Whether the criteria are met.
+        Whether the criteria are met; None of the free blade where it was not measured.
     """
 
     parameters: RigParameters
     free: Peak
     stuck: Peak
-    free_met: bool
+    free_met: bool | None
     stuck_met: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinearIteration:
-    """A row of Table 2: what is printed, what that gives on this rig, and the same step by numbers."""
+    """A row of Table 2: what its start gives on this rig, and the step by numbers."""
 
-    printed: LinearTable
-    as_printed: LinearFit
+    start: LinearFit
     own: LinearFit
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearCalibration:
-    """All three iterations.
+    """All iterations.
 
     Parameters
     ----------
     free, stuck
-        Measured resonances.
+        Measured resonances; None of a free blade that was not measured.
     iterations
-        In their order.
+        In their order: three, or two without a free blade.
     """
 
-    free: Peak
-    stuck: Peak
+    free: Resonance | None
+    stuck: Resonance
     iterations: tuple[LinearIteration, ...]
 
 
-def calibrate_linear(case: PaperCase, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
-    """Go through the iterations of Table 2.
+def calibrate_linear(plan: Plan, model: PaperModel, mu: float, run: RunContext) -> LinearCalibration:
+    """Go through the iterations of Table 2; without a free blade the third has nothing to go by.
 
     Parameters
     ----------
-    case
-        Case of the replay.
+    plan
+        Starts and thresholds.
     model
         Makes models of the rig.
     mu
@@ -98,59 +99,64 @@ def calibrate_linear(case: PaperCase, model: PaperModel, mu: float, run: RunCont
     Raises
     ------
     ComputationFailed
-        The campaign has no resonance of the free blade or of the lowest level.
+        The campaign has no resonance of the lowest level.
     """
-    peaks = {
-        item.free: Peak(frequency=item.frequency, damping=item.damping) for item in find_resonances(model.campaign)
-    }
-    if set(peaks) != {False, True}:
-        lacking = "without dampers" if True not in peaks else "of the lowest level"
-        raise ComputationFailed(f"there is no resonance in the tests {lacking}: Table 2 needs both")
-    free, stuck = peaks[True], peaks[False]
+    peaks = {item.free: item for item in find_resonances(model.campaign)}
+    if False not in peaks:
+        raise ComputationFailed(
+            "there is no resonance in the tests of the lowest level with dampers: the linear calibration needs it; "
+            "measure at frequencies on both sides of it"
+        )
+    free, stuck = peaks.get(True), peaks[False]
     step = run.step("linear iterations", expected=30)
-    fits = step.run(fit_linear, case, model.opened.case, free, stuck, mu, model)
-    iterations = [
-        LinearIteration(printed=row, as_printed=printed, own=own)
-        for row, (printed, own) in zip(case.linear, fits, strict=True)
-    ]
-    return LinearCalibration(free=free, stuck=stuck, iterations=tuple(iterations))
+    fits = step.run(fit_linear, plan, model.opened.case, None if free is None else _peak(free), _peak(stuck), mu, model)
+    iterations = tuple(LinearIteration(start=start, own=own) for start, own in fits)
+    return LinearCalibration(free=free, stuck=stuck, iterations=iterations)
+
+
+def _peak(measured: Resonance) -> Peak:
+    return Peak(frequency=measured.frequency, damping=measured.damping)
 
 
 @stage("linear iterations of the paper", ignore=("make",))
 def fit_linear(
-    case: PaperCase, rig: Case[RigTable], free: Peak, stuck: Peak, mu: float, make: Make
+    plan: Plan, rig: Case[RigTable], free: Peak | None, stuck: Peak, mu: float, make: Make
 ) -> tuple[tuple[LinearFit, LinearFit], ...]:
-    """Each iteration as printed, and as it comes out on this rig.
+    """Each iteration as it starts, and as it comes out on this rig.
 
     Parameters
     ----------
-    case
-        Case of the replay.
+    plan
+        Starts and thresholds.
     rig
         Case of the rig, on which the models depend.
     free, stuck
-        Measured resonances.
+        Measured resonances; None of a free blade that was not measured.
     mu
         Friction coefficient [-].
     make
         Makes the model of some parameters.
     """
-    printed = [
-        RigParameters(
-            kt=row.kt, kn=row.kn, mu=mu, damping=row.damping, root=case.relaxed.root if row.root == "relaxed" else None
-        )
-        for row in case.linear
-    ]
-    second = tune_stiffness(make, replace(printed[1], damping=stuck.damping), stuck.frequency)
-    nominal, ratio = rig.structure.material.density, case.linear[-1].kn / case.linear[-1].kt
-    own = [printed[0], second, _third(make, second, free, stuck, nominal=nominal, ratio=ratio)]
+    start = [_started(item, mu, rig) for item in plan.linear]
+    second = tune_stiffness(make, replace(start[1], damping=stuck.damping), stuck.frequency)
+    own = [start[0], second]
+    if free is not None:
+        nominal = rig.structure.blade_material.density or rig.structure.material.density
+        ratio = plan.linear[-1].kn / plan.linear[-1].kt
+        own.append(_third(make, second, free, stuck, nominal=nominal, ratio=ratio))
     return tuple(
-        (judge_linear(make, a, free, stuck, case.criteria), judge_linear(make, b, free, stuck, case.criteria))
-        for a, b in zip(printed, own, strict=True)
+        (judge_linear(make, a, free, stuck, plan.criteria), judge_linear(make, b, free, stuck, plan.criteria))
+        for a, b in zip(start, own, strict=False)
     )
 
 
-def judge_linear(make: Make, parameters: RigParameters, free: Peak, stuck: Peak, criteria: CriteriaTable) -> LinearFit:
+def _started(start: LinearStart, mu: float, rig: Case[RigTable]) -> RigParameters:
+    return replace(read_parameters(rig), kt=start.kt, kn=start.kn, mu=mu, damping=start.damping, root=start.root)
+
+
+def judge_linear(
+    make: Make, parameters: RigParameters, free: Peak | None, stuck: Peak, criteria: CriteriaTable
+) -> LinearFit:
     """Resonances of some parameters beside measured ones, and whether the criteria are met."""
     made = make(parameters)
     own_free, own_stuck = (find_small_peak(made, free=item) for item in (True, False))
@@ -158,7 +164,7 @@ def judge_linear(make: Make, parameters: RigParameters, free: Peak, stuck: Peak,
         parameters=parameters,
         free=own_free,
         stuck=own_stuck,
-        free_met=_meets(own_free, free, criteria.free_frequency, criteria.width),
+        free_met=None if free is None else _meets(own_free, free, criteria.free_frequency, criteria.width),
         stuck_met=_meets(own_stuck, stuck, criteria.stuck_frequency, criteria.width),
     )
 

@@ -7,13 +7,13 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import Model
+from correlation.model import DERIVATIVE, Model, Sensor
 from reduction.stuck import stick_at_rest
 from study.case.setup import ReadCase, read_case
 from study.kind.registry import OpenCase
 from study.paper.case import EffortTable
 from study.paper.parameters import RigParameters, configure
-from study.paper.resonance import scale_damping, tip_row
+from study.paper.resonance import find_small_peak, scale_damping
 from study.run_context import RunContext
 
 Real = Float[NDArray[np.float64], " f"]
@@ -48,23 +48,34 @@ class PaperModel:
         CaseError
             A damper leaves its groove, or finds no rest.
         """
-        case = configure(self.opened.case, parameters)
-        read = read_case(replace(self.opened, case=case), campaign=self.campaign, run=self.run)
+        read = self._configured(parameters)
         model = scale_damping(read.setup.model, parameters.damping)
         return replace(read, setup=replace(read.setup, model=model))
+
+    def find_ratio(self, parameters: RigParameters) -> float:
+        """Damping ratio of a case whose stuck peak then shows that of the parameters [-]."""
+        shown = find_small_peak(self._configured(parameters).setup.model, free=False).damping
+        return parameters.damping**2 / shown
+
+    def _configured(self, parameters: RigParameters) -> ReadCase:
+        """The case as its file says it with these parameters; a case has its ratio on another mode than the peak."""
+        case = configure(self.opened.case, parameters)
+        return read_case(replace(self.opened, case=case), campaign=self.campaign, run=self.run)
 
     def __call__(self, parameters: RigParameters) -> Model:
         """The model with some parameters."""
         return self.read(parameters).setup.model
 
 
-def compute_small_response(model: Model, frequency: Real, level: float, *, free: bool) -> Real:
-    """Amplitude of the tip in small vibrations, shape (f,) [m].
+def compute_small_response(model: Model, sensor: str, frequency: Real, level: float, *, free: bool) -> Real:
+    """Amplitude that a sensor reads in small vibrations, shape (f,) [SI unit of the sensor].
 
     Parameters
     ----------
     model
-        Model with the sensor "tip".
+        Model with the sensor.
+    sensor
+        Name of a sensor of motion.
     frequency
         Frequencies, shape (f,) [Hz].
     level
@@ -73,10 +84,11 @@ def compute_small_response(model: Model, frequency: Real, level: float, *, free:
         Whether without dampers.
     """
     system = (model.free() if free else model).system
-    stiffness, row = stick_at_rest(system.stiffness, system.joints), tip_row(model)
-    force = level * system.dynamic[1]
+    read = next(item for item in model.sensors if isinstance(item, Sensor) and item.name == sensor)
+    stiffness, force = stick_at_rest(system.stiffness, system.joints), level * system.dynamic[1]
     result = [
-        abs(row @ np.linalg.solve(stiffness + 1j * omega * system.damping - omega**2 * system.mass, force))
+        abs(read.row @ np.linalg.solve(stiffness + 1j * omega * system.damping - omega**2 * system.mass, force))
+        * omega ** DERIVATIVE[read.quantity]
         for omega in 2 * np.pi * frequency
     ]
-    return np.array(result)
+    return abs(read.gain) * np.array(result)

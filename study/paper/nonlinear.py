@@ -1,4 +1,4 @@
-"""Figures 15 to 23: the four nonlinear iterations, as the paper prints them and as they come out on this rig.
+"""Figures 15 to 23: the nonlinear iterations.
 
 The paper tunes by hand, and says what for. The same steps, done by numbers:
 
@@ -6,26 +6,26 @@ The paper tunes by hand, and says what for. The same steps, done by numbers:
 2. k_t, k_n, mu and the damping ratio for the response; dead weights shifted by the ratio of the static normal forces,
    predicted over measured, of the damper's horizontal length, as the paper shifts them;
 3. dead weights shifted and inclined for the static forces of all levels;
-4. the left damper rotated by the printed angle.
+4. the left damper rotated by the printed angle, on the paper's rig alone.
+
+Where a force was not measured, what it decides stays as the case has it.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
-from correlation.family.family import Family
 from correlation.family.frequencies import choose_frequencies
 from diagnosis.fit.family_fit import FamilyTarget
+from geometry.rig import SIDES
 from pipeline.parallel import process_pool
-from study.paper.case import CriteriaTable, NonlinearTable, PaperCase
+from study.paper.case import CriteriaTable
 from study.paper.criteria import Criterion, judge_forces, judge_response, static_deviation
-from study.paper.fit import fit_parameters
+from study.paper.fit import ParameterFit, fit_parameters
 from study.paper.limits import IterationLimits, MeasuredFamilies, find_limits
 from study.paper.model import PaperModel
 from study.paper.parameters import RigParameters
+from study.paper.plan import Plan
 from study.run_context import RunContext
 
 #: Steps that matter, of parameters for the response as shares of their values, and of the alignment.
@@ -35,6 +35,8 @@ ALIGNMENT_STEPS = {
     "shift_left": SHIFT_STEP, "shift_right": SHIFT_STEP,
     "inclination_left": INCLINATION_STEP, "inclination_right": INCLINATION_STEP,
 }  # fmt: skip
+#: Normal forces by which the paper shifts the dead weight of their side.
+SHIFTED = tuple(f"{side}_decoupler_N" for side in SIDES)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,8 +47,6 @@ class NonlinearIteration:
     ----------
     number
         From 1.
-    printed
-        What the paper prints.
     parameters
         Own parameters.
     limits
@@ -56,22 +56,35 @@ class NonlinearIteration:
     """
 
     number: int
-    printed: NonlinearTable
     parameters: RigParameters
     limits: IterationLimits
     response: Criterion
     force: Criterion
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NonlinearCalibration:
+    """All iterations, and the fits between them; without static forces no alignment is fitted."""
+
+    iterations: tuple[NonlinearIteration, ...]
+    response: ParameterFit
+    alignment: ParameterFit | None
+
+    @property
+    def last(self) -> NonlinearIteration:
+        """The calibrated one: the third, or the second without static forces."""
+        return self.iterations[1 if self.alignment is None else 2]
+
+
 def calibrate_nonlinear(
-    case: PaperCase, model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
-) -> tuple[NonlinearIteration, ...]:
-    """Go through the four iterations.
+    plan: Plan, model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
+) -> NonlinearCalibration:
+    """Go through the iterations.
 
     Parameters
     ----------
-    case
-        Case of the replay.
+    plan
+        Thresholds, and the rotation of a fourth iteration.
     model
         Makes models of the rig.
     start
@@ -86,75 +99,89 @@ def calibrate_nonlinear(
 
         def judged(number: int, parameters: RigParameters) -> NonlinearIteration:
             limits = find_limits(model, parameters, measured, run, f"iteration_{number}", executor)
-            return judge_iteration(number, case.nonlinear[number - 1], parameters, limits, case.criteria)
+            return judge_iteration(number, parameters, limits, plan.criteria)
 
         first = judged(1, start)
-        tuned = _fit_response(model, start, measured, run)
+        response = _fit_response(model, start, measured, run)
         length = model.opened.case.structure.damper.damper().cylinder_length
-        second = judged(2, replace(tuned, **_shifts(first, measured, length)))
-        third = judged(3, _fit_alignment(model, second.parameters, measured, run))
-        fourth = judged(4, replace(third.parameters, gap_angle=case.nonlinear[3].gap_angle))
-    return first, second, third, fourth
+        result = [first, judged(2, _shifted(response.parameters, first, measured, length))]
+        alignment = _fit_alignment(model, result[-1].parameters, measured, run)
+        if alignment is not None:
+            result.append(judged(3, alignment.parameters))
+        if alignment is not None and plan.rotation is not None:
+            result.append(judged(4, replace(alignment.parameters, gap_angle=plan.rotation)))
+    return NonlinearCalibration(iterations=tuple(result), response=response, alignment=alignment)
 
 
 def judge_iteration(
-    number: int, printed: NonlinearTable, parameters: RigParameters, limits: IterationLimits, criteria: CriteriaTable
+    number: int, parameters: RigParameters, limits: IterationLimits, criteria: CriteriaTable
 ) -> NonlinearIteration:
     """An iteration with its criteria."""
     return NonlinearIteration(
-        number=number, printed=printed, parameters=parameters, limits=limits,
+        number=number, parameters=parameters, limits=limits,
         response=judge_response(limits, criteria), force=judge_forces(limits, criteria),
     )  # fmt: skip
 
 
-def _target(
-    families: Sequence[Family], measured: MeasuredFamilies, frequency: Float[NDArray[np.float64], " f"]
-) -> FamilyTarget:
-    return FamilyTarget(families=families, errors=measured.errors, frequency=frequency, shift=measured.errors.frequency)
+def make_targets(measured: MeasuredFamilies, count: int) -> tuple[FamilyTarget, FamilyTarget]:
+    """What contact parameters and damping are fitted to, the response, and what the alignment is, static forces.
+
+    Parameters
+    ----------
+    measured
+        Families.
+    count
+        Frequencies of the bands of the response [-].
+    """
+    static = [family for family in measured.forces if family.harmonic == 0]
+    ends = [
+        (measured.response, choose_frequencies(measured.response, count, count)),
+        (static, np.array(sorted(set(measured.peak.values())))),
+    ]
+    response, alignment = (
+        FamilyTarget(families=families, errors=measured.errors, frequency=frequency, shift=measured.errors.frequency)
+        for families, frequency in ends
+    )
+    return response, alignment
 
 
-def _fit_response(
-    model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
-) -> RigParameters:
+def _fit_response(model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext) -> ParameterFit:
     """Contact parameters and damping whose bands hold the response of all levels."""
     scale = {name: share * getattr(start, name) for name, share in RESPONSE_STEPS.items()}
-    step, count = run.step("iteration 2: contact parameters", expected=200), model.effort.loop_frequencies
-    target = _target(measured.response, measured, choose_frequencies(measured.response, count, count))
-    found = step.run(
+    step = run.step("iteration 2: contact parameters", expected=200)
+    target, _ = make_targets(measured, model.effort.loop_frequencies)
+    return step.run(
         fit_parameters, model.opened.case, start, scale, target, model.effort.evaluations, model, report=step.report
     )
-    return found.parameters
 
 
-def _shifts(first: NonlinearIteration, measured: MeasuredFamilies, length: float) -> dict[str, float]:
-    """Shifts of the dead weights by the rule of the paper, from the static normal forces of the highest level [m]."""
-    top = max(measured.peak)
-    result = {}
-    for side in ("left", "right"):
-        verdict = next(
-            item
-            for item in first.limits.forces
-            if item.family.sensor == f"{side}_decoupler_N" and item.family.harmonic == 0 and item.family.level == top
-        )
-        result[f"shift_{side}"] = float(np.clip(-static_deviation(verdict), -0.5, 0.5)) * length
-    return result
+def _shifted(
+    parameters: RigParameters, first: NonlinearIteration, measured: MeasuredFamilies, length: float
+) -> RigParameters:
+    """Dead weights shifted by the rule of the paper, from the static normal forces of the highest level.
+
+    Each moves by the ratio of the forces, predicted over measured, less one, of the length of the cylinder [m].
+    """
+    top, moved = max(measured.peak), {}
+    for item in first.limits.forces:
+        family = item.family
+        if family.sensor in SHIFTED and family.harmonic == 0 and family.level == top:
+            name = f"shift_{family.sensor.partition('_')[0]}"
+            shift = getattr(parameters, name) - static_deviation(item) * length
+            moved[name] = float(np.clip(shift, -length / 2, length / 2))
+    return replace(parameters, **moved)
 
 
 def _fit_alignment(
     model: PaperModel, start: RigParameters, measured: MeasuredFamilies, run: RunContext
-) -> RigParameters:
-    """Shifts and inclinations whose bands hold the static forces of all levels."""
-    static = [family for family in measured.forces if family.harmonic == 0]
+) -> ParameterFit | None:
+    """Shifts and inclinations whose bands hold the static forces of all levels, of the sides that were measured."""
+    _, target = make_targets(measured, model.effort.loop_frequencies)
+    sides = {family.sensor.partition("_")[0] for family in target.families}
+    scale = {name: step for name, step in ALIGNMENT_STEPS.items() if name.rpartition("_")[2] in sides}
+    if not scale:
+        return None
     step = run.step("iteration 3: alignment", expected=200)
-    target = _target(static, measured, np.array(sorted(set(measured.peak.values()))))
-    found = step.run(
-        fit_parameters,
-        model.opened.case,
-        start,
-        ALIGNMENT_STEPS,
-        target,
-        model.effort.evaluations,
-        model,
-        report=step.report,
+    return step.run(
+        fit_parameters, model.opened.case, start, scale, target, model.effort.evaluations, model, report=step.report
     )
-    return found.parameters

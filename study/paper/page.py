@@ -2,31 +2,30 @@
 
 import importlib.metadata
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
-from math import degrees
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from study.compare.section.section import Table
 from study.page.html import STYLE, content_policy, set_in_type
-from study.paper.case import NonlinearTable
-from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
+from study.paper.criteria import COVERAGE, STATIC_NORMAL
 from study.paper.findings import list_findings
-from study.paper.nonlinear import NonlinearIteration
-from study.paper.parameters import RigParameters
+from study.paper.interval import Interval
+from study.paper.own_way import by_name
 from study.paper.pictures import FORCE_FIGURE, RESPONSE_FIGURE
 from study.paper.replay import Replay
 from study.paper.section import PageSection
+from study.paper.sections import (
+    SHOWN,
+    interval_section,
+    iteration_section,
+    linear_section,
+    missing_section,
+    overview_section,
+)
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 #: What the paper reads off its loops and force ratios.
 PAPER_KT, PAPER_MU = 11.5e6, 0.6
-#: What each iteration changes, in the words of the paper's section 4.3.
-STEP = {
-    1: "Perfect symmetry; kt and kn of the linear calibration, mu of section 4.1.",
-    2: "kt, kn, mu and damping tuned to the response; dead weights shifted by the ratio of the static normal forces.",
-    3: "Dead weights shifted and inclined for the static forces of all levels.",
-    4: "The left damper rotated by 0.35 deg: gaps that grow along its line at the blade.",
-}
 DIFFERENT = (
     "The geometry of the paper's rig is not published. The shipped rig has its own: values that compensate each other "
     "there (kt, kn, root, density) need not do so here. Therefore each step is done for its stated purpose, and the "
@@ -51,19 +50,10 @@ def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
     pictures
         PNG of each figure by name.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {
-        "typeset": set_in_type,
-        "png": lambda picture: f"data:image/png;base64,{b64encode(picture).decode('ascii')}",
-    }
     same, of = count_pattern(result)
-    return environment.from_string(TEMPLATE.read_text(encoding="utf-8")).render(
-        policy=content_policy(),
-        style=STYLE.read_text(encoding="utf-8"),
-        version=importlib.metadata.version("stickslip"),
+    return render(
         title=result.case.title,
+        over="Replay of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
         tone="nothing" if same == of else "ambiguous",
         tag=f"{same} of {of} criteria as in the paper",
         verdict=summarise(result),
@@ -71,22 +61,48 @@ def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
     )
 
 
+def render(
+    *, title: str, over: str, tone: str, tag: str, verdict: Sequence[str], sections: Sequence[PageSection]
+) -> str:
+    """HTML of a page.
+
+    Parameters
+    ----------
+    title, over
+        Heading, and the line above it.
+    tone, tag, verdict
+        Colour and words of the box on top, and the sentences in it.
+    sections
+        What follows.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {
+        "typeset": set_in_type,
+        "png": lambda picture: f"data:image/png;base64,{b64encode(picture).decode('ascii')}",
+    }
+    return environment.from_string(TEMPLATE.read_text(encoding="utf-8")).render(
+        policy=content_policy(), style=STYLE.read_text(encoding="utf-8"),
+        version=importlib.metadata.version("stickslip"), title=title, over=over, tone=tone, tag=tag, verdict=verdict,
+        sections=sections,
+    )  # fmt: skip
+
+
 def count_pattern(result: Replay) -> tuple[int, int]:
     """How many criteria of Table 2 and figure 16 come out as printed, and of how many [-]."""
-    pairs: list[tuple[bool | None, bool]] = [
-        (item.own.free_met, item.printed.free) for item in result.linear.iterations
-    ]
-    pairs += [(item.own.stuck_met, item.printed.stuck) for item in result.linear.iterations]
-    for item in result.nonlinear:
-        pairs += [(item.response.met, item.printed.response)]
+    pairs: list[tuple[bool | None, bool]] = []
+    for item, row in zip(result.hand.linear.iterations, result.case.linear, strict=True):
+        pairs += [(item.own.free_met, row.free), (item.own.stuck_met, row.stuck)]
+    for step, printed in zip(result.hand.nonlinear.iterations, result.case.nonlinear, strict=True):
         # The paper does not show the forces of iteration 4; its figure 16 says no.
-        pairs += [(item.force.met, item.printed.force)]
+        pairs += [(step.response.met, printed.response), (step.force.met, printed.force)]
     return sum(own == printed for own, printed in pairs), len(pairs)
 
 
 def summarise(result: Replay) -> list[str]:
     """The replay in a few sentences."""
-    third = result.nonlinear[2]
+    third = result.hand.last
     least, normal = third.response.worst(COVERAGE), third.force.worst(STATIC_NORMAL)
     return [
         f"Iteration 3 covers at least {least.value:.1%} of the measured response at every level (least at "
@@ -124,13 +140,14 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
         ],
         pictures=some("figure_12a", "figure_12b"),
     )
-    yield _linear(result, some("figure_14"))
-    yield _overview(result)
-    for item in result.nonlinear:
+    hand = result.hand
+    title = "Table 2 and figure 14: linear calibration"
+    yield linear_section(hand, title, some("figure_14"), result.case.linear)
+    yield overview_section(hand, "Figures 15 and 16: nonlinear iterations", result.case.nonlinear)
+    for item in hand.nonlinear.iterations:
         names = [f"figure_{RESPONSE_FIGURE[item.number]}", f"figure_{FORCE_FIGURE.get(item.number, 0)}"]
-        yield PageSection(
-            title=f"Iteration {item.number}", text=[STEP[item.number]], tables=[_scores(item)], pictures=some(*names)
-        )
+        yield iteration_section(item, some(*names))
+    yield from missing_section(hand.missing)
     yield PageSection(
         title="Sensitivities",
         text=["By differences of the bands that the same friction histories reach, around iteration 3."],
@@ -147,58 +164,11 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
         ],
     )
     yield _truth(result)
+    yield interval_section(hand, result.truth)
+    yield own_way_section(result)
     yield PageSection(title="What differs from the paper, and why", text=DIFFERENT)
 
 
-def _linear(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
-    free, stuck = result.linear.free, result.linear.stuck
-    rows = []
-    for number, item in enumerate(result.linear.iterations, start=1):
-        printed, own = item.printed, item.own
-        for name, fit in (("as printed", item.as_printed), ("here", own)):
-            p = fit.parameters
-            rows.append(
-                [
-                    f"{number}, {name}", "full" if p.root is None else "relaxed",
-                    "nominal" if p.density is None else f"{p.density:.0f} kg/m^3",
-                    f"{1e-6 * p.kt:.3g}", f"{1e-6 * p.kn:.3g}", f"{100 * p.damping:.2f}", f"{fit.free.frequency:.2f}",
-                    f"{100 * fit.free.damping:.2f}", f"{fit.stuck.frequency:.2f}", f"{100 * fit.stuck.damping:.2f}",
-                    f"{_yes(fit.free_met)} / {_yes(fit.stuck_met)}", f"{_yes(printed.free)} / {_yes(printed.stuck)}",
-                ]
-            )  # fmt: skip
-    head = [
-        "iteration", "root", "density", "kt [N/um]", "kn [N/um]", "zeta [%]", "free [Hz]", "its zeta [%]", "stuck [Hz]",
-        "its zeta [%]", "met: free / stuck", "in the paper",
-    ]  # fmt: skip
-    return PageSection(
-        title="Table 2 and figure 14: linear calibration",
-        text=[
-            f"Measured: free blade {free.frequency:.2f} Hz, {100 * free.damping:.2f} %; with dampers at the lowest "
-            f"level {stuck.frequency:.2f} Hz, {100 * stuck.damping:.2f} %. Each iteration is given with the printed "
-            "values and with those that its step gives on this rig."
-        ],
-        tables=[Table(head=head, rows=rows, words=3)],
-        pictures=pictures,
-    )
-
-
-def _overview(result: Replay) -> PageSection:
-    rows = []
-    for item in result.nonlinear:
-        printed, met = item.printed, (item.response.met, item.force.met)
-        rows.append([f"{item.number}, paper", *_numbers(printed), _yes(printed.response), _yes(printed.force)])
-        rows.append([f"{item.number}, here", *_numbers(item.parameters), *map(_yes, met)])
-    return PageSection(
-        title="Figures 15 and 16: nonlinear iterations",
-        text=["Shifts are positive away from the blade, inclinations towards the right; left / right."],
-        tables=[Table(head=["iteration", *COLUMNS, "response met", "force met"], rows=rows)],
-    )
-
-
-#: Columns of parameters.
-COLUMNS = (
-    "kt [N/um]", "kn [N/um]", "mu", "shifts [mm]", "inclinations [deg]", "rotation [deg]",
-)  # fmt: skip
 CAPTION = {
     "figure_12a": "Figure 12a: measured hysteresis curves",
     "figure_12b": "Figure 12b: measured contact force ratio; the line is its largest value",
@@ -216,43 +186,51 @@ CAPTION |= {
 }
 
 
-def _numbers(of: RigParameters | NonlinearTable) -> list[str]:
-    """Contact parameters, and those of the alignment, left and right."""
-    lengths = " / ".join(f"{1e3 * getattr(of, f'shift_{side}'):.2f}" for side in ("left", "right"))
-    angles = " / ".join(f"{degrees(getattr(of, f'inclination_{side}')):.2f}" for side in ("left", "right"))
-    contact = [f"{1e-6 * of.kt:.3f}", f"{1e-6 * of.kn:.3f}", f"{of.mu:.3f}"]
-    return [*contact, lengths, angles, f"{degrees(of.gap_angle):.2f}"]
-
-
-def _scores(item: NonlinearIteration) -> Table:
-    """The numbers behind both criteria, by level; of forces the worst of both sides."""
-    names: dict[str, Criterion] = {COVERAGE: item.response} | (
-        dict.fromkeys((STATIC_NORMAL, STATIC_TANGENTIAL, DYNAMIC), item.force) if item.force.scores else {}
-    )
-    verdicts = {verdict.family.level: verdict for verdict in item.limits.response}
+def own_way_section(result: Replay) -> PageSection:
+    """What the program finds by itself beside the truth and the by-hand way."""
+    path = [
+        [str(number), item.sentence, f"{item.held_before:.1%}", f"{item.held_after:.1%}"]
+        for number, item in enumerate(result.own.rounds, start=1)
+    ]
+    third, hand, own = (
+        result.hand.last.parameters, {item.name: item for item in result.hand.intervals}, by_name(result.own.values),
+    )  # fmt: skip
     rows = []
-    for name, criterion in names.items():
-        own = {
-            level: [score for score in criterion.scores if score.name == name and score.level == level]
-            for level in verdicts
-        }
-        worst = [
-            (min if name == COVERAGE else max)((score.value for score in scores), default=float("nan"))
-            for scores in own.values()
+    for name, (label, factor) in SHOWN.items():
+        true = result.truth[name]
+        if true is None or getattr(third, name) is None:
+            continue
+        start = getattr(result.hand.nonlinear.iterations[0].parameters, name)
+        cells = [
+            _with_ends(of[name], factor) if name in of else f"{factor * value:.4g}"
+            for of, value in ((hand, getattr(third, name)), (own, start))
         ]
-        threshold = next(score.threshold for score in criterion.scores if score.name == name)
-        bound = "at least" if name == COVERAGE else "at most"
-        met = all(score.met for scores in own.values() for score in scores)
-        rows.append([name, *(f"{value:.1%}" for value in worst), f"{bound} {threshold:.0%}", _yes(met)])
-    rows.append(["tightness of the response", *(f"{v.tightness:.1f}" for v in verdicts.values()), "", ""])
-    rows.append(["interval score of the response", *(f"{v.score:.2f}" for v in verdicts.values()), "", ""])
-    return Table(head=["", *(f"{level:g} N" for level in verdicts), "threshold", "met"], rows=rows)
+        rows.append([label, f"{factor * true:.4g}", *cells])
+    others = f" It ends with {' and '.join(result.own.others)} besides." if result.own.others else ""
+    return PageSection(
+        title="The program's own way",
+        text=[
+            "stickslip diagnose --auto, from iteration 1 and with nothing told: each round fits the calibration "
+            "parameters with every effect at every place, and adds the one that held-out data ask for. Errors are "
+            "those of the held-out data, before and with what the round names." + others,
+            "Values that a way does not touch stay as they were, and have no interval.",
+        ],
+        tables=[
+            Table(head=["round", "verdict", "held-out error before", "after"], rows=path, words=2),
+            Table(head=["parameter", "truth", "by hand", "own way"], rows=rows),
+        ],
+    )
+
+
+def _with_ends(item: Interval, factor: float) -> str:
+    value, lower, upper = (f"{factor * end:.4g}" for end in (item.value, item.lower, item.upper))
+    return f"{value} ({lower} to {upper})"
 
 
 def _truth(result: Replay) -> PageSection:
     """Truth beside iteration 3, read after all the rest."""
-    third, rows = result.nonlinear[2].parameters, []
-    for name, (label, factor) in TRUE.items():
+    third, rows = result.hand.last.parameters, []
+    for name, (label, factor) in SHOWN.items():
         own, true = getattr(third, name), result.truth[name]
         if own is None or true is None:
             continue
@@ -263,15 +241,3 @@ def _truth(result: Replay) -> PageSection:
         text=["The specimen behind the campaign, read after everything else was done, beside iteration 3."],
         tables=[Table(head=["parameter", "truth", "iteration 3", "difference"], rows=rows)],
     )
-
-
-TRUE = {
-    "kt": ("kt [N/um]", 1e-6), "kn": ("kn [N/um]", 1e-6), "mu": ("mu", 1.0), "damping": ("zeta [%]", 100.0),
-    "root": ("root [N/um]", 1e-6), "density": ("density [kg/m^3]", 1.0), "shift_left": ("left shift [mm]", 1e3),
-    "shift_right": ("right shift [mm]", 1e3), "inclination_left": ("left inclination [deg]", degrees(1.0)),
-    "inclination_right": ("right inclination [deg]", degrees(1.0)),
-}  # fmt: skip
-
-
-def _yes(met: bool | None) -> str:
-    return {True: "yes", False: "no", None: "not judged"}[met]

@@ -46,6 +46,18 @@ class RigParameters:
     gap_angle: float = 0.0
 
 
+def read_parameters(case: Case[RigTable]) -> RigParameters:
+    """The parameters that a case of a rig has."""
+    table = case.structure
+    contact, weight = table.contact, table.dead_weight
+    return RigParameters(
+        kt=contact.kt, kn=contact.kn, mu=contact.mu, damping=table.damping.ratio, root=table.root.stiffness,
+        density=table.blade_material.density, shift_left=weight.left.shift, shift_right=weight.right.shift,
+        inclination_left=weight.left.inclination, inclination_right=weight.right.inclination,
+        gap_angle=contact.left_blade.gap_angle or 0.0,
+    )  # fmt: skip
+
+
 def meshed(case: Case[RigTable], size: float, n_mode: int) -> Case[RigTable]:
     """The case with elements of a size [m] and so many modes of all bodies."""
     return _with_tables(case, mesh={"size": size}, reduction={"modes": n_mode})

@@ -1,10 +1,13 @@
 """Figures 12 and 14 to 23 of the replay, in the paper's order."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from correlation.family.verdict import FamilyVerdict
+from figure.family_over_limits import FamiliesOverLimits
 from figure.force_limits import ForceLimits, LineForceLimits
 from figure.hysteresis_loops import HysteresisLoops
 from figure.hysteresis_loops import Loop as DrawnLoop
@@ -12,17 +15,22 @@ from figure.line_forces import LineForce, LineForces
 from figure.small_responses import SmallResponsePanel, SmallResponses
 from figure.tornado import Tornado
 from study.compare.family_pictures import family_figures
-from study.paper.model import compute_small_response
+from study.paper.by_hand import ByHand
+from study.paper.model import PaperModel, compute_small_response
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.replay import Replay
 from study.paper.sensitivity import Sensitivity
 
 #: Frequencies of a drawn curve [-].
 DRAWN = 300
-#: Figures of the response limits and of the forces by iteration, as the paper numbers them.
+#: Figures as the paper numbers them, and those of the response limits and of the forces by iteration.
 RESPONSE_FIGURE = {1: 17, 2: 19, 3: 21, 4: 23}
 FORCE_FIGURE = {1: 18, 2: 20, 3: 22}
-SIDES = ("left", "right")
+NUMBERED = (
+    {"linear": 14}
+    | {f"response_{iteration}": number for iteration, number in RESPONSE_FIGURE.items()}
+    | {f"forces_{iteration}": number for iteration, number in FORCE_FIGURE.items()}
+)
 
 
 def draw_replay(result: Replay) -> dict[str, object]:
@@ -34,12 +42,35 @@ def draw_replay(result: Replay) -> dict[str, object]:
         Replay.
     """
     drawn: dict[str, object] = dict(_loops(result))
-    drawn["figure_14"] = _small(result)
-    for item in result.nonlinear:
-        drawn[f"figure_{RESPONSE_FIGURE[item.number]}"] = _response(result, item)
-        if item.limits.forces and item.number in FORCE_FIGURE:
-            drawn[f"figure_{FORCE_FIGURE[item.number]}"] = _forces(item)
+    drawn |= draw_by_hand(result.hand, result.model, NUMBERED)
     drawn["sensitivities"] = _tornado(result.sensitivity)
+    return drawn
+
+
+def draw_by_hand(hand: ByHand, model: PaperModel, numbered: Mapping[str, int] | None = None) -> dict[str, object]:
+    """Figures of the by-hand way by name: linear, response_1, forces_1 and so on.
+
+    Parameters
+    ----------
+    hand
+        Iterations.
+    model
+        Makes models of the rig.
+    numbered
+        Numbers of figures by these names, which then have them; what has none is left out. None for no numbers.
+    """
+    figures: dict[str, Any] = {
+        "linear": _small(hand, model),
+        **{f"response_{item.number}": _response(hand, model, item) for item in hand.nonlinear.iterations},
+        **{f"forces_{item.number}": _forces(item, model) for item in hand.nonlinear.iterations if item.limits.forces},
+    }
+    drawn: dict[str, object] = {}
+    for name, figure in figures.items():
+        if numbered is None:
+            drawn[name] = figure
+        elif name in numbered:
+            title = f"Figure {numbered[name]}: {figure.title[0].lower()}{figure.title[1:]}"
+            drawn[f"figure_{numbered[name]}"] = replace(figure, title=title)
     return drawn
 
 
@@ -77,58 +108,69 @@ def _loops(result: Replay) -> Iterator[tuple[str, object]]:
     )  # fmt: skip
 
 
-def _small(result: Replay) -> SmallResponses:
-    campaign, panels = result.reference.campaign, []
+def _small(hand: ByHand, model: PaperModel) -> SmallResponses:
+    campaign, name = model.campaign, hand.measured.sensor
+    panels: list[SmallResponsePanel] = []
     table = campaign.measurement
-    tip = next(number for number, item in enumerate(campaign.sensors) if item.name == "tip")
-    for free, title in ((True, "(a) free"), (False, "(b) stuck, measured at the lowest level")):
+    number = next(number for number, item in enumerate(campaign.sensors) if item.name == name)
+    unit = campaign.sensors[number].unit
+    shown, factor = ("um", 1e6) if unit == "m" else (unit, 1.0)
+    sides = [(False, "stuck, measured at the lowest level")]
+    for free, title in [(True, "free")] * (hand.linear.free is not None) + sides:
         tests = [number for number, test in enumerate(campaign.tests) if (test.configuration == "free") == free]
-        rows = np.isin(table.test, tests) & (table.sensor == tip) & (table.harmonic == 1)
+        rows = np.isin(table.test, tests) & (table.sensor == number) & (table.harmonic == 1)
+        if not rows.any():
+            continue
         level = float(table.level[rows].min())
         rows &= table.level == level
         frequency = np.linspace(table.frequency[rows].min(), table.frequency[rows].max(), DRAWN)
         lines = {
-            f"iteration {number}": 1e6
-            * compute_small_response(result.model(item.own.parameters), frequency, 1.0, free=free)
-            for number, item in enumerate(result.linear.iterations, start=1)
+            f"iteration {number}": factor
+            * compute_small_response(model(item.own.parameters), name, frequency, 1.0, free=free)
+            for number, item in enumerate(hand.linear.iterations, start=1)
         }
         panels.append(
             SmallResponsePanel(
-                label=title, frequency=table.frequency[rows], measured=1e6 * np.abs(table.value[rows]) / level,
-                line_frequency=frequency, lines=lines,
+                label=f"({'abc'[len(panels)]}) {title}", frequency=table.frequency[rows],
+                measured=factor * np.abs(table.value[rows]) / level, line_frequency=frequency, lines=lines,
             )
         )  # fmt: skip
-    return SmallResponses(panels=panels, title="Figure 14: linear responses of three iterations")
-
-
-def _response(result: Replay, item: NonlinearIteration) -> object:
-    sensors = {sensor.name: sensor for sensor in result.reference.campaign.sensors}
-    title = f"Figure {RESPONSE_FIGURE[item.number]}: response, iteration {item.number}"
-    only_tip = {"tip": sensors["tip"]}
-    return next(iter(family_figures(item.limits.response, only_tip, title, "N").values()))
-
-
-def _forces(item: NonlinearIteration) -> LineForceLimits:
-    panels = [
-        _panel([v for v in item.limits.forces if (v.family.sensor, v.family.harmonic) == channel], side, force)
-        for side in SIDES
-        for force, channel in {
-            f"{letter}{harmonic}": (f"{side}_decoupler_{letter}", harmonic) for harmonic in (0, 1) for letter in "TN"
-        }.items()
-    ]
-    return LineForceLimits(
-        panels=panels, title=f"Figure {FORCE_FIGURE[item.number]}: contact forces, iteration {item.number}",
-        sampled_label="measured", level_label="amplitude of the force [N]",
+    return SmallResponses(
+        panels=panels, title=f"Linear responses of {len(hand.linear.iterations)} iterations",
+        amplitude=f"amplitude of {name} [{shown}/N]",
     )  # fmt: skip
 
 
-def _panel(verdicts: Sequence[FamilyVerdict], side: str, force: str) -> ForceLimits:
+def _response(hand: ByHand, model: PaperModel, item: NonlinearIteration) -> FamiliesOverLimits:
+    own = {sensor.name: sensor for sensor in model.campaign.sensors if sensor.name == hand.measured.sensor}
+    return next(iter(family_figures(item.limits.response, own, f"Response, iteration {item.number}", "N").values()))
+
+
+def _forces(item: NonlinearIteration, model: PaperModel) -> LineForceLimits:
+    channels: dict[tuple[str, int], list[FamilyVerdict]] = {}
+    for verdict in item.limits.forces:
+        channels.setdefault((verdict.family.sensor, verdict.family.harmonic), []).append(verdict)
+    lines = dict.fromkeys(sensor.line for sensor in model.campaign.sensors if sensor.line is not None)
+    panels = [
+        _panel(channels[f"{line}_{letter}", harmonic], f"{line.replace('_', ' ')}", f"{letter}{harmonic}")
+        for line in lines
+        for harmonic in (0, 1)
+        for letter in "TN"
+        if (f"{line}_{letter}", harmonic) in channels
+    ]
+    return LineForceLimits(
+        panels=panels, title=f"Contact forces, iteration {item.number}", sampled_label="measured",
+        level_label="amplitude of the force [N]",
+    )  # fmt: skip
+
+
+def _panel(verdicts: Sequence[FamilyVerdict], line: str, force: str) -> ForceLimits:
     count = max(len(item.family.value) for item in verdicts)
     measured = np.full((count, len(verdicts)), np.nan)
     for column, item in enumerate(verdicts):
         measured[: len(item.family.value), column] = item.family.value
     return ForceLimits(
-        line=f"{side} de-coupler",
+        line=line,
         force=force,
         level=np.array([item.family.level for item in verdicts]),
         value=np.array([item.limit[:, 0] for item in verdicts]).T,

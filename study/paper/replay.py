@@ -10,14 +10,15 @@ from casefile.table import load_case
 from correlation.family.frequencies import choose_frequencies
 from pipeline.progress import SilentProgress
 from study.kind.registry import OpenCase, open_case
+from study.paper.by_hand import ByHand, calibrate_by_hand
 from study.paper.campaign import Reference, make_reference
 from study.paper.case import PaperCase
 from study.paper.first_guess import FirstGuess, guess_first
-from study.paper.limits import MeasuredFamilies, read_families
-from study.paper.linear import LinearCalibration, calibrate_linear
+from study.paper.limits import MeasuredFamilies
 from study.paper.model import PaperModel
-from study.paper.nonlinear import NonlinearIteration, calibrate_nonlinear
+from study.paper.own_way import OwnWay, find_own_way
 from study.paper.parameters import RigParameters, meshed
+from study.paper.plan import make_paper_plan
 from study.paper.sensitivity import Sensitivity, compute_sensitivities
 from study.paper.truth import FILE
 from study.run_context import RunContext
@@ -43,14 +44,14 @@ class Replay:
     ----------
     case
         Case of the replay.
-    reference, measured
-        Campaign, and its families.
+    reference
+        Campaign.
     guess
         Section 4.1.
-    linear
-        Table 2.
-    nonlinear
-        Figure 16.
+    hand
+        Table 2, figure 16 and the intervals.
+    own
+        What the program finds by itself from iteration 1.
     sensitivity
         Around iteration 3.
     truth
@@ -61,10 +62,9 @@ class Replay:
 
     case: PaperCase
     reference: Reference
-    measured: MeasuredFamilies
     guess: FirstGuess
-    linear: LinearCalibration
-    nonlinear: tuple[NonlinearIteration, ...]
+    hand: ByHand
+    own: OwnWay
     sensitivity: Sensitivity
     truth: Mapping[str, float]
     model: PaperModel
@@ -90,24 +90,23 @@ def replay(run: RunContext, *, seed: int, like: int, quick: bool) -> Replay:
     assert run.output is not None
     case, opened = load_case(PAPER, PaperCase), open_case(RIG)
     if quick:
-        case = _quick(case)
+        case = quicken(case)
     folder = run.output / "campaign"
     reference = make_reference(case, opened, folder, run, seed=seed, like=like)
     model = _model(case, opened, reference, run)
-    guess, measured = guess_first(reference), read_families(reference.campaign)
-    linear = calibrate_linear(case, model, guess.mu, run)
-    # The paper keeps the stiffness of the linear calibration, and returns to the damping of the narrow stuck resonance.
-    start = replace(linear.iterations[-1].own.parameters, mu=guess.mu, damping=linear.stuck.damping)
-    nonlinear = calibrate_nonlinear(case, model, start, measured, run)
-    sensitivity = _sensitivities(model, nonlinear[2].parameters, measured, run)
+    guess = guess_first(reference)
+    hand = calibrate_by_hand(make_paper_plan(case), model, guess.mu, run)
+    sensitivity = _sensitivities(model, hand.last.parameters, hand.measured, run)
+    own = find_own_way(model, hand.nonlinear.iterations[0].parameters, reference.campaign, folder, run)
     truth = json.loads((folder / FILE).read_text(encoding="utf-8"))["parameters"]
     return Replay(
-        case=case, reference=reference, measured=measured, guess=guess, linear=linear, nonlinear=nonlinear,
-        sensitivity=sensitivity, truth=truth, model=model,
+        case=case, reference=reference, guess=guess, hand=hand, own=own, sensitivity=sensitivity, truth=truth,
+        model=model,
     )  # fmt: skip
 
 
-def _quick(case: PaperCase) -> PaperCase:
+def quicken(case: PaperCase) -> PaperCase:
+    """The case with coarse meshes, few points and two repeats."""
     campaign = case.campaign
     fewer = {
         "repeats": min(campaign.repeats, QUICK_REPEATS),

@@ -6,6 +6,7 @@ from typing import Any
 
 from figure.registry import pictures
 from pipeline.output import replace_file
+from study.paper.by_hand import make_hand_document
 from study.paper.findings import list_findings
 from study.paper.page import count_pattern, make_page
 from study.paper.pictures import draw_replay
@@ -42,20 +43,13 @@ def make_document(report: Report) -> dict[str, Any]:
         "criteria_as_printed": same,
         "n_criteria": of,
         "first_guess": asdict(result.guess),
-        "linear": [
-            {"free_met": item.own.free_met, "stuck_met": item.own.stuck_met, "parameters": asdict(item.own.parameters)}
-            for item in result.linear.iterations
-        ],
-        "nonlinear": [
-            {
-                "response_met": item.response.met,
-                "force_met": item.force.met,
-                "parameters": asdict(item.parameters),
-                "scores": [asdict(score) for score in (*item.response.scores, *item.force.scores)],
-            }
-            for item in result.nonlinear
-        ],
+        **make_hand_document(result.hand),
         "findings": [asdict(item) for item in list_findings(result)],
+        "own_way": {
+            "rounds": [asdict(item) for item in result.own.rounds],
+            "parameters": [asdict(item) for item in result.own.values],
+            "others": list(result.own.others),
+        },
         "truth": dict(result.truth),
         "files": [str(file) for file in report.files],
     }
@@ -68,14 +62,17 @@ def make_text(report: Report) -> str:
     lines = [f"{same} of {of} criteria of Table 2 and figure 16 as printed", "", "  linear      free  stuck  (paper)"]
     lines += [
         f"  {number}           {words[item.own.free_met]:4}  {words[item.own.stuck_met]:5}  "
-        f"({words[item.printed.free]}, {words[item.printed.stuck]})"
-        for number, item in enumerate(result.linear.iterations, start=1)
+        f"({words[row.free]}, {words[row.stuck]})"
+        for number, (item, row) in enumerate(
+            zip(result.hand.linear.iterations, result.case.linear, strict=True), start=1
+        )
     ]
     lines += ["", "  nonlinear   response  force  (paper)"]
     lines += [
         f"  {item.number}           {words[item.response.met]:8}  {words[item.force.met]:5}  "
-        f"({words[item.printed.response]}, {words[item.printed.force]})"
-        for item in result.nonlinear
+        f"({words[row.response]}, {words[row.force]})"
+        for item, row in zip(result.hand.nonlinear.iterations, result.case.nonlinear, strict=True)
     ]
     lines += ["", *(f"  {item.verdict:14} {item.claim}" for item in list_findings(result))]
+    lines += ["", "  own way", *(f"  {item.sentence}" for item in result.own.rounds)]
     return "\n".join([*lines, "", f"page: {report.files[-1]}"])

@@ -1,0 +1,150 @@
+"""The by-hand way of the paper by numbers, on the virtual campaign or on a user's own: linear, then nonlinear."""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from study.paper.interval import Interval, find_density_interval, find_intervals
+from study.paper.limits import MeasuredFamilies, read_families
+from study.paper.linear import LinearCalibration, calibrate_linear
+from study.paper.model import PaperModel
+from study.paper.nonlinear import NonlinearCalibration, NonlinearIteration, calibrate_nonlinear, make_targets
+from study.paper.plan import Plan
+from study.run_context import RunContext
+
+#: Levels of the paper [-].
+PAPER_LEVELS = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ByHand:
+    """All that the by-hand way found.
+
+    Parameters
+    ----------
+    measured
+        Families of the campaign.
+    linear, nonlinear
+        Iterations.
+    intervals
+        Intervals of the parameters of the calibrated iteration.
+    missing
+        What the campaign lacks, and what was therefore not done, as sentences.
+    """
+
+    measured: MeasuredFamilies
+    linear: LinearCalibration
+    nonlinear: NonlinearCalibration
+    intervals: tuple[Interval, ...]
+    missing: tuple[str, ...]
+
+    @property
+    def last(self) -> NonlinearIteration:
+        """The calibrated iteration."""
+        return self.nonlinear.last
+
+
+def calibrate_by_hand(plan: Plan, model: PaperModel, mu: float, run: RunContext) -> ByHand:
+    """Go through all iterations.
+
+    Parameters
+    ----------
+    plan
+        Starts, thresholds and effort.
+    model
+        Makes models of the rig, with the campaign.
+    mu
+        First guess of the friction coefficient [-].
+    run
+        Output folder, store and progress.
+
+    Raises
+    ------
+    CampaignError
+        No response of the structure with its dampers was measured.
+    ComputationFailed
+        No resonance in the tests, no rest under the dead weights, or a process that was killed.
+    """
+    measured = read_families(model.campaign)
+    linear = calibrate_linear(plan, model, mu, run)
+    # The paper keeps the stiffness of the linear calibration, and returns to the damping of the narrow stuck resonance.
+    start = replace(linear.iterations[-1].own.parameters, mu=mu, damping=linear.stuck.damping)
+    nonlinear = calibrate_nonlinear(plan, model, start, measured, run)
+    return ByHand(
+        measured=measured, linear=linear, nonlinear=nonlinear,
+        intervals=_intervals(model, linear, nonlinear, measured, run),
+        missing=tuple(list_missing(measured, linear)),
+    )  # fmt: skip
+
+
+def _intervals(
+    model: PaperModel, linear: LinearCalibration, nonlinear: NonlinearCalibration, measured: MeasuredFamilies,
+    run: RunContext,
+) -> tuple[Interval, ...]:  # fmt: skip
+    result: list[Interval] = []
+    fits = (nonlinear.response, nonlinear.alignment)
+    for fit, target in zip(fits, make_targets(measured, model.effort.loop_frequencies), strict=True):
+        if fit is not None:
+            step = run.step(f"intervals of {', '.join(fit.scale)}", expected=100)
+            found = step.run(find_intervals, model.opened.case, fit, target, model, report=step.report)
+            result += found
+    density = linear.iterations[-1].own.parameters if len(linear.iterations) > 2 else None
+    return (*result, *(find_density_interval(density, linear.free) if density is not None else ()))
+
+
+def list_missing(measured: MeasuredFamilies, linear: LinearCalibration) -> list[str]:
+    """What a campaign lacks beside the paper's, and what is not done for it, one sentence each."""
+    result, levels = [], sorted(measured.peak)
+    if linear.free is None:
+        result.append(
+            "The blade without dampers was not measured: its density stays as the case has it, and the criterion "
+            '"free" is not judged.'
+        )
+    static = {family.sensor for family in measured.forces if family.harmonic == 0}
+    if not measured.forces:
+        result.append(
+            "No contact forces were measured: dead weights are neither shifted nor inclined, there is no iteration 3, "
+            'and the criterion "force" is not judged.'
+        )
+    elif not static:
+        result.append("Load cells without their mean: dead weights are neither shifted nor inclined.")
+    else:
+        result += [
+            f"No static force of the {side} side was measured: its dead weight stays as the case has it."
+            for side in ("left", "right")
+            if not any(name.startswith(side) for name in static)
+        ]
+    if len(levels) < PAPER_LEVELS:
+        listed = ", ".join(f"{level:g}" for level in levels)
+        result.append(
+            f"There are {len(levels)} levels ({listed} N) where the paper has {PAPER_LEVELS}: what happens between and "
+            "beyond them is not judged."
+        )
+    if len({curve.repeat for family in measured.response for curve in family.curves}) < 2:
+        result.append(
+            "There is one repeat: what another loading history does, and how far frequencies scatter between set-ups, "
+            "is not seen, so that coverage is that of one history."
+        )
+    if all(len(family.curves) < 2 for family in measured.response):
+        result.append("There is one curve of each level: there is no spread for a tightness.")
+    return result
+
+
+def make_hand_document(hand: ByHand) -> dict[str, Any]:
+    """Iterations and intervals for ``--json``."""
+    return {
+        "linear": [
+            {"free_met": item.own.free_met, "stuck_met": item.own.stuck_met, "parameters": asdict(item.own.parameters)}
+            for item in hand.linear.iterations
+        ],
+        "nonlinear": [
+            {
+                "response_met": item.response.met,
+                "force_met": item.force.met,
+                "parameters": asdict(item.parameters),
+                "scores": [asdict(score) for score in (*item.response.scores, *item.force.scores)],
+                "tightness": {f"{v.family.level:g}": v.tightness for v in item.limits.response},
+            }
+            for item in hand.nonlinear.iterations
+        ],
+        "intervals": [asdict(item) for item in hand.intervals],
+    }

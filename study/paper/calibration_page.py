@@ -1,0 +1,99 @@
+"""The page of a case that was calibrated in the by-hand way of the paper."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from study.compare.section.section import Table
+from study.estimate.first_estimate import FirstEstimate
+from study.paper.by_hand import ByHand
+from study.paper.criteria import COVERAGE, STATIC_NORMAL
+from study.paper.page import render
+from study.paper.section import PageSection
+from study.paper.sections import (
+    interval_section,
+    iteration_section,
+    linear_section,
+    missing_section,
+    overview_section,
+    yes,
+)
+
+
+def make_calibration_page(
+    title: str, guesses: Sequence[FirstEstimate], hand: ByHand, missing: Sequence[str], pictures: Mapping[str, bytes]
+) -> str:
+    """HTML of a calibration.
+
+    Parameters
+    ----------
+    title
+        Of the case.
+    guesses
+        First guesses that were taken.
+    hand
+        Iterations and intervals.
+    missing
+        What was not done and why, one sentence each.
+    pictures
+        PNG of each figure by name.
+    """
+    met = [item for item in (hand.last.response.met, hand.last.force.met) if item is not None]
+    return render(
+        title=title,
+        over="Calibrated in the by-hand way of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
+        tone="nothing" if all(met) else "ambiguous",
+        tag=f"iteration {hand.last.number}: response {yes(hand.last.response.met)}, force {yes(hand.last.force.met)}",
+        verdict=summarise(hand),
+        sections=list(_sections(guesses, hand, missing, pictures)),
+    )
+
+
+def summarise(hand: ByHand) -> list[str]:
+    """The calibration in a few sentences."""
+    least = hand.last.response.worst(COVERAGE)
+    sentences = [
+        f"The limits of iteration {hand.last.number} cover at least {least.value:.1%} of the measured response "
+        f"at every level (least at {least.level:g} N)."
+    ]
+    if any(score.name == STATIC_NORMAL for score in hand.last.force.scores):
+        normal = hand.last.force.worst(STATIC_NORMAL)
+        sentences.append(
+            f"The largest deviation of a static normal force is {normal.value:.1%} (at {normal.level:g} N)."
+        )
+    return sentences
+
+
+def _sections(
+    guesses: Sequence[FirstEstimate], hand: ByHand, missing: Sequence[str], pictures: Mapping[str, bytes]
+) -> Iterator[PageSection]:
+    def some(caption: str, name: str) -> dict[str, bytes]:
+        return {caption: pictures[name]} if name in pictures else {}
+
+    yield from missing_section(missing)
+    yield PageSection(
+        title="First guesses",
+        text=[]
+        if guesses
+        else ["There are no loops and no force ratios: iterations begin with the case's own values."],
+        tables=[
+            Table(
+                head=["parameter", "first guess", "case", "source"],
+                rows=[
+                    [item.parameter, f"{item.value:.4g} {item.unit}", f"{item.model_value:.4g}", item.source]
+                    for item in guesses
+                ],
+            )
+        ]
+        * bool(guesses),
+    )
+    yield linear_section(
+        hand, "Linear calibration", some("Measured and computed responses of small vibrations", "linear")
+    )
+    yield overview_section(hand, "Nonlinear iterations")
+    for item in hand.nonlinear.iterations:
+        number = item.number
+        response = some(f"Measured responses and predicted limits, iteration {number}", f"response_{number}")
+        forces = some(
+            f"Measured contact forces at resonance and predicted limits, iteration {number}", f"forces_{number}"
+        )
+        yield iteration_section(item, response | forces)
+    yield interval_section(hand)

@@ -1,0 +1,146 @@
+"""The program's own way beside the by-hand way: `diagnose --auto` from iteration 1, with nothing told."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from correlation.campaign.measurement import Campaign
+from diagnosis.candidate.effect import INTERVAL
+from diagnosis.decision.verdict import Finding
+from geometry.rig import SIDES
+from pipeline.output import replace_file
+from study.diagnose.history import history_file
+from study.diagnose.report import headline
+from study.diagnose.round import Round, errors
+from study.diagnose.run import diagnose_file
+from study.diagnose.table import factors, interval, strengths
+from study.paper.case_file import write_parameters
+from study.paper.interval import Interval
+from study.paper.model import PaperModel
+from study.paper.parameters import RigParameters
+from study.run_context import RunContext
+
+#: Calibration parameters of a diagnosis by the name of what they scale.
+SCALED = {"kt": "kt", "kn": "kn", "mu": "mu", "damping": "zeta"}
+#: Parameters of the rig by the effect that changes them.
+CHANGED = {f"{kind} of {side} dead weight": f"{kind}_{side}" for side in SIDES for kind in ("shift", "inclination")}
+#: What an interval of a diagnosis follows from.
+COVARIANCE = "covariance of least squares"
+#: Findings whose best effect is part of the answer.
+NAMED = (Finding.MISSING, Finding.AMBIGUOUS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnRound:
+    """A round of the diagnosis: its verdict, and the held-out errors before and with the best effect [-]."""
+
+    sentence: str
+    held_before: float
+    held_after: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnWay:
+    """What the program found by itself.
+
+    Parameters
+    ----------
+    case
+        Case file of iteration 1, with what was added since.
+    rounds
+        In their order.
+    values
+        Parameters of the rig with their intervals.
+    others
+        Effects that are no parameter of the by-hand way, with their strengths in words.
+    """
+
+    case: Path
+    rounds: tuple[OwnRound, ...]
+    values: tuple[Interval, ...]
+    others: tuple[str, ...]
+
+
+def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, folder: Path, run: RunContext) -> OwnWay:
+    """Diagnose iteration 1, add what is missing, and diagnose again, until nothing is.
+
+    Parameters
+    ----------
+    model
+        Makes models of the rig.
+    start
+        Parameters of iteration 1.
+    campaign, folder
+        Campaign as it was read, and its folder.
+    run
+        Output folder, store and progress.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is held out, or there is a single repeat.
+    """
+    assert run.output is not None
+    file = run.output / "own_way" / "iteration_1.toml"
+    file.parent.mkdir(exist_ok=True)
+    # The rounds are in the store: the case is edited anew from where it began.
+    history_file(file).unlink(missing_ok=True)
+    replace_file(file, write_case(model, start))
+    rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
+    values, others = read_values(rounds[-1], start)
+    return OwnWay(case=file, rounds=tuple(map(_told, rounds)), values=values, others=others)
+
+
+def write_case(model: PaperModel, parameters: RigParameters) -> str:
+    """Text of the case file with some parameters, on the mesh of the model."""
+    table = model.opened.case.structure
+    mesh = {("mesh", "size"): f"{1e3 * table.mesh.size:g} mm", ("reduction", "modes"): table.reduction.modes}
+    text = model.opened.path.read_text(encoding="utf-8")
+    return write_parameters(text, parameters, model.find_ratio(parameters), mesh)
+
+
+def _told(result: Round) -> OwnRound:
+    best = result.best if result.diagnosis.verdict.finding in NAMED else None
+    before = errors(result.diagnosis.before)
+    return OwnRound(
+        sentence=headline(result), held_before=before.held_out,
+        held_after=(before if best is None else errors(best)).held_out,
+    )  # fmt: skip
+
+
+def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ...], tuple[str, ...]]:
+    """Parameters of the rig that the last round ends with, and the effects that are none of them.
+
+    Parameters
+    ----------
+    result
+        The last round.
+    start
+        Parameters whose multiples calibration parameters are.
+    """
+    best = result.best if result.diagnosis.verdict.finding in NAMED else None
+    refit = result.diagnosis.verdict.before if best is None else best
+    scaled = factors(result.setup, refit)
+    values = [
+        _interval(name, getattr(start, name), 0.0, scaled[factor])
+        for name, factor in SCALED.items()
+        if factor in scaled
+    ]
+    others: list[str] = []
+    for effect, value, deviation in strengths(result.setup, refit):
+        if effect.name in CHANGED:
+            name = CHANGED[effect.name]
+            values.append(_interval(name, 1.0, getattr(start, name), (value, deviation)))
+        else:
+            others.append(f"{effect.name}: {interval(value, deviation, effect.parameters[0])}")
+    return tuple(values), tuple(others)
+
+
+def _interval(name: str, unit: float, offset: float, number: tuple[float, float]) -> Interval:
+    value, half = offset + unit * number[0], INTERVAL * unit * number[1]
+    return Interval(name=name, value=value, lower=value - half, upper=value + half, source=COVARIANCE)
+
+
+def by_name(values: Sequence[Interval]) -> Mapping[str, Interval]:
+    """Intervals by parameter."""
+    return {item.name: item for item in values}

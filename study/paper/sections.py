@@ -1,0 +1,165 @@
+"""Sections of the pages of the by-hand way: linear and nonlinear iterations, their scores, intervals."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees, isfinite
+
+from study.compare.section.section import Table
+from study.paper.by_hand import ByHand
+from study.paper.case import LinearTable, NonlinearTable
+from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
+from study.paper.nonlinear import NonlinearIteration
+from study.paper.parameters import RigParameters
+from study.paper.section import PageSection
+
+#: What each iteration changes, in the words of the paper's section 4.3.
+STEP = {
+    1: "kt and kn of the linear calibration, mu of the first guess; the alignment as the case has it, which is perfect "
+    "symmetry in the paper.",
+    2: "kt, kn, mu and damping tuned to the response; dead weights shifted by the ratio of the static normal forces.",
+    3: "Dead weights shifted and inclined for the static forces of all levels.",
+    4: "The left damper rotated by 0.35 deg: gaps that grow along its line at the blade.",
+}
+#: Columns of parameters.
+COLUMNS = (
+    "kt [N/um]", "kn [N/um]", "mu", "shifts [mm]", "inclinations [deg]", "rotation [deg]",
+)  # fmt: skip
+#: Label and factor of each parameter.
+SHOWN = {
+    "kt": ("kt [N/um]", 1e-6), "kn": ("kn [N/um]", 1e-6), "mu": ("mu", 1.0), "damping": ("zeta [%]", 100.0),
+    "root": ("root [N/um]", 1e-6), "density": ("density [kg/m^3]", 1.0), "shift_left": ("left shift [mm]", 1e3),
+    "shift_right": ("right shift [mm]", 1e3), "inclination_left": ("left inclination [deg]", degrees(1.0)),
+    "inclination_right": ("right inclination [deg]", degrees(1.0)),
+}  # fmt: skip
+
+
+def linear_section(
+    hand: ByHand, title: str, pictures: Mapping[str, bytes], printed: Sequence[LinearTable] = ()
+) -> PageSection:
+    """The linear iterations, and with printed ones what those give on this rig."""
+    free, stuck = hand.linear.free, hand.linear.stuck
+    rows = []
+    for number, item in enumerate(hand.linear.iterations, start=1):
+        paper = printed[number - 1] if printed else None
+        fits = [("as printed", item.start), ("here", item.own)] if paper else [("", item.own)]
+        for name, fit in fits:
+            p = fit.parameters
+            row = [
+                f"{number}, {name}".removesuffix(", "), "full" if p.root is None else "relaxed",
+                "nominal" if p.density is None else f"{p.density:.0f} kg/m^3",
+                f"{1e-6 * p.kt:.3g}", f"{1e-6 * p.kn:.3g}", f"{100 * p.damping:.2f}", f"{fit.free.frequency:.2f}",
+                f"{100 * fit.free.damping:.2f}", f"{fit.stuck.frequency:.2f}", f"{100 * fit.stuck.damping:.2f}",
+                f"{yes(fit.free_met)} / {yes(fit.stuck_met)}",
+            ]  # fmt: skip
+            rows.append([*row, f"{yes(paper.free)} / {yes(paper.stuck)}"] if paper else row)
+    head = [
+        "iteration", "root", "density", "kt [N/um]", "kn [N/um]", "zeta [%]", "free [Hz]", "its zeta [%]", "stuck [Hz]",
+        "its zeta [%]", "met: free / stuck",
+    ]  # fmt: skip
+    alone = "not" if free is None else f"{free.frequency:.2f} Hz, {100 * free.damping:.2f} %"
+    given = " Each iteration is given with the printed values and with those that its step gives on this rig."
+    return PageSection(
+        title=title,
+        text=[
+            f"Measured: free blade {alone}; with dampers at the lowest level {stuck.frequency:.2f} Hz, "
+            f"{100 * stuck.damping:.2f} %." + (given if printed else "")
+        ],
+        tables=[Table(head=[*head, "in the paper"] if printed else head, rows=rows, words=3)],
+        pictures=pictures,
+    )
+
+
+def overview_section(hand: ByHand, title: str, printed: Sequence[NonlinearTable] = ()) -> PageSection:
+    """Parameters and criteria of the nonlinear iterations, with those that the paper prints above each."""
+    rows = []
+    for item in hand.nonlinear.iterations:
+        if printed:
+            paper = printed[item.number - 1]
+            rows.append([f"{item.number}, paper", *numbers(paper), yes(paper.response), yes(paper.force)])
+        name = f"{item.number}, here" if printed else str(item.number)
+        rows.append([name, *numbers(item.parameters), yes(item.response.met), yes(item.force.met)])
+    return PageSection(
+        title=title,
+        text=["Shifts are positive away from the blade, inclinations towards the right; left / right."],
+        tables=[Table(head=["iteration", *COLUMNS, "response met", "force met"], rows=rows)],
+    )
+
+
+def iteration_section(item: NonlinearIteration, pictures: Mapping[str, bytes]) -> PageSection:
+    """One nonlinear iteration with its scores and pictures."""
+    return PageSection(
+        title=f"Iteration {item.number}", text=[STEP[item.number]], tables=[_scores(item)], pictures=pictures
+    )
+
+
+def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = None) -> PageSection:
+    """Calibrated values with their intervals; beside the truth, whether they hold it."""
+    rows, held = [], []
+    for item in hand.intervals:
+        label, factor = SHOWN[item.name]
+        ends = [f"{factor * value:.4g}" for value in (item.value, item.lower, item.upper)]
+        row = [label, ends[0], f"{ends[1]} to {ends[2]}", item.source]
+        true = None if truth is None else truth[item.name]
+        if truth is not None:
+            held += [] if true is None else [item.holds(true)]
+            row += ["", ""] if true is None else [f"{factor * true:.4g}", yes(item.holds(true))]
+        rows.append(row)
+    text = [
+        "95 % intervals. Parameters that are fitted to families have the interval within which the profile of the "
+        "criterion (minus its log-likelihood, the other parameters of the same fit free) rises by less than 1.92, by a "
+        "quadratic surface through it; what the families do not tell is as wide as the prior of the fit. The density "
+        "follows from the free resonance by least squares, with the root as it is assumed.",
+    ]
+    if held:
+        text.append(f"{sum(held)} of {len(held)} intervals hold the truth.")
+    head = ["parameter", "value", "interval", "by", *(("truth", "held") if truth is not None else ())]
+    return PageSection(title="Intervals", text=text, tables=[Table(head=head, rows=rows)])
+
+
+def missing_section(missing: Sequence[str]) -> Iterator[PageSection]:
+    """What the campaign lacks, if anything."""
+    if missing:
+        yield PageSection(title="What this campaign does not tell", text=missing)
+
+
+def numbers(of: RigParameters | NonlinearTable) -> list[str]:
+    """Contact parameters, and those of the alignment, left and right."""
+    lengths = " / ".join(f"{1e3 * getattr(of, f'shift_{side}'):.2f}" for side in ("left", "right"))
+    angles = " / ".join(f"{degrees(getattr(of, f'inclination_{side}')):.2f}" for side in ("left", "right"))
+    contact = [f"{1e-6 * of.kt:.3f}", f"{1e-6 * of.kn:.3f}", f"{of.mu:.3f}"]
+    return [*contact, lengths, angles, f"{degrees(of.gap_angle):.2f}"]
+
+
+def _scores(item: NonlinearIteration) -> Table:
+    """The numbers behind both criteria, by level; of forces the worst of all lines."""
+    names: dict[str, Criterion] = {COVERAGE: item.response} | {
+        name: item.force
+        for name in (STATIC_NORMAL, STATIC_TANGENTIAL, DYNAMIC)
+        if any(score.name == name for score in item.force.scores)
+    }
+    verdicts = {verdict.family.level: verdict for verdict in item.limits.response}
+    rows = []
+    for name, criterion in names.items():
+        own = {
+            level: [score for score in criterion.scores if score.name == name and score.level == level]
+            for level in verdicts
+        }
+        worst = [
+            (min if name == COVERAGE else max)((score.value for score in scores), default=float("nan"))
+            for scores in own.values()
+        ]
+        threshold = next(score.threshold for score in criterion.scores if score.name == name)
+        bound = "at least" if name == COVERAGE else "at most"
+        met = all(score.met for scores in own.values() for score in scores)
+        rows.append([name, *(_known(value, ".1%") for value in worst), f"{bound} {threshold:.0%}", yes(met)])
+    rows.append(["tightness of the response", *(_known(v.tightness, ".1f") for v in verdicts.values()), "", ""])
+    rows.append(["interval score of the response", *(_known(v.score, ".2f") for v in verdicts.values()), "", ""])
+    return Table(head=["", *(f"{level:g} N" for level in verdicts), "threshold", "met"], rows=rows)
+
+
+def _known(value: float, form: str) -> str:
+    return f"{value:{form}}" if isfinite(value) else "-"
+
+
+def yes(met: bool | None) -> str:
+    """A criterion in a word."""
+    return {True: "yes", False: "no", None: "not judged"}[met]
