@@ -43,12 +43,15 @@ class PredictedBand:
         Standard deviation of the limits by the numerical error of the model, shape (2, f) [unit].
     jump
         Whether a limit lies on another branch of optima than a neighbour, shape (2, f).
+    shift
+        Standard deviation of their frequency by it, one for all of them and relative, which is no part of that [-].
     """
 
     frequency: Float[NDArray[np.float64], " f"]
     value: Both
     deviation: Both
     jump: Bool[NDArray[np.bool_], "2 f"]
+    shift: float = 0.0
 
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "value", "deviation")

@@ -8,6 +8,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
+from correlation.family.frequency_offset import split_frequency_part
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors
 from hbsolve.balance import HarmonicBalance
@@ -51,10 +52,19 @@ class LimitStates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitReadings:
-    """What a sensor reads at its limits, and the standard deviation by numerical error, shape (2, f) [its unit]."""
+    """What a sensor reads at its limits.
+
+    Parameters
+    ----------
+    value, deviation
+        Readings, and their standard deviations by numerical error, shape (2, f) [unit of the sensor].
+    shift
+        Standard deviation of the frequency by numerical error of the contacts, which is no part of the others [-].
+    """
 
     value: Float[NDArray[np.float64], "2 f"]
     deviation: Float[NDArray[np.float64], "2 f"]
+    shift: float
 
 
 def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
@@ -76,9 +86,9 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     chance one doubling may leave a reading as it is that is a tenth off, such as the static force of a contact that
     slips throughout, but not all motions and contact forces with it.
 
-    The numerical error has four parts: that of contact lines to first order, with the sliders of the limit; what
-    samples leave; the last change by harmonics; and the change of the width of the band, because sliders that are
-    extreme with few harmonics need not be with many.
+    The numerical error has four parts: that of contact lines to first order, with the sliders of the limit, as far as
+    it does not move the limits along the frequency; what samples leave; the last change by harmonics; and the change of
+    the width of the band, because sliders that are extreme with few harmonics need not be with many.
 
     Parameters
     ----------
@@ -105,7 +115,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     errors = make_contact_errors(model, budget)
     result = []
     for states in wanted:
-        value, deviation, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
+        value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
+        by_contact = np.zeros((len(errors.tangents), *value.shape))
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider)
@@ -117,16 +128,20 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             value[side, at] = readings[-1]
             sampled[side, at] = (readings[1] - readings[0]) / (SAMPLES - 1)
             last[side, at], moved[side, at] = readings[-1] - readings[-2], readings[-1] - readings[0]
-            rates = _rates(states, state, seen, errors.tangents) if errors.tangents else np.zeros(0)
-            deviation[side, at] = np.linalg.norm([*np.nan_to_num(errors.size * rates), error])
+            searched[side, at] = error
+            if errors.tangents:
+                by_contact[:, side, at] = np.nan_to_num(errors.size * _rates(states, state, seen, errors.tangents))
         # At one frequency a change may be 0 by chance.
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
-        deviation = np.sqrt(deviation**2 + np.square(by_chance).sum(axis=0))
+        shifts, rest = split_frequency_part(by_contact, value, curve.angular_frequency)
+        deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
         result.append(
             LimitReadings(
-                value=np.take_along_axis(value, order, axis=0), deviation=np.take_along_axis(deviation, order, axis=0)
+                value=np.take_along_axis(value, order, axis=0),
+                deviation=np.take_along_axis(deviation, order, axis=0),
+                shift=float(np.linalg.norm(shifts)),
             )
         )
     return result

@@ -248,7 +248,10 @@ def judge_families(
     n_reading = count_readings(families)
     bands = [limits.bands[family.sensor, family.harmonic][search.levels.index(family.level)] for family in families]
     noise = [errors.noise[family.sensor, family.harmonic] for family in families]
-    offsets = estimate_frequency_offsets(families, bands, noise, set_up=errors.frequency, model=budget.frequency)
+    # Resonances tell the frequency; what a contact's error does to it differs little from level to level.
+    by_contact = [band.shift for band in bands if band.shift]
+    shift = float(np.hypot(budget.frequency, np.median(by_contact) if by_contact else 0.0))
+    offsets = estimate_frequency_offsets(families, bands, noise, set_up=errors.frequency, model=shift)
     return tuple(
         judge_family(family, band, own, shift=0.0, n_reading=n_reading, offsets=offsets)
         for family, band, own in zip(families, bands, noise, strict=True)

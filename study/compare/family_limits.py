@@ -195,7 +195,7 @@ def find_family_limits(
         channel: tuple(
             PredictedBand(
                 frequency=search.frequency, value=read[number].value, deviation=read[number].deviation,
-                jump=limits.jump[:, level],
+                jump=limits.jump[:, level], shift=read[number].shift,
             )
             for level, read in enumerate(readings)
         )

@@ -218,8 +218,9 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
         f"{limits.n_sampled:.0f} random histories per frequency and level, none outside."
     )
     yield (
-        f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise, of the "
-        f"frequency of a set-up ({plain(100 * errors.frequency)} %), and of the model's numerical error."
+        f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise and of the "
+        f"model's numerical error, at the frequency offset of each set-up (they scatter by "
+        f"{plain(100 * errors.frequency)} %) that leaves least outside."
     )
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
     if unknown:

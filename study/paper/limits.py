@@ -217,7 +217,13 @@ def _forces(
 
 
 def furthest_outside(verdict: FamilyVerdict) -> float:
-    """Largest distance of a reading outside of its limits, 0 inside [SI unit of the sensor]."""
+    """Largest distance from its limits of a reading that is outside of them, 0 without any [SI unit of the sensor].
+
+    What noise and numerical error explain is not outside, as for the coverage; what is outside counts in full. Without
+    limits it is infinite.
+    """
     lower, upper = verdict.limit
+    if not np.isfinite(verdict.limit).any():
+        return inf
     beyond = np.maximum(lower - verdict.family.value, verdict.family.value - upper)
-    return max(float(np.nanmax(beyond, initial=-inf)), 0.0)
+    return float(np.max(beyond[verdict.outside], initial=0.0))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from diagnosis.candidate.effect import INTERVAL
@@ -94,7 +95,10 @@ def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, fo
 def write_case(model: PaperModel, parameters: RigParameters) -> str:
     """Text of the case file with some parameters, on the mesh of the model."""
     table = model.opened.case.structure
-    mesh = {("mesh", "size"): f"{1e3 * table.mesh.size:g} mm", ("reduction", "modes"): table.reduction.modes}
+    mesh: dict[tuple[str, ...], Any] = {
+        ("mesh", "size"): f"{1e3 * table.mesh.size:g} mm",
+        ("reduction", "modes"): table.reduction.modes,
+    }
     text = model.opened.path.read_text(encoding="utf-8")
     return write_parameters(text, parameters, model.find_ratio(parameters), mesh)
 

@@ -165,7 +165,7 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
     )
     yield _truth(result)
     yield interval_section(hand, result.truth)
-    yield own_way_section(result)
+    yield own_way_section(result, some("ways"))
     yield PageSection(title="What differs from the paper, and why", text=DIFFERENT)
 
 
@@ -173,6 +173,7 @@ CAPTION = {
     "figure_12a": "Figure 12a: measured hysteresis curves",
     "figure_12b": "Figure 12b: measured contact force ratio; the line is its largest value",
     "figure_14": "Figure 14: measured and computed linear responses of three iterations",
+    "ways": "Parameters of both ways with their 95 % intervals; a point alone was not touched",
     "sensitivities": "Changes of the limits by steps of one parameter at a time",
 }
 CAPTION |= {
@@ -186,7 +187,7 @@ CAPTION |= {
 }
 
 
-def own_way_section(result: Replay) -> PageSection:
+def own_way_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
     """What the program finds by itself beside the truth and the by-hand way."""
     path = [
         [str(number), item.sentence, f"{item.held_before:.1%}", f"{item.held_after:.1%}"]
@@ -219,6 +220,7 @@ def own_way_section(result: Replay) -> PageSection:
             Table(head=["round", "verdict", "held-out error before", "after"], rows=path, words=2),
             Table(head=["parameter", "truth", "by hand", "own way"], rows=rows),
         ],
+        pictures=pictures,
     )
 
 

@@ -12,6 +12,7 @@ from figure.force_limits import ForceLimits, LineForceLimits
 from figure.hysteresis_loops import HysteresisLoops
 from figure.hysteresis_loops import Loop as DrawnLoop
 from figure.line_forces import LineForce, LineForces
+from figure.parameter_intervals import IntervalPanel, ParameterIntervals
 from figure.small_responses import SmallResponsePanel, SmallResponses
 from figure.tornado import Tornado
 from study.compare.family_pictures import family_figures
@@ -19,6 +20,7 @@ from study.paper.by_hand import ByHand
 from study.paper.model import PaperModel, compute_small_response
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.replay import Replay
+from study.paper.sections import SHOWN
 from study.paper.sensitivity import Sensitivity
 
 #: Frequencies of a drawn curve [-].
@@ -44,7 +46,30 @@ def draw_replay(result: Replay) -> dict[str, object]:
     drawn: dict[str, object] = dict(_loops(result))
     drawn |= draw_by_hand(result.hand, result.model, NUMBERED)
     drawn["sensitivities"] = _tornado(result.sensitivity)
+    drawn["ways"] = _ways(result)
     return drawn
+
+
+def _ways(result: Replay) -> ParameterIntervals:
+    """Parameters of both ways beside the truth; what a way does not touch is as it was."""
+    start, last = result.hand.nonlinear.iterations[0].parameters, result.hand.last.parameters
+    found = {
+        "by hand": ({item.name: item for item in result.hand.intervals}, last),
+        "own way": ({item.name: item for item in result.own.values}, start),
+    }
+    panels = []
+    for name, (label, factor) in SHOWN.items():
+        ways = {}
+        for way, (intervals, others) in found.items():
+            own = intervals.get(name)
+            value = getattr(others, name)
+            ends = (value, value, value) if own is None else (own.value, own.lower, own.upper)
+            if value is not None:
+                ways[way] = (factor * ends[0], factor * ends[1], factor * ends[2])
+        true = result.truth[name]
+        if ways:
+            panels.append(IntervalPanel(label=label, truth=None if true is None else factor * true, ways=ways))
+    return ParameterIntervals(panels=panels, title="Calibrated parameters of both ways, and the truth")
 
 
 def draw_by_hand(hand: ByHand, model: PaperModel, numbered: Mapping[str, int] | None = None) -> dict[str, object]:

@@ -29,6 +29,7 @@ from figure.misfit_map import MapPanel, MisfitMap
 from figure.missing_law import BandedCurve, KnownLaw, LawDrawing, LevelLoop
 from figure.next_test import NextTests, PredictedCurve, TestBar
 from figure.parameter_curves import ParameterCurve, ParameterCurves
+from figure.parameter_intervals import IntervalPanel, ParameterIntervals
 from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.reactions import Reaction, Reactions
 from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves
@@ -325,6 +326,17 @@ def small_responses() -> SmallResponses:
     return SmallResponses(panels=panels, **TITLES)
 
 
+def parameter_intervals() -> ParameterIntervals:
+    panels = [
+        IntervalPanel(
+            label=label, truth=truth,
+            ways={"by hand": (1.1, 0.9, 1.3), "own way": (1.02, 0.97, 1.07), "drawn": (1.2, 1.2, 1.2)},
+        )
+        for label, truth in (("kt [N/um]", 1.0), ("mu", 1.05), ("left shift [mm]", None))
+    ]  # fmt: skip
+    return ParameterIntervals(panels=panels, **TITLES)
+
+
 def tornado() -> Tornado:
     change = np.array([[-2.0, 2.5], [0.4, -0.3], [0.0, 0.1]])
     changes = {"peak frequency [%]": change, "upper limit [%]": 3 * change[::-1]}
@@ -347,6 +359,7 @@ EXAMPLES: dict[type, Callable[[], object]] = {
     ParameterCurves: parameter_curves,
     ParameterTrends: parameter_trends,
     SmallResponses: small_responses,
+    ParameterIntervals: parameter_intervals,
     Tornado: tornado,
     FrfOverlay: frf_overlay,
     MeshConvergence: mesh_convergence,

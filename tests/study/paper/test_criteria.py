@@ -20,7 +20,9 @@ def criteria() -> CriteriaTable:
     return load_case(PAPER, PaperCase).criteria
 
 
-def verdict(sensor: str, harmonic: int, readings: list[float], limits: tuple[float, float]) -> FamilyVerdict:
+def verdict(
+    sensor: str, harmonic: int, readings: list[float], limits: tuple[float, float], noise: float | None = None
+) -> FamilyVerdict:
     """Readings of two curves at five frequencies over a band that is the same at all of them."""
     curves = tuple(
         FamilyCurve(test="t", repeat=repeat, sweep=1, frequency=FREQUENCY, value=np.full(5, value))
@@ -30,9 +32,9 @@ def verdict(sensor: str, harmonic: int, readings: list[float], limits: tuple[flo
     band = PredictedBand(
         frequency=FREQUENCY, value=value, deviation=np.zeros((2, 5)), jump=np.zeros((2, 5), dtype=bool)
     )
-    noise = ReadingNoise(absolute=1e-6 * abs(readings[0]), source="stated")
+    stated = ReadingNoise(absolute=1e-6 * abs(readings[0]) if noise is None else noise, source="stated")
     return judge_family(
-        Family(sensor=sensor, harmonic=harmonic, level=5.0, curves=curves), band, noise, shift=0.0, n_reading=10
+        Family(sensor=sensor, harmonic=harmonic, level=5.0, curves=curves), band, stated, shift=0.0, n_reading=10
     )
 
 
@@ -69,6 +71,14 @@ def test_forces_outside_of_their_limits_are_measured_by_their_own_scale() -> Non
     scores = {item.name: item for item in judge_forces(IterationLimits(response=(), forces=forces), criteria()).scores}
     assert scores[STATIC_TANGENTIAL].value == pytest.approx(1 / 20, rel=1e-9)
     assert scores[DYNAMIC].value == pytest.approx(1 / 10, rel=1e-9)
+
+
+@pytest.mark.parametrize(("noise", "value"), [(0.01, 0.05 / 0.15), (0.02, 0.0)])
+def test_the_noise_floor_of_a_small_force_is_not_outside(noise: float, value: float) -> None:
+    # 0.05 N beyond the limit: five standard deviations of the noise, or two and a half.
+    forces = (verdict("left_decoupler_T", 1, [0.08, 0.15], (0.05, 0.10), noise),)
+    (score,) = judge_forces(IterationLimits(response=(), forces=forces), criteria()).scores
+    assert score.value == pytest.approx(value, rel=1e-9)
 
 
 def test_a_limit_that_was_not_found_meets_no_criterion() -> None:
