@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from study.compare.section.section import Table
-from study.page.html import STYLE, content_policy, set_in_type
+from study.page.html import STYLE, content_policy, page_provenance, set_in_type
 from study.paper.criteria import COVERAGE, STATIC_NORMAL
 from study.paper.findings import list_findings
 from study.paper.interval import Interval
@@ -83,7 +83,8 @@ def render(
         "png": lambda picture: f"data:image/png;base64,{b64encode(picture).decode('ascii')}",
     }
     return environment.from_string(TEMPLATE.read_text(encoding="utf-8")).render(
-        policy=content_policy(), style=STYLE.read_text(encoding="utf-8"),
+        policy=content_policy(),
+        provenance=page_provenance(), style=STYLE.read_text(encoding="utf-8"),
         version=importlib.metadata.version("stickslip"), title=title, over=over, tone=tone, tag=tag, verdict=verdict,
         sections=sections,
     )  # fmt: skip
