@@ -20,14 +20,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.interpolate import Akima1DInterpolator
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family
 from correlation.family.noise import ReadingNoise
 
-#: Fewer limits have no slope.
-FEWEST_POINTS = 4
+#: Limits at fewer frequencies have no shift; those that are smaller than this share of the largest count less.
+FEWEST_POINTS, SMALL = 4, 0.1
 #: A test and its repeat.
 SetUp = tuple[str, int]
 #: Largest offset in standard deviations, as far as a reading may be outside for its noise; steps of the search in the
@@ -78,34 +77,30 @@ def estimate_frequency_offsets(
 def split_frequency_part(
     changes: Float[NDArray[np.float64], "k 2 f"],
     limits: Float[NDArray[np.float64], "2 f"],
-    frequency: Float[NDArray[np.float64], " f"],
+    slope: Float[NDArray[np.float64], "2 f"],
 ) -> tuple[Float[NDArray[np.float64], " k"], Float[NDArray[np.float64], "k 2 f"]]:
     r"""How far each change of both limits moves them along the frequency [-], and what is left of the change.
 
-    With the slopes :math:`s = f\,dL/df` of a smooth curve through the limits L, the relative shift of a change c is
+    With the slopes :math:`s = f\,dL/df` of the limits L, the relative shift of a change c is
 
-    .. math:: a = \frac{\sum c s / L^2}{\sum s^2 / L^2} .
+    .. math:: a = \frac{\sum w c s}{\sum w s^2}, \qquad w = \frac{1}{L^2 + (L_{max} / 10)^2} .
 
     Parameters
     ----------
     changes
         Changes of the limits, shape (k, 2, f).
-    limits
-        Limits, NaN where there are none, shape (2, f).
-    frequency
-        Rising, shape (f,) [any unit].
+    limits, slope
+        Limits and their slopes, NaN where there are none, shape (2, f). Limits at a few frequencies have no shift: it
+        would be whatever the changes are there.
     """
-    slope = np.zeros_like(limits)
-    for side in (0, 1):
-        known = np.isfinite(limits[side])
-        if known.sum() >= FEWEST_POINTS:
-            curve = Akima1DInterpolator(frequency[known], limits[side, known])
-            slope[side, known] = frequency[known] * curve.derivative()(frequency[known])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        weight = np.where(np.isfinite(limits) & (limits != 0), 1 / limits**2, 0.0)
-    size = float(np.sum(weight * slope**2))
-    shift = np.sum(changes * slope * weight, axis=(1, 2)) / size if size else np.zeros(len(changes))
-    return shift, changes - shift[:, None, None] * slope
+    known = np.isfinite(limits) & np.isfinite(slope)
+    if known.sum(axis=1).max() < FEWEST_POINTS:
+        return np.zeros(len(changes)), changes
+    limit, own = np.where(known, limits, 0.0), np.where(known, slope, 0.0)
+    weight = known / (limit**2 + (SMALL * np.abs(limit).max()) ** 2)
+    size = float(np.sum(weight * own**2))
+    shift = np.sum(changes * own * weight, axis=(1, 2)) / size if size else np.zeros(len(changes))
+    return shift, changes - shift[:, None, None] * own
 
 
 def _penalty(offset: float, deviation: float) -> float:

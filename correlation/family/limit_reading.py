@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.family.frequency_offset import split_frequency_part
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
-from correlation.noise.nuisance import Budget, make_contact_errors
+from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
@@ -112,11 +112,11 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             for item in (model, checked)
         )
         finely.append((configuration, check))
-    errors = make_contact_errors(model, budget)
+    errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
     for states in wanted:
         value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
-        by_contact = np.zeros((len(errors.tangents), *value.shape))
+        by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider)
@@ -130,10 +130,11 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             last[side, at], moved[side, at] = readings[-1] - readings[-2], readings[-1] - readings[0]
             searched[side, at] = error
             if errors.tangents:
-                by_contact[:, side, at] = np.nan_to_num(errors.size * _rates(states, state, seen, errors.tangents))
+                *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
+                by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
         # At one frequency a change may be 0 by chance.
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
-        shifts, rest = split_frequency_part(by_contact, value, curve.angular_frequency)
+        shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
