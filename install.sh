@@ -119,7 +119,9 @@ install_python_packages() {
         "$python" -m venv --clear .venv
     fi
     say "installing the tested versions of requirements.lock (about 2 GB, a few minutes)"
-    .venv/bin/python -m pip install --disable-pip-version-check --progress-bar off --quiet -r requirements.lock
+    .venv/bin/python -m pip install --disable-pip-version-check --progress-bar off --quiet --no-compile -r requirements.lock
+    # Bytecode by all processors: pip makes it by one. Files of other Pythons, which some packages have, are left out.
+    .venv/bin/python -m compileall -q -j 0 .venv/lib >/dev/null || true
     # The lock holds the build backend too, so nothing that is not in it is ever fetched.
     .venv/bin/python -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation -e .
     printf '%s\n' "$wanted" >"$stamp"

@@ -67,7 +67,7 @@ def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, s
         # Its own words may not fill a pipe that nobody empties.
         with (
             (folder / "errors").open("w") as errors,
-            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, bufsize=1) as process,
+            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors) as process,
         ):
             ended = ""
             for outcome in _outcomes(process):
@@ -82,20 +82,23 @@ def watch(name: str, numbers: range, folder: Path) -> Iterator[tuple[int, str, s
             yield waiting.pop(0), ended or "crash", " ".join(words.split())
 
 
-def _outcomes(process: "subprocess.Popen[str]") -> Iterator[tuple[int, str, str] | str]:
+def _outcomes(process: "subprocess.Popen[bytes]") -> Iterator[tuple[int, str, str] | str]:
     """Outcomes that a process tells; last "hang" where it stays busy, and "again" where it asks for a new one."""
     assert process.stdout is not None
     spent = _processor_time(process.pid)
-    started = False
+    started, begun = False, b""
     with selectors.DefaultSelector() as selector:
         selector.register(process.stdout, selectors.EVENT_READ)
         while True:
             if selector.select(LOOK):
-                line = process.stdout.readline()
-                if not line:
+                # All that is there: a line that waits in a buffer of Python is not seen by `select`.
+                if not (told := os.read(process.stdout.fileno(), 65536)):
                     return
-                if line.startswith(RESULT):
-                    number, outcome, reason = json.loads(line.removeprefix(RESULT))
+                *lines, begun = (begun + told).split(b"\n")
+                for line in lines:
+                    if not line.startswith(RESULT.encode()):
+                        continue
+                    number, outcome, reason = json.loads(line.removeprefix(RESULT.encode()))
                     if outcome == "again":
                         yield "again"
                         return

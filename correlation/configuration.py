@@ -14,7 +14,7 @@ from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
-from hbsolve.follow import Track, Way, empty_track, follow
+from hbsolve.follow import Track, Way, empty_track, follow, follow_one
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import derivatives
@@ -160,7 +160,7 @@ class Configuration:
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
         for start in (*starts[:1], balance.linear(condensed)):
-            track = self._newton(balance, condensed, slider, start)
+            track = follow_one(balance, condensed, slider, start, TOLERANCE, MAX_ITERATION)
             if np.isfinite(track.norm[0]):
                 return self.state(level, frequency, track, 0)
         if near:
@@ -174,22 +174,6 @@ class Configuration:
                 if found is not None:
                     return found
         return rescue(balance, condensed, None, sliders)
-
-    @staticmethod
-    def _newton(
-        balance: HarmonicBalance, condensed: Condensed, slider: NDArray[np.float64], start: NDArray[np.float64]
-    ) -> Track:
-        """The state that Newton's method alone finds from a motion, if any, by the machine code that tracks need."""
-        linear = balance.linear(condensed)[None]
-        omega, receptance = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.receptance)[None]
-        way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, receptance, start[None].copy())
-        track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
-        begin, count = balance.joint_of_direction
-        follow(
-            0, False, True, way, balance.table, begin, count, slider.astype(float), balance.sampling, TOLERANCE,
-            MAX_ITERATION, track,
-        )  # fmt: skip
-        return track
 
     def follow(
         self,

@@ -18,7 +18,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
@@ -51,14 +51,8 @@ def compiled(function: F) -> F:
     import numba
 
     package = function.__module__.partition(".")[0]
-    config: Any = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder(package).path)
-    try:
-        machine: Any = numba.njit(cache=True, error_model="numpy")(function)
-    finally:
-        config.CACHE_DIR = before
-    machine._cache._cache_file.__class__ = checked_file_class()
-    machine._cache = _StoredCode(machine._cache, package)
+    machine: Any = numba.njit(error_model="numpy")(function)
+    machine._cache = _StoredCode(function, package, _folder(package).path)
     return cast(F, machine)
 
 
@@ -104,18 +98,34 @@ def compiled_switch(
 
 
 class _StoredCode:
-    """numba's store of one function, which may be empty, damaged or full.
+    """numba's store of one function, which may be empty, damaged or full; opened on first use, as most are never used.
 
     Parameters
     ----------
-    store
-        numba's own.
+    function
+        Function that is compiled.
     package
-        The package of the function.
+        Package of the function.
+    folder
+        Folder of the store.
     """
 
-    def __init__(self, store: Any, package: str) -> None:
-        self._store, self._package = store, package
+    def __init__(self, function: Callable[..., Any], package: str, folder: Path) -> None:
+        self._function, self._package, self._path = function, package, folder
+
+    @cached_property
+    def _store(self) -> Any:
+        from numba import config
+        from numba.core.caching import FunctionCache
+
+        settings: Any = config
+        before, settings.CACHE_DIR = settings.CACHE_DIR, str(self._path)
+        try:
+            store: Any = FunctionCache(self._function)
+        finally:
+            settings.CACHE_DIR = before
+        store._cache_file.__class__ = checked_file_class()
+        return store
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._store, name)
@@ -123,9 +133,12 @@ class _StoredCode:
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Machine code for arguments of these types; None, which has it compiled, if there is none that can be read."""
         try:
-            found = self._store.load_overload(sig, target_context)
+            # numba's `load_overload` reads all that it knows how to compile before: a tenth of the time of a command
+            # that compiles nothing. Its compiler does so again where something must be compiled.
+            name_symbols()
+            found = self._store._load_overload(sig, target_context)
         except Exception:  # a file that a power cut or a bad disk damaged
-            _say_once("damaged", f"compiled code in {_folder(self._package).path} is damaged and is compiled again")
+            _say_once("damaged", f"compiled code in {self._path} is damaged and is compiled again")
             found = None
             self._attempt(self._store.flush)
         if found is None:
@@ -140,9 +153,18 @@ class _StoredCode:
         try:
             write()
         except OSError as error:
-            where = _folder(self._package).path
-            _say_once("full", f"compiled code cannot be stored in {where} ({error.strerror}): {REMEDY}, "
+            _say_once("full", f"compiled code cannot be stored in {self._path} ({error.strerror}): {REMEDY}, "
                               "otherwise every run compiles it again")  # fmt: skip
+
+
+@cache
+def name_symbols() -> None:
+    """Make known to the linker all that machine code may call: numba's memory, and the seeds of Python's hashes."""
+    import numba.cpython.hashing  # noqa: F401  # names the seeds
+    from numba.core.registry import cpu_target
+    from numba.core.runtime import rtsys
+
+    rtsys.initialize(cpu_target.target_context)
 
 
 def _say_that_it_compiles(package: str) -> None:

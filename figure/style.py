@@ -174,6 +174,7 @@ def png(figure: Figure) -> bytes:
     """The figure as a file."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
 
     figure.set_dpi(DPI)
     canvas, stream = FigureCanvasAgg(figure), BytesIO()
@@ -183,5 +184,8 @@ def png(figure: Figure) -> bytes:
         if (engine := figure.get_layout_engine()) is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
-        canvas.print_png(stream, pil_kwargs={"compress_level": COMPRESSION})
+        canvas.draw()
+    # Nothing is transparent: without that channel a file takes a quarter less time, and is smaller.
+    opaque = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    opaque.save(stream, "PNG", compress_level=COMPRESSION, dpi=(DPI, DPI))
     return stream.getvalue()

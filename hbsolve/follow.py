@@ -11,6 +11,8 @@ from jaxtyping import Float, Int
 
 from fe.compiled import compiled
 from hbsolve.aft import Start, joint_forces
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
 from hbsolve.joint_law.registry import FORCE
 from hbsolve.newton import apply_receptance, newton_with_forces
 from reduction.array_type import Array, Real, Whole
@@ -137,3 +139,36 @@ def follow(
         track.end[i] = forces.slider[:, -1]
         track.norm[i], track.iterations[i] = norm / scale, iteration
     return n
+
+
+def follow_one(
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    slider: Float[Real, " s"],
+    start: Float[Real, "d nh"],
+    tolerance: float,
+    max_iteration: int,
+) -> Track:
+    """The state that Newton's method alone finds from a motion, as a track of one; its norm is NaN if there is none.
+
+    Parameters
+    ----------
+    balance, condensed
+        Harmonic balance, and its structure at the frequency.
+    slider
+        Slider positions that the state begins with, shape (s,) [m].
+    start
+        Motion of the joint directions, shape (d, nh) [m].
+    tolerance, max_iteration
+        As for `follow`.
+    """
+    linear = balance.linear(condensed)[None]
+    omega, receptance = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.receptance)[None]
+    way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, receptance, start[None].copy())
+    track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
+    begin, count = balance.joint_of_direction
+    follow(
+        0, False, True, way, balance.table, begin, count, slider.astype(float), balance.sampling, tolerance,
+        max_iteration, track,
+    )  # fmt: skip
+    return track

@@ -2,8 +2,10 @@
 
 The file is a ZIP container, which NumPy reads as it reads ``.npz``::
 
-    0.npy, 1.npy, ...   the arrays of the value
+    0.npy, 1.npy, ...   the large arrays of the value
+    pooled_<f8.npy, ... its small ones, by type, one behind the other
     tree.json           the value, with names in place of the arrays (`pipeline.codec`)
+    places.json         where each small array is (`pipeline.pooled_arrays`)
     header.json         name, key, seconds
 
 Its comment, the last 64 bytes of the file, is the SHA-256 of all bytes before. The file is written under another name
@@ -20,9 +22,10 @@ from typing import Any, BinaryIO
 
 from pipeline.codec import decode, encode
 from pipeline.output import draft_of
+from pipeline.pooled_arrays import ArrayPlaces, pool_arrays, unpool_array
 
 #: Members of the container that are not arrays.
-TREE, HEADER = "tree.json", "header.json"
+TREE, PLACES, HEADER = "tree.json", "places.json", "header.json"
 #: Length of the checksum [byte].
 CHECKSUM = 64
 
@@ -73,14 +76,15 @@ def write_record(file: Path, record: Record, drafts: Path | None = None) -> None
         The disk does not take it; nothing is left behind then.
     """
     tree, arrays = encode(record.value)
+    stored, places = pool_arrays(arrays)
     header = {"name": record.name, "key": record.key, "seconds": record.seconds}
     with draft_of(file, drafts) as stream:
-        if arrays:
+        if stored:
             from reduction.file.npz import write_npz
 
-            write_npz(stream, arrays)
+            write_npz(stream, stored)
         with zipfile.ZipFile(stream, "a") as archive:
-            for name, content in ((TREE, tree), (HEADER, header)):
+            for name, content in ((TREE, tree), (PLACES, places), (HEADER, header)):
                 archive.writestr(zipfile.ZipInfo(name), json.dumps(content, separators=(",", ":")))
             archive.comment = bytes(CHECKSUM)
         length = stream.tell() - CHECKSUM
@@ -103,7 +107,8 @@ def read_record(file: Path) -> Record | None:
                 raise ValueError("its checksum is another")
             with zipfile.ZipFile(stream) as archive:
                 header = json.loads(archive.read(HEADER))
-                value = decode(json.loads(archive.read(TREE)), lambda name: _array(archive, name))
+                array = _ArrayReader(archive, json.loads(archive.read(PLACES)))
+                value = decode(json.loads(archive.read(TREE)), array)
                 return Record(value=value, **header)
     except FileNotFoundError:
         return None
@@ -135,8 +140,23 @@ def _checksum(stream: BinaryIO, length: int) -> bytes:
     return digest.hexdigest().encode()
 
 
-def _array(archive: zipfile.ZipFile, name: str) -> Any:
-    from numpy.lib.format import read_array
+class _ArrayReader:
+    """Gives the arrays of a record by their names; those that hold many are read once."""
 
-    with archive.open(f"{name}.npy") as member:
-        return read_array(member, allow_pickle=False)
+    def __init__(self, archive: zipfile.ZipFile, places: ArrayPlaces) -> None:
+        self._archive, self._places = archive, places
+        self._pools: dict[str, Any] = {}
+
+    def __call__(self, name: str) -> Any:
+        if name not in self._places:
+            return self._read(name)
+        pool = self._places[name][0]
+        if pool not in self._pools:
+            self._pools[pool] = self._read(pool)
+        return unpool_array(self._pools[pool], self._places[name])
+
+    def _read(self, name: str) -> Any:
+        from numpy.lib.format import read_array
+
+        with self._archive.open(f"{name}.npy") as member:
+            return read_array(member, allow_pickle=False)

@@ -7,7 +7,6 @@ from typing import Any
 
 def plain(value: Any) -> Any:
     """Value as strict JSON: arrays become lists, numbers that are not finite become null."""
-    # Numbers first: a page holds a hundred thousand.
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if value is None or isinstance(value, bool | int | str):
@@ -15,6 +14,9 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
+        # A page holds a hundred thousand numbers, in lists of nothing else.
+        if all(type(item) is float for item in value) and all(map(math.isfinite, value)):
+            return list(value)
         return [plain(item) for item in value]
     if hasattr(value, "tolist"):  # numpy's arrays and numbers
         return plain(value.tolist())

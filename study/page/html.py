@@ -39,7 +39,7 @@ def render_page(
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"typeset": set_in_type, **filters}
-    content = json.dumps(_without_tags(plain(data)), ensure_ascii=False, separators=(",", ":"))
+    content = _without_tags(json.dumps(plain(data), ensure_ascii=False, separators=(",", ":")))
     content = content.replace("<", "\\u003c")  # which would end the element that it stands in
     scripts = {
         "plotly": _script_safe(_read_plotly()),
@@ -106,10 +106,6 @@ def _script_safe(text: str) -> str:
     return re.sub(r"<(/script|!--)", r"<\\\1", text, flags=re.IGNORECASE).replace("\r\n", "\n")
 
 
-def _without_tags(data: Any) -> Any:
-    """Data whose texts hold no tags, which plotly.js would obey: names come from files."""
-    if isinstance(data, str):
-        return re.sub(r"<(?=[A-Za-z/!])", "\u2039", data)
-    if isinstance(data, Mapping):
-        return {key: _without_tags(value) for key, value in data.items()}
-    return [_without_tags(value) for value in data] if isinstance(data, list | tuple) else data
+def _without_tags(text: str) -> str:
+    """JSON whose texts hold no tags, which plotly.js would obey: names come from files."""
+    return re.sub(r"<(?=[A-Za-z/!])", "\u2039", text)

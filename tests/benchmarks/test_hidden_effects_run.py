@@ -27,6 +27,7 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
+from tests.slow import slow
 from transient.virtual_bench.beam import BeamParameters
 from transient.virtual_bench.campaign import CampaignPoints
 from transient.virtual_bench.effect import KINDS, PlantedEffect
@@ -249,6 +250,7 @@ def refit(effect: Any, chi2: float, held_error: float) -> Refit:
     )
 
 
+@slow
 def test_a_campaign_is_made_judged_recorded_and_deleted(tmp_path: Path) -> None:
     record = examine(Case(row="mass", seed=1000), tmp_path, NO_GROUPS, make=make, judge=judge)
     assert record.failure == ""

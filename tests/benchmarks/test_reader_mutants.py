@@ -70,8 +70,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _process(words: str) -> Iterator[object]:
-    code = f'print({RESULT!r} + \'[0, "ready", ""]\', flush=True)\n{words}'
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
+    # Not flushed, so that the next line comes with it: both must be seen.
+    code = f'print({RESULT!r} + \'[0, "ready", ""]\')\n{words}'
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as process:
         yield from _outcomes(process)
         process.kill()
 

@@ -120,3 +120,23 @@ def test_the_rooms_that_announce_are_there() -> None:
     from fe.compiled import DURATION
 
     assert all(importlib.util.find_spec(package) for package in DURATION)
+
+
+NAMES = """
+import llvmlite.binding as llvm
+named, add = [], llvm.add_symbol
+llvm.add_symbol = lambda name, address: (named.append(name), add(name, address))
+from fe.compiled import name_symbols
+from numba.core.registry import cpu_target
+name_symbols()
+assert {"NRT_Allocate", "_numba_hashsecret_siphash_k0"} <= set(named)
+named.clear()
+cpu_target.target_context.refresh()
+print(*named)
+"""
+
+
+def test_the_linker_knows_all_that_numba_would_name(run: Runner) -> None:
+    # Machine code that calls what has no name there ends the process.
+    run.script = NAMES
+    assert run() == ("", "")

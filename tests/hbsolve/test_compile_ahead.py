@@ -6,14 +6,17 @@ import sys
 #: Runs in a process of its own: other tests would have compiled what warming forgot.
 SCRIPT = """
 import numpy as np
-from hbsolve import aft, newton
+from correlation.model import Model, Sensor
+from correlation.prediction import Points, Predictor
+from hbsolve import aft, follow, newton
 from hbsolve import compile_ahead as warm
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.response import frequency_response
 from reduction.jointed_system import ElasticStop, Friction, FrictionContact, JointedSystem
 
 warm.warm()
-functions = (aft.joint_forces, newton.newton, newton.bordered_step, newton.apply_receptance)
+functions = (aft.joint_forces, newton.newton, newton.bordered_step, newton.apply_receptance,
+             follow.follow)
 before = [len(each.signatures) for each in functions]
 rows = np.eye(3)
 joints = [
@@ -25,6 +28,10 @@ force = np.zeros((3, 3), complex)
 force[1:, 0] = 1.0, 0.2j
 system = JointedSystem(mass=rows, damping=0.1 * rows, stiffness=rows, joints=joints, harmonic_force=force)
 frequency_response(HarmonicBalance(system=system, n_harmonic=5), 0.5, 0.6)
+model = Model(system=system, sensors=(Sensor(name="tip", row=rows[0]),), lines={}, places={}, n_harmonic=5)
+points = Points(free=np.zeros(2, bool), level=np.ones(2), frequency=np.array([0.08, 0.09]),
+                sensor=np.array(["tip", "tip"]), harmonic=np.ones(2, int))
+Predictor(points=points, sweeps=(1, -1)).predict(model)
 print(before, [len(each.signatures) for each in functions])
 """
 

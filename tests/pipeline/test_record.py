@@ -37,7 +37,28 @@ def test_numpy_and_any_zip_program_read_it(file: Path) -> None:
         np.testing.assert_array_equal(arrays["0"], VALUE["points"])
     with zipfile.ZipFile(file) as archive:
         assert archive.testzip() is None
-        assert archive.namelist() == ["0.npy", "tree.json", "header.json"]
+        assert archive.namelist() == ["0.npy", "tree.json", "places.json", "header.json"]
+
+
+def test_many_small_arrays_are_one_in_the_file(tmp_path: Path) -> None:
+    numbers = [np.full((2, size), complex(size, 1)) for size in range(5)]
+    value = {
+        "motion": numbers, "again": numbers[3], "one": np.array(7.0), "turned": np.arange(6.0).reshape(2, 3).T,
+        "words": [np.array(["a"]), np.array(["bc"])], "large": np.arange(4096.0), "true": np.array([True, False]),
+    }  # fmt: skip
+    write_record(tmp_path / "one.npz", Record(value=value))
+    with zipfile.ZipFile(tmp_path / "one.npz") as archive:
+        assert [name for name in archive.namelist() if "pooled" in name] == ["pooled_<c16.npy"]
+    record = read_record(tmp_path / "one.npz")
+    assert record is not None
+    for number, read in zip(numbers, record.value["motion"], strict=True):
+        np.testing.assert_array_equal(read, number, strict=True)
+    assert record.value["again"] is record.value["motion"][3]
+    for name in ("one", "turned", "large", "true"):
+        np.testing.assert_array_equal(record.value[name], value[name], strict=True)
+    np.testing.assert_array_equal(record.value["words"][1], np.array(["bc"]), strict=True)
+    record.value["motion"][4][:] = 0.0  # an array of its own
+    np.testing.assert_array_equal(record.value["motion"][3], numbers[3])
 
 
 def test_the_same_value_is_the_same_bytes(file: Path) -> None:

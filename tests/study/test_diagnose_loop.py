@@ -22,6 +22,7 @@ from study.diagnose.history import case_key, history_of, read_text
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file, record
 from study.run_context import silent_run
+from tests.slow import slow
 
 TwoMasses = Callable[..., Path]
 HIDDEN = {"mass at tip": 0.006}
@@ -122,6 +123,7 @@ def test_an_interrupted_round_goes_on_where_it_was(two_masses: TwoMasses, monkey
     assert 0 < whole < all_of_it
 
 
+@slow
 def test_another_case_or_campaign_is_another_round(two_masses: TwoMasses) -> None:
     case = two_masses(HIDDEN)
     campaign, store = read_campaign(Path("campaign")), Store(Path("kept"))

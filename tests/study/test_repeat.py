@@ -13,6 +13,7 @@ import pytest
 from study import cli
 from study.provenance import words_of_result
 from study.repeat.source import RUN, only_results, read_result
+from tests.slow import slow
 from tests.study.test_runs import CASE
 
 TwoMasses = Callable[..., Path]
@@ -83,6 +84,7 @@ def test_a_missing_file_is_asked_for_and_found_in_another_folder(
     assert answer(capfd, "solved", "--out", "again", "--folder", "moved")["same"]
 
 
+@slow
 def test_a_page_is_repeated_without_a_record_and_leaves_the_history_alone(
     two_masses: TwoMasses, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -207,8 +207,8 @@ def test_a_stop_in_contact_is_closed_and_its_force_is_normal(home: Path, monkeyp
     drawn: dict[str, Figure] = {}
     monkeypatch.setattr(
         FigureCanvasAgg,
-        "print_png",
-        lambda canvas, *_, **__: drawn.update({canvas.figure.get_suptitle(): canvas.figure}),
+        "draw",
+        lambda canvas: drawn.update({canvas.figure.get_suptitle(): canvas.figure}),
     )
     text = """
 [[joint]]

@@ -14,6 +14,7 @@ from diagnosis.next_test.advise import advise, find_error_sources, rank_tests
 from diagnosis.next_test.candidate_model import list_candidate_models
 from diagnosis.next_test.next_test import NextTest
 from tests.diagnosis.missing_law.chain import FREQUENCIES, make_chain, measure, play
+from tests.slow import slow
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +31,7 @@ def doubtful(recovered_play: MissingLaw) -> MissingLaw:
     return replace(recovered_play, credible=names, probability=shares)
 
 
+@slow
 def test_the_model_with_a_law_explains_what_the_law_was_recovered_from(
     chain_with_play: Arrangement, unknown: Verdict, doubtful: MissingLaw
 ) -> None:
@@ -42,6 +44,7 @@ def test_the_model_with_a_law_explains_what_the_law_was_recovered_from(
     assert misfits[0] < min(5, 0.1 * alone)
 
 
+@slow
 def test_the_same_tests_tell_between_places_that_they_told_between_already(
     chain_with_play: Arrangement, unknown: Verdict, doubtful: MissingLaw
 ) -> None:
@@ -56,6 +59,7 @@ def test_the_same_tests_tell_between_places_that_they_told_between_already(
     assert advice.best.probability > 0.9
 
 
+@slow
 def test_one_place_leaves_nothing_to_separate(
     chain_with_play: Arrangement, unknown: Verdict, recovered_play: MissingLaw
 ) -> None:

@@ -14,6 +14,7 @@ from hbsolve.errors import BalanceError
 from reduction.jointed_system import CubicSpring, JointedSystem
 from tests.hbsolve.continuation.test_controlled_response import friction_chain
 from tests.hbsolve.continuation.test_response import duffing
+from tests.slow import slow
 
 OMEGA, AMPLITUDE = np.linspace(0.8, 2.0, 61), np.geomspace(0.02, 1.0, 21)
 
@@ -115,6 +116,7 @@ def test_a_contour_stops_at_what_was_not_found(surface: ResponseSurface) -> None
         assert beside.all()
 
 
+@slow
 def test_sheets_that_do_not_belong_together_have_no_contours_between_them() -> None:
     # Detroux, Habib, Masset and Kerschen (2015): with an absorber several states have one amplitude of the mass.
     k, c = 0.04535, 0.01276

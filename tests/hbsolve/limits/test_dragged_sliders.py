@@ -13,6 +13,7 @@ from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
 from reduction.jointed_system import JointedSystem
+from tests.slow import slow
 from transient.virtual_bench.sweep import SweptBench
 
 FREQUENCY = 284.0 * np.linspace(0.9, 1.02, 5)
@@ -58,6 +59,7 @@ def test_without_slip_the_box_at_rest_is_enough(problem: LimitProblem) -> None:
     assert seen == [(done, n) for done in range(1, n + 1)]
 
 
+@slow
 def test_sliders_that_stick_in_a_test_integrated_in_time_lie_in_the_box_of_its_level(
     damped: JointedSystem, problem: LimitProblem
 ) -> None:
@@ -110,6 +112,7 @@ def test_what_one_level_drags_does_not_count_at_another(problem: LimitProblem) -
         np.testing.assert_allclose(np.ptp(excess[:, line == number], axis=1), 0.0, atol=1e-18)
 
 
+@slow
 def test_histories_integrated_in_time_stay_inside_limits_that_are_narrower_than_those_of_one_reach(
     variant: JointedSystem,
 ) -> None:

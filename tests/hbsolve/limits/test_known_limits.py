@@ -9,6 +9,7 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JenkinsElement, JointedSystem
+from tests.slow import slow
 
 #: First frequency of the wedge damper with all contacts stuck [Hz].
 STUCK = 284.00036878
@@ -87,6 +88,7 @@ def test_the_unbounded_lower_limit_is_the_closed_form(balance: HarmonicBalance, 
     assert (limits.residual <= 1e-9).all()
 
 
+@slow
 def test_an_audit_finds_what_agreeing_starts_miss_and_says_so(balance: HarmonicBalance) -> None:
     problem = limit_problem(balance, OutputHarmonic(row=0), reach=np.inf)
     omega = 2 * np.pi * STUCK * SHARES

@@ -20,6 +20,7 @@ from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits, load_limits
 from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
+from tests.slow import slow
 
 OMEGA = 2 * np.pi * 284.0 * np.linspace(0.95, 1.0, 6)
 #: Those of a whole curve.
@@ -62,6 +63,7 @@ def test_histories_that_had_no_part_in_the_search_stay_inside(balance: HarmonicB
     assert np.nanmax(fresh.value[1], axis=1).max() > 0.7 * limits.upper[1].max()
 
 
+@slow
 def test_a_larger_box_is_never_narrower(balance: HarmonicBalance) -> None:
     upper, lower = [], []
     for reach in (1e-6, 3e-6, 1e-5):
@@ -106,6 +108,7 @@ def test_stopped_search_goes_on_where_it_stopped(balance: HarmonicBalance, limit
     assert len(calls) == len(set(calls)) == len(store)
 
 
+@slow
 def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: ResponseLimits) -> None:
     stages = []
     with ProcessPoolExecutor(1) as executor:

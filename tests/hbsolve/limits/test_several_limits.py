@@ -48,7 +48,7 @@ def shared(
     return several_limits(problem, objectives, OMEGA, LEVELS, settings=SETTINGS, store=store)
 
 
-@pytest.mark.parametrize("name", ["tip", "static T", "dynamic N"])
+@pytest.mark.parametrize("name", ["tip", *(pytest.param(name, marks=slow) for name in ("static T", "dynamic N"))])
 def test_they_are_the_limits_of_each_objective_alone(
     balance: HarmonicBalance, objectives: dict[str, Objective], shared: dict[str, ResponseLimits], name: str
 ) -> None:

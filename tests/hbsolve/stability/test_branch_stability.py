@@ -11,6 +11,7 @@ from hbsolve.errors import BalanceError
 from hbsolve.stability.branch_stability import Bifurcation, branch_stability
 from reduction.jointed_system import CubicSpring, ElasticStop, JenkinsElement, JointedSystem, PolynomialSpring
 from tests.hbsolve.stability.test_stability import van_der_pol
+from tests.slow import slow
 from transient.state import start_from
 from transient.steady import steady_motion
 
@@ -77,6 +78,7 @@ def test_period_doubling_begins_a_motion_of_two_periods() -> None:
         assert steady_motion(system, 1.9, start, level, tolerance=1e-6).period_multiple == multiple
 
 
+@slow
 def test_a_self_excited_oscillator_locks_to_the_load_at_a_neimark_sacker_point() -> None:
     system = JointedSystem(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],

@@ -12,6 +12,7 @@ from hbsolve.stability.branch_stability import Bifurcation, branch_stability
 from hbsolve.stability.crossing_branch import crossing_branches
 from hbsolve.stability.stability import stability
 from reduction.jointed_system import CubicSpring, JointedSystem
+from tests.slow import slow
 from transient.state import start_from
 from transient.steady import steady_motion
 
@@ -64,6 +65,7 @@ def test_masses_that_need_not_move_alike_have_two_mirrored_branches() -> None:
         np.testing.assert_allclose(solved.x, begin, rtol=0, atol=1e-8)
 
 
+@slow
 def test_a_stable_state_on_the_crossing_branch_is_that_of_the_integration_in_time() -> None:
     system = twins()
     balance = HarmonicBalance(system=system, n_harmonic=8)

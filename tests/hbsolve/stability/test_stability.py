@@ -237,10 +237,14 @@ CONTACTS = {
     ),
     "slow slider": chain(1, slow_slider(name="j", direction=row(1), stiffness=1.0)),
 }
+#: One of each kind of force: of the motion, of the velocity, of sliders alone and coupled, and of a history.
+USUAL = {"cubic", "damper", "stop", "jenkins", "bouc-wen", "contact that lifts off", "two coupled tangents"}
 
 
 @pytest.mark.parametrize("frequency", [0.9, pytest.param(1.5, marks=slow)])
-@pytest.mark.parametrize("name", [*SMOOTH, *CONTACTS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in USUAL else slow) for name in (SMOOTH | CONTACTS)]
+)
 def test_multipliers_are_those_of_the_integration_in_time(name: str, frequency: float) -> None:
     system = (SMOOTH | CONTACTS)[name]
     balance = HarmonicBalance(system=system, n_harmonic=22, n_sample=2048)
