@@ -18,7 +18,7 @@ from cyclopts import App, CycloptsError
 from pipeline.output import removed_if_empty
 from study import console
 from study.interruption import Interruption, end_process
-from study.run_record import recorded
+from study.run_record import noted_pictures, recorded
 
 if TYPE_CHECKING:
     from study.run_context import Answer
@@ -133,6 +133,7 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
         with interruption.watched(), removed_if_empty(), console.plain_warnings(), recorded(words) as answers:
             answer = run()
             if answer is not None:
+                answer = _with_page(answer, words)
                 answers.append((answer.exit_code, answer.document))
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)
@@ -143,6 +144,15 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
         if interruption.has_come or isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             return _interrupted(output)
         return _failed(error, words, output)
+
+
+def _with_page(answer: "Answer", words: Sequence[str]) -> "Answer":
+    """The answer with a page of what the command has drawn, if it has drawn anything and made no page itself."""
+    if not (pictures := noted_pictures()):
+        return answer
+    from study.page.run_page import add_run_page
+
+    return add_run_page(answer, words[0], pictures)
 
 
 def _interrupted(output: console.Output) -> int:

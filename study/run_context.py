@@ -103,11 +103,13 @@ class RunContext:
         """Write every figure of some results, by the names of their files; those of figures from outside too."""
         from figure.registry import pictures
         from pipeline.output import replace_file
+        from study.run_record import note_pictures
 
         assert self.output is not None
         drawn = {self.output / f"{name}.png": picture for name, picture in pictures(results).items()}
         for file, picture in drawn.items():
             replace_file(file, picture)
+        note_pictures(drawn)
         return list(drawn)
 
     def note(self, sentence: str) -> None:

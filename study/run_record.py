@@ -8,7 +8,7 @@ import hashlib
 import importlib.metadata
 import json
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
@@ -79,6 +79,8 @@ class _Run:
     files: Mapping[str, str] = field(default_factory=dict)
     """Hashes of its input files as it found them: it may write a case."""
     provenance: Provenance | None = None
+    pictures: list[Path] = field(default_factory=list)
+    """Files of the pictures that it has drawn."""
 
 
 _RUN: ContextVar[_Run | None] = ContextVar("the command that runs", default=None)
@@ -90,6 +92,17 @@ def note_output(output: Path, stored: Path | None) -> None:
     if run is not None and run.words:
         run.output, run.stored, run.provenance = output.resolve(), stored, None
         run.files = hash_files(run.words)
+
+
+def note_pictures(files: Iterable[Path]) -> None:
+    """Note pictures that the command that runs has drawn."""
+    if (run := _RUN.get()) is not None:
+        run.pictures += files
+
+
+def noted_pictures() -> list[Path]:
+    """Pictures that the command that runs has drawn."""
+    return [] if (run := _RUN.get()) is None else run.pictures
 
 
 def current_provenance() -> Provenance | None:

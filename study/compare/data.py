@@ -15,7 +15,8 @@ from correlation.data_type.registry import DATA_TYPES, Datum, Features, Panel
 from correlation.errors import CampaignError
 from correlation.model import Model
 from figure.measured_data import MeasuredData
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 COLUMNS = ("data", "type", "set", "quantity", "unit", "measured", "deviation", "predicted", "error_in_deviations")
 #: A number further off than this is worth a sentence [standard deviations].

@@ -11,7 +11,8 @@ from geometry.plain_number import plain
 from study.compare.families import FamilyCalibration, FamilyComparison
 from study.compare.family_limits import FamilyLimits
 from study.compare.family_pictures import SYMBOL
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 #: Departures that are listed of each family.
 LISTED = 3

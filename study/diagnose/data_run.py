@@ -21,7 +21,7 @@ from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
 from study.compare.result import Calibrated
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
 from study.compare.sentence import Summary
 from study.diagnose.add import add
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
@@ -30,6 +30,7 @@ from study.diagnose.report import ADVICE
 from study.diagnose.round import Steps, errors
 from study.diagnose.table import interval, write_up
 from study.json_value import plain
+from study.page.table import Table
 from study.run_context import RunContext
 
 #: Rounds of ``--auto`` at most.

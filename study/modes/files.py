@@ -14,6 +14,7 @@ from pipeline.output import replace_file
 from pipeline.store import stage
 from study.modes.shapes import Shapes
 from study.run_context import Answer, RunContext
+from study.run_record import note_pictures
 
 #: A film takes as long as so many pictures.
 FILM_WORK = 8
@@ -55,6 +56,7 @@ def write_contents(run: RunContext, stem: str, pictures: Mapping[str, NDArray[np
     files = [run.output / f"{stem}_{name}" for name in pictures]
     for file, content in zip(files, pictures.values(), strict=True):
         replace_file(file, content.tobytes())
+    note_pictures(files)
     return files
 
 

@@ -83,8 +83,9 @@ def content_policy(scripts: Iterable[str] = ()) -> str:
 
 
 def embed(picture: bytes) -> str:
-    """Address of a PNG picture that holds it, for the source of an image."""
-    return f"data:image/png;base64,{base64.b64encode(picture).decode()}"
+    """Address of a PNG picture or a GIF film that holds it, for the source of an image."""
+    kind = "gif" if picture.startswith(b"GIF8") else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
 def set_in_type(text: str) -> str:

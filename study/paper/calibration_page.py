@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from study.compare.section.section import Table
 from study.estimate.first_estimate import FirstEstimate
+from study.page.plain_page import render_plain_page
+from study.page.section import PageSection
+from study.page.table import Table
 from study.paper.by_hand import ByHand
 from study.paper.criteria import COVERAGE, STATIC_NORMAL
-from study.paper.page import render
-from study.paper.section import PageSection
 from study.paper.sections import (
     interval_section,
     iteration_section,
@@ -37,7 +37,7 @@ def make_calibration_page(
         PNG of each figure by name.
     """
     met = [item for item in (hand.last.response.met, hand.last.force.met) if item is not None]
-    return render(
+    return render_plain_page(
         title=title,
         over="Calibrated in the by-hand way of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
         tone="nothing" if all(met) else "ambiguous",

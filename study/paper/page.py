@@ -1,19 +1,16 @@
 """The page of the replay: every figure in the paper's order, own numbers beside those that the paper prints."""
 
-import importlib.metadata
-from base64 import b64encode
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 
-from study.compare.section.section import Table
-from study.page.html import STYLE, content_policy, page_provenance, set_in_type
+from study.page.plain_page import render_plain_page
+from study.page.section import PageSection
+from study.page.table import Table
 from study.paper.criteria import COVERAGE, STATIC_NORMAL
 from study.paper.findings import list_findings
 from study.paper.interval import Interval
 from study.paper.own_way import by_name
 from study.paper.pictures import FORCE_FIGURE, RESPONSE_FIGURE
 from study.paper.replay import Replay
-from study.paper.section import PageSection
 from study.paper.sections import (
     SHOWN,
     interval_section,
@@ -23,7 +20,6 @@ from study.paper.sections import (
     overview_section,
 )
 
-TEMPLATE = Path(__file__).with_name("page.html.j2")
 #: What the paper reads off its loops and force ratios.
 PAPER_KT, PAPER_MU = 11.5e6, 0.6
 DIFFERENT = (
@@ -51,7 +47,7 @@ def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
         PNG of each figure by name.
     """
     same, of = count_pattern(result)
-    return render(
+    return render_plain_page(
         title=result.case.title,
         over="Replay of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
         tone="nothing" if same == of else "ambiguous",
@@ -59,35 +55,6 @@ def make_page(result: Replay, pictures: Mapping[str, bytes]) -> str:
         verdict=summarise(result),
         sections=list(_sections(result, pictures)),
     )
-
-
-def render(
-    *, title: str, over: str, tone: str, tag: str, verdict: Sequence[str], sections: Sequence[PageSection]
-) -> str:
-    """HTML of a page.
-
-    Parameters
-    ----------
-    title, over
-        Heading, and the line above it.
-    tone, tag, verdict
-        Colour and words of the box on top, and the sentences in it.
-    sections
-        What follows.
-    """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {
-        "typeset": set_in_type,
-        "png": lambda picture: f"data:image/png;base64,{b64encode(picture).decode('ascii')}",
-    }
-    return environment.from_string(TEMPLATE.read_text(encoding="utf-8")).render(
-        policy=content_policy(),
-        provenance=page_provenance(), style=STYLE.read_text(encoding="utf-8"),
-        version=importlib.metadata.version("stickslip"), title=title, over=over, tone=tone, tag=tag, verdict=verdict,
-        sections=sections,
-    )  # fmt: skip
 
 
 def count_pattern(result: Replay) -> tuple[int, int]:

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, isfinite
 
-from study.compare.section.section import Table
+from study.page.section import PageSection
+from study.page.table import Table
 from study.paper.by_hand import ByHand
 from study.paper.case import LinearTable, NonlinearTable
 from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.parameters import RigParameters
-from study.paper.section import PageSection
 
 #: What each iteration changes, in the words of the paper's section 4.3.
 STEP = {

@@ -24,8 +24,9 @@ from study.compare.page import page
 from study.compare.result import Calibrated, Compared
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
 from study.compare.sentence import describe_resonances, summarise
+from study.page.table import Table
 from study.shipped_cases import BEAM
 
 LEVELS, N_REPEAT, NOISE = (1.0, 3.0), 4, 0.005

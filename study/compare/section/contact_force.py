@@ -8,7 +8,8 @@ from correlation.metric.misfit import configuration
 from correlation.model import LineSensor
 from study.compare.curve import Curve, Drawing, Panel
 from study.compare.result import Compared
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 TEXT = (
     "Forces summed over each contact line. Of the fundamental: the amplitude where it is largest in "

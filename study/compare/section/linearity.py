@@ -8,7 +8,8 @@ from correlation.metric.misfit import Misfit, configuration
 from correlation.modal.linearity import check_linearity
 from study.compare.curve import Drawing
 from study.compare.result import Compared
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 TEXT = (
     "Without a model: the distance of the responses per unit of force from those at the lowest level, over their size, "

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.modal.assurance import response_assurance
 from study.compare.modal_view import ModalSet, ModalView
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 #: With fewer sensors unlike shapes score high.
 FEW_SENSORS = 4

@@ -8,7 +8,8 @@ from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.feature.observation import arrange_campaign
 from study.compare.curve import Drawing
 from study.compare.result import Compared
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 
 def overview_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:

@@ -10,7 +10,8 @@ from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.report import describe_jump
 from study.compare.result import Compared
-from study.compare.section.section import Section, Table
+from study.compare.section.section import Section
+from study.page.table import Table
 
 TEXT = (
     "Frequency and damping ratio of each peak, read from the same points of the measured and of the predicted response "

@@ -1,9 +1,9 @@
-"""A section of the page: sentences, tables and pictures."""
+"""A section of a plain page: sentences, tables and pictures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from study.compare.section.section import Table
+from study.page.table import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,6 +16,8 @@ class PageSection:
         Heading.
     text
         Paragraphs.
+    report
+        Text in lines and columns, as a command prints it.
     tables
         Tables below them.
     pictures
@@ -24,5 +26,6 @@ class PageSection:
 
     title: str
     text: Sequence[str] = ()
+    report: str = ""
     tables: Sequence[Table] = ()
     pictures: Mapping[str, bytes] = field(default_factory=dict)

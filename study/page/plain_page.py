@@ -1,0 +1,42 @@
+"""A page of sentences, tables and pictures, in one file that loads nothing."""
+
+import importlib.metadata
+from collections.abc import Sequence
+from pathlib import Path
+
+from study.page.html import STYLE, content_policy, embed, page_provenance, set_in_type
+from study.page.section import PageSection
+
+TEMPLATE = Path(__file__).with_name("plain_page.html.j2")
+
+
+def render_plain_page(
+    *,
+    title: str,
+    over: str,
+    sections: Sequence[PageSection],
+    tone: str = "",
+    tag: str = "",
+    verdict: Sequence[str] = (),
+) -> str:
+    """HTML of a page.
+
+    Parameters
+    ----------
+    title, over
+        Heading, and the line above it.
+    sections
+        What follows.
+    tone, tag, verdict
+        Colour and words of the box on top, and the sentences in it; no box without a tag.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"typeset": set_in_type, "embed": embed}
+    return environment.from_string(TEMPLATE.read_text(encoding="utf-8")).render(
+        policy=content_policy(),
+        provenance=page_provenance(), style=STYLE.read_text(encoding="utf-8"),
+        version=importlib.metadata.version("stickslip"), title=title, over=over, tone=tone, tag=tag, verdict=verdict,
+        sections=sections,
+    )  # fmt: skip

@@ -1,0 +1,68 @@
+"""The page of a command that draws figures and has no page of its own: its answer, its figures, and its provenance."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from io import StringIO
+from itertools import takewhile
+from pathlib import Path
+
+from pipeline.output import replace_file
+from study.page.plain_page import render_plain_page
+from study.page.section import PageSection
+from study.run_context import Answer
+
+#: Width of what is no plain text [characters].
+WIDTH = 110
+#: Between the words of the name of a file.
+BETWEEN = "_"
+
+
+def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answer:
+    """Write the page of a run beside its pictures, and name it in the answer.
+
+    Parameters
+    ----------
+    answer
+        Answer of the command.
+    command
+        Name of the command.
+    pictures
+        Files of its pictures, all in one folder.
+
+    Returns
+    -------
+    The answer, which names the page; the same if the command wrote a page itself.
+    """
+    files = answer.document.get("files", ())
+    if any(Path(file).suffix == ".html" for file in files):
+        return answer
+    text, names = as_text(answer), [file.stem.split(BETWEEN) for file in pictures]
+    common = [each[0] for each in takewhile(lambda each: len(set(each)) == 1, zip(*names, strict=False))]
+    sections = [
+        PageSection(title=_heading(name[len(common) :] or name), pictures={file.name: file.read_bytes()})
+        for name, file in zip(names, pictures, strict=True)
+    ]
+    page = pictures[0].with_name(f"{BETWEEN.join([*common, command])}.html")
+    sections.insert(0, PageSection(title="Result", report=text))
+    replace_file(page, render_plain_page(title=_heading(common), over=f"stickslip {command}", sections=sections))
+    return replace(
+        answer,
+        document={**answer.document, "files": [*files, str(page)]},
+        text=f"{text}\n\nThe page with all figures: {page}",
+    )
+
+
+def _heading(words: Sequence[str]) -> str:
+    text = " ".join(words)
+    return text[:1].upper() + text[1:]
+
+
+def as_text(answer: Answer) -> str:
+    """Answer as plain text."""
+    if isinstance(answer.text, str):
+        return answer.text
+    from rich.console import Console
+
+    stream = StringIO()
+    Console(file=stream, width=WIDTH, color_system=None).print(answer.text)
+    return stream.getvalue().rstrip()

@@ -1,0 +1,53 @@
+"""A command that draws figures writes a page that holds its answer, all of them, and what it was made by."""
+
+import base64
+import re
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from rich.table import Table
+
+from study.page.run_page import add_run_page
+from study.run_context import Answer
+
+
+@pytest.fixture
+def pictures(tmp_path: Path) -> list[Path]:
+    files = [tmp_path / name for name in ("two_masses_response.png", "two_masses_contact_states.png", "two_masses.gif")]
+    for number, file in enumerate(files):
+        Image.new("RGB", (2, 2 + number)).save(file)
+    return files
+
+
+def test_the_page_holds_the_answer_and_every_picture(pictures: list[Path]) -> None:
+    answer = Answer(document={"n": 1, "files": ["a.csv"]}, text="amplitude [um]  <b> & more")
+    told = add_run_page(answer, "solve", pictures)
+    page = pictures[0].with_name("two_masses_solve.html")
+    assert told.document == {"n": 1, "files": ["a.csv", str(page)]}
+    assert isinstance(told.text, str)
+    assert told.text.startswith("amplitude [um]  <b> & more\n")
+    assert str(page) in told.text
+    html = page.read_text(encoding="utf-8")
+    assert "amplitude [µm]  &lt;b&gt; &amp; more" in html
+    assert re.findall(r"<h2>(.*?)</h2>", html) == ["Result", "Response", "Contact states", "Two masses"]
+    held = re.findall(r'src="data:image/(\w+);base64,(.*?)"', html)
+    assert [kind for kind, _ in held] == ["png", "png", "gif"]
+    assert [Image.open(BytesIO(base64.b64decode(data))).height for _, data in held] == [2, 3, 4]
+
+
+def test_a_command_with_a_page_of_its_own_needs_no_other(pictures: list[Path]) -> None:
+    answer = Answer(document={"files": ["own.html"]}, text="done")
+    assert add_run_page(answer, "compare", pictures) is answer
+    assert not list(pictures[0].parent.glob("*.html"))
+
+
+def test_a_table_in_colours_is_plain_on_the_page(pictures: list[Path]) -> None:
+    table = Table("model", "frequency [Hz]")
+    table.add_row("[bold]hex20[/bold]", "123.4")
+    told = add_run_page(Answer(document={}, text=table), "modes", pictures[:1])
+    html = pictures[0].with_name("two_masses_response_modes.html").read_text(encoding="utf-8")
+    assert re.search(r"hex20.*123\.4", html)
+    assert "\x1b" not in html
+    assert told.document["files"] == [str(pictures[0].with_name("two_masses_response_modes.html"))]
