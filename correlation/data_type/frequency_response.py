@@ -29,6 +29,7 @@ from correlation.signal.frequency_response import (
     coherence_limit,
     estimate_frequency_response,
 )
+from correlation.signal.record import note_rounded_time
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
 
@@ -84,6 +85,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     test = tests.index(table.choice("test", tests)) if "test" in table.values else -1
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
     suspicions: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     averages = None
     if "frequency" in own:
         frequency, value, coherence = _read_lines(table, own, signals, coherent, file, sensors, context)
@@ -91,6 +93,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     else:
         with table.reading(file.path.name):
             frequency, value, coherence, averages, suspicions = _estimate(table, own, signals, file, sensors, context)
+        remarks = note_rounded_time(own["time"].or_unit(file, "s").real_values(file, "s"))
     there = frequency > 0
     response = MeasuredResponse(
         name=table.take("name", str),
@@ -105,7 +108,8 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         repeat=table.take("repeat", int, 1),
         coherence_limit=coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
-        suspicions=suspicions + _describe_gaps(value[:, there], sensors) + _find_dead(value[:, there], sensors),
+        suspicions=suspicions + _find_dead(value[:, there], sensors),
+        remarks=remarks + _describe_gaps(value[:, there], sensors),
     )
     if response.level is not None and test < 0:
         raise table.problem("level", "makes steady states of the response: name their test as well")

@@ -52,6 +52,8 @@ class MeasuredResponse:
         The fit that they are of; None if there is none.
     suspicions
         What looks wrong in the record, in words.
+    remarks
+        How the record is read and what it leaves open, in words.
     """
 
     type: ClassVar[str] = "frequency response"
@@ -70,6 +72,7 @@ class MeasuredResponse:
     modes: tuple[MeasuredMode, ...] = ()
     fit: Modes | None = None
     suspicions: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "coherence")

@@ -83,8 +83,8 @@ class FreeDecay:
         return (self.sensor,)
 
     @property
-    def suspicions(self) -> tuple[str, ...]:
-        """What looks wrong in the record, in words."""
+    def remarks(self) -> tuple[str, ...]:
+        """How the record is read, in words."""
         return note_rounded_time(self.time)
 
 

@@ -41,6 +41,10 @@ def read_folder(folder: Path) -> Campaign:
     )
     mistakes.refuse()
     records = [mistakes.attempt(partial(_record, files, entry), None) for entry in manifest.records]
+    suspicions += tuple(
+        Suspicion(where=f'record "{item.name}"', sentence=text, remark=True)
+        for item in records if item is not None for text in item.remarks
+    )  # fmt: skip
     named = {name for item in data if item is not None for name in getattr(item, "sensors", ())}
     for number in range(len(manifest.sensors)):
         mistakes.attempt(partial(_check_sensor, manifest, measurement, number, named), None)
@@ -99,6 +103,8 @@ def _tables(
         states = DATA_TYPES[datum.type].states
         tables += [states(datum, names)] if states is not None else []
         suspicions += [Suspicion(where=datum.name, sentence=text) for text in getattr(datum, "suspicions", ())]
+        remarks = getattr(datum, "remarks", ())
+        suspicions += [Suspicion(where=datum.name, sentence=text, remark=True) for text in remarks]
     mistakes.refuse()
     measurement = join_rows([table for table in tables if table is not None])
     for place, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
