@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.data_type.mode import MeasuredMode
 from correlation.modal.fit_modes import Modes
+from correlation.modal.window import Window
 from correlation.signal.frequency_response import LEAST_COHERENCE
 from geometry.read_only_array import freeze_fields
 
@@ -46,6 +47,8 @@ class MeasuredResponse:
         Number of the repeat.
     held_out
         Whether no calibration may see it.
+    window
+        Window under which it was estimated.
     modes
         Modes that the responses show.
     fit
@@ -69,6 +72,7 @@ class MeasuredResponse:
     repeat: int
     coherence_limit: float = LEAST_COHERENCE
     held_out: bool = False
+    window: Window = Window.UNKNOWN
     modes: tuple[MeasuredMode, ...] = ()
     fit: Modes | None = None
     suspicions: tuple[str, ...] = ()

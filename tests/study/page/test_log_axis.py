@@ -25,7 +25,7 @@ def log_axis(folder: Path, measured: list[list[float | None]], predicted: list[l
     script = folder / "axis.js"
     script.write_text(COMMON.read_text(encoding="utf-8") + PRINT, encoding="utf-8")
     words = [NODE, str(script), json.dumps([measured, predicted])]
-    return json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)  # noqa: S603
+    return json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
 
 
 @pytest.mark.skipif(NODE is None, reason="no node here (apt-get install nodejs)")
