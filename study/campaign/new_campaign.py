@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST
-from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.read_campaign import check_campaign
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
@@ -175,13 +176,13 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     return draft
 
 
-def write_manifest(folder: Path, draft: Draft) -> NewCampaign:
+def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
     """Write a draft, without entries that `read_campaign` refuses.
 
     Parameters
     ----------
-    folder
-        Folder of the campaign.
+    measured
+        Files of the campaign.
     draft
         Draft, which loses these entries.
 
@@ -190,9 +191,9 @@ def write_manifest(folder: Path, draft: Draft) -> NewCampaign:
     CampaignError
         Nothing is left: the whole draft is written, to be edited.
     """
-    path, whole = folder / MANIFEST, draft.text()
+    path, whole = measured.folder / MANIFEST, draft.text()
     try:
-        suspicions = _keep_readable(draft, folder)
+        suspicions = _keep_readable(draft, measured)
     except CampaignError as error:
         path.write_text(whole, encoding="utf-8")
         raise CampaignError(f'{error}; the draft with all entries is in "{path}", to be mended there') from None
@@ -270,8 +271,9 @@ def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:
     mark_settling(draft, test, frequency.values[mask], sizes)
 
 
-def _keep_readable(draft: Draft, folder: Path) -> list[str]:
+def _keep_readable(draft: Draft, measured: FolderFiles) -> list[str]:
     """Leave out entries that `read_campaign` refuses, one after the other; returns what it suspects."""
+    folder = measured.folder
     files = [path for path in folder.iterdir() if path.is_file() and path.name != MANIFEST]
     # Within the folder, so that files have second names there: a campaign reads no file outside its own folder.
     with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
@@ -280,7 +282,8 @@ def _keep_readable(draft: Draft, folder: Path) -> list[str]:
         while True:
             (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
             try:
-                return [str(suspicion) for suspicion in read_campaign(Path(trial)).suspicions]
+                files_again = MeasuredFiles(folder=Path(trial), known=dict(measured.files))
+                return [str(suspicion) for suspicion in check_campaign(files_again).suspicions]
             except CampaignError as error:
                 if not _leave_out(draft, str(error)):
                     raise CampaignError(f"the draft cannot be read: {error}") from None
