@@ -303,7 +303,7 @@ def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
         shapes = fit.residues[:, [first, second]]
         if near and modal_assurance(shapes[:, :1], shapes[:, 1:])[0, 0] > ALIKE:
             size = np.linalg.norm(shapes, axis=0) / -fit.poles[[first, second]].real
-            return second if size[1] < size[0] else first
+            return int(second if size[1] < size[0] else first)
     return None
 
 
@@ -400,7 +400,7 @@ def _local_excess(data: _Data, fit: ModalFit) -> Float[NDArray[np.float64], " m"
     near = np.abs(data.lines[:, None] - fit.poles.imag / (2 * np.pi)) <= reach
     # The mode itself was fitted to these lines.
     count = np.maximum(near.sum(axis=0) - 2, 1)
-    return np.maximum((left[:, None] * near).sum(axis=0) / count, 1.0)
+    return np.asarray(np.maximum((left[:, None] * near).sum(axis=0) / count, 1.0))
 
 
 def _describe_unresolved(

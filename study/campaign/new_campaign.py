@@ -42,6 +42,7 @@ from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
 #: Words in the name of a group that stand beside the level or number of a run.
 OF_A_RUN = {"level", "rep", "repeat", "repetition"}
+WAY = re.compile(r"(?<![a-z])(up|down)(?![a-z])[_ /-]?", re.IGNORECASE)
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
 NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
 NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
@@ -240,8 +241,8 @@ def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table: tables with equal columns are runs of one test."""
     groups: dict[tuple[str, ...], list[JudgedTable]] = {}
     for table in tables:
-        # A level or a number in the name of a group tells a run, not a test.
-        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", LEVEL_IN_NAME.sub("", table.table.path))
+        # A level, a number or the way of a sweep in the name of a group tells a run, not a test.
+        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", LEVEL_IN_NAME.sub("", WAY.sub("", table.table.path)))
         names = [table.table.short_name(column) for column in table.table.columns]
         groups.setdefault((table.kind.value, shape, *names), []).append(table)
     result: dict[int, str] = {}

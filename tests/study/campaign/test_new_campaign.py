@@ -698,6 +698,29 @@ def test_measured_sets_are_recognised(tmp_path: Path, name: str, kinds: dict[str
     assert entries == kinds
 
 
+def test_sweeps_up_and_down_in_groups_are_runs_of_one_test(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "sweep.h5", "w") as file:
+        for way, step in (("up", 1), ("down", -1)):
+            for force in (1.0, 3.0):
+                group = file.create_group(f"{way}/{force:g}N")
+                columns = {"frequency": FREQUENCY, "force": force * ONES, "acc_a": np.abs(receptance(FREQUENCY))}
+                for name, unit in (("frequency", "Hz"), ("force", "N"), ("acc_a", "m/s^2")):
+                    group.create_dataset(name, data=columns[name][::step]).attrs["unit"] = unit
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["run"]) == 4
+    assert [test["name"] for test in manifest["test"]] == ["sweep"]
+    assert {*read_campaign(tmp_path).measurement.sweep.tolist()} == {1, -1}
+
+
+def test_amplitudes_in_decibels_are_refused_with_their_remedy(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    write_csv(tmp_path / "frf.csv", "f [Hz],|H| [dB re 1 (m/s^2)/N],phase [deg]", FREQUENCY, 20 * np.log10(abs(h)),
+              np.degrees(np.angle(h)))  # fmt: skip
+    measured = read_folder(tmp_path)
+    with pytest.raises(CampaignError, match=r"10\^\(L / 20\)"):
+        write_manifest(measured, draft_campaign(measured, Assumptions()))
+
+
 def test_a_draft_reads_each_file_once_and_fits_no_decay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     time = np.arange(2000) / 2000
     decay, noise = np.exp(-6 * time) * np.cos(2 * np.pi * 60 * time), np.random.default_rng(1).standard_normal(2000)
