@@ -210,7 +210,8 @@ def _steady_state(
     )  # fmt: skip
     tables = []
     for (number, sensor), coefficients in zip(measured, result.coefficients, strict=True):
-        for harmonic in range(entry.harmonics + 1):
+        # The mean of a velocity or acceleration is zero in any steady state: a reading of it is the sensor's offset.
+        for harmonic in range(1 if sensor.quantity in {"velocity", "acceleration"} else 0, entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             keeps_sign = sensor.has_phase or harmonic == 0
             tables.append(_rows(states, number, harmonic, value if keeps_sign else np.abs(value), test))
