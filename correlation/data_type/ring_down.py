@@ -35,6 +35,8 @@ ENDS = 0.08
 #: this size that no scatter of the reading shows (frequency within a period of decay, damping of a slow change).
 LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
 
+#: Displacement from which a vibration on a bench is suspected to be in another unit [m].
+LARGEST = 1.0
 #: Modes of two decays are one if their frequencies differ by less; a change below this share of a value is none [-].
 SAME_MODE, STILL = 0.03, 1e-4
 #: Kind of each trend, its name, and the factor and unit that it is written in.
@@ -81,6 +83,17 @@ class FreeDecay:
     def sensors(self) -> tuple[str, ...]:
         """Names of sensors of the campaign that it uses."""
         return (self.sensor,)
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """What looks wrong in the record, in words."""
+        size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
+        if self.unit != "m" or size < LARGEST:
+            return ()
+        return (
+            f"its displacement is {size:.4g} m: are these the numbers of a recorder? Frequency and damping go with the "
+            "amplitude: give its unit or sensitivity",
+        )
 
     @property
     def remarks(self) -> tuple[str, ...]:

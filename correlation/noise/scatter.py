@@ -38,9 +38,9 @@ HISTORY_NOISE_SHARE = 0.2
 STATE = 4.0
 #: Largest ratio of the variance of a number to the pooled one in the scatter of its state: beyond, its pooling failed.
 MOST_EXCESS_SCATTER = 10.0
-#: Probability with which a chi-square exceeds the largest ratio of the variance of a number to the fitted one in the fit
-#: of a and b: at an antiresonance, or at the onset of slip, readings scatter by a hundred times as much. Of four degrees
-#: of freedom the ratio is 4.
+#: Probability of a chi-square above the largest ratio of the variance of a number to the fitted one in the fit of a and
+#: b: at an antiresonance, or at the onset of slip, readings scatter by a hundred times as much. With four degrees of
+#: freedom the ratio is 4.
 TAIL = 0.003
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.

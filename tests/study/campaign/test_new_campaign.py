@@ -698,6 +698,13 @@ def test_measured_sets_are_recognised(tmp_path: Path, name: str, kinds: dict[str
     assert entries == kinds
 
 
+def test_a_recording_without_a_unit_is_no_displacement_of_kilometres(tmp_path: Path) -> None:
+    time = np.arange(4000) / 2000
+    wave = 3e4 * np.exp(-2 * time) * np.cos(2 * np.pi * 32 * time)
+    scipy.io.wavfile.write(tmp_path / "release.wav", 2000, wave.astype(np.int16))
+    assert any("numbers of a recorder" in sentence for sentence in drafted(tmp_path)[0].suspicions)
+
+
 def test_sweeps_up_and_down_in_groups_are_runs_of_one_test(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "sweep.h5", "w") as file:
         for way, step in (("up", 1), ("down", -1)):
