@@ -229,11 +229,14 @@ class Suspicion:
         Suspected mistake, with the evidence in numbers and the remedy.
     of_test
         Whether it spoils all readings of a test, so that a model says nothing about single channels beside it.
+    remark
+        Whether it says how the data are read or what they leave open, and not that they may be wrong.
     """
 
     where: str
     sentence: str
     of_test: bool = False
+    remark: bool = False
 
     def __str__(self) -> str:
         """``where: sentence``."""

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.format import FORMATS, CampaignFormat
-from correlation.campaign.format.toml_folder import read_folder
+from correlation.campaign.format.toml_folder import check_folder, read_folder
+from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.campaign.stepped_sine import sorting
 from correlation.data_quality.campaign import find_suspicions
@@ -38,6 +39,23 @@ def read_campaign(path: Path) -> Campaign:
     if not found:
         return _others(path)
     campaign = _read(found[0], path)
+    return campaign.suspected(find_suspicions(campaign))
+
+
+def check_campaign(files: MeasuredFiles) -> Campaign:
+    """Read a campaign folder only as far as it tells whether it can be read, and what looks wrong in it.
+
+    Parameters
+    ----------
+    files
+        Folder with ``campaign.toml``, with those of its files that were read.
+
+    Raises
+    ------
+    CampaignError
+        As `read_campaign`.
+    """
+    campaign = check_folder(files)
     return campaign.suspected(find_suspicions(campaign))
 
 

@@ -16,6 +16,7 @@ from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.signal.harmonics import Harmonics
+from correlation.signal.record import note_rounded_time
 from correlation.signal.steady_state import fit_steady_state
 
 Real = Float[NDArray[np.float64], " n"]
@@ -118,9 +119,9 @@ def read_run_rows(
                 all(len(file.column(name).values) == len(frequency) for name in signal.columns.values()),
                 signal.problem("its column is not as long as that of the frequency"),
             )
-            present, there, sentences = _present(entry, file, signal)
+            present, there, found = _present(entry, file, signal)
             value = signal.complex_values(present, sensor.unit if sensor.calibrated else "")
-            suspicions += [Suspicion(where=entry.file, sentence=sentence) for sentence in sentences]
+            suspicions += found
             _require(
                 sensor.has_phase or "phase" not in signal.columns,
                 signal.problem(
@@ -142,16 +143,20 @@ def read_run_rows(
 
 def _present(
     entry: RunEntry, file: MeasuredFile, signal: SignalEntry
-) -> tuple[MeasuredFile, NDArray[np.bool_], list[str]]:
+) -> tuple[MeasuredFile, NDArray[np.bool_], list[Suspicion]]:
     """Rows that have a value of a sensor, whether each row of the file has, and what looks wrong in them."""
     columns = {name: file.column(name) for name in signal.columns.values()}
     there = np.all([np.isfinite(column.values) for column in columns.values()], axis=0)
     if there.all() or not there.any() or entry.table.values.get("missing") != "skip":
-        return file, np.ones(len(there), dtype=np.bool_), [text] if (text := signal.suspect_degrees(file)) else []
-    present = with_rows(file, columns, there)
-    listed = ", ".join(f'"{name}"' for name in columns)
-    sentences = [f"{(~there).sum()} of {len(there)} rows have no number in {listed}, and are left out of it"]
-    return present, there, sentences + ([text] if (text := signal.suspect_degrees(present)) else [])
+        there, present, found = np.ones(len(there), dtype=np.bool_), file, []
+    else:
+        present = with_rows(file, columns, there)
+        listed = ", ".join(f'"{name}"' for name in columns)
+        gaps = f"{(~there).sum()} of {len(there)} rows have no number in {listed}, and are left out of it"
+        found = [Suspicion(where=entry.file, sentence=gaps, remark=True)]
+    if degrees := signal.suspect_degrees(present):
+        found.append(Suspicion(where=entry.file, sentence=degrees))
+    return present, there, found
 
 
 def join_rows(tables: Sequence[Measurement]) -> Measurement:
@@ -205,11 +210,13 @@ def _steady_state(
     )  # fmt: skip
     tables = []
     for (number, sensor), coefficients in zip(measured, result.coefficients, strict=True):
-        for harmonic in range(entry.harmonics + 1):
+        # The mean of a velocity or acceleration is zero in any steady state: a reading of it is the sensor's offset.
+        for harmonic in range(1 if sensor.quantity in {"velocity", "acceleration"} else 0, entry.harmonics + 1):
             value = coefficients[harmonic : harmonic + 1].astype(np.complex128)
             keeps_sign = sensor.has_phase or harmonic == 0
             tables.append(_rows(states, number, harmonic, value if keeps_sign else np.abs(value), test))
-    return join_rows(tables), _suspect_steady_state(entry, result, amplitude)
+    remarks = [Suspicion(where=entry.file, sentence=words, remark=True) for words in note_rounded_time(time)]
+    return join_rows(tables), (*remarks, *_suspect_steady_state(entry, result, amplitude))
 
 
 def _suspect_steady_state(entry: RunEntry, result: Harmonics, amplitude: float) -> tuple[Suspicion, ...]:

@@ -11,7 +11,7 @@ from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
-from correlation.signal.record import recover_clock
+from correlation.signal.record import note_rounded_time, recover_clock
 from geometry.read_only_array import freeze_fields
 
 TIME = "time"
@@ -39,6 +39,8 @@ class TimeRecord:
         Channel that drives the structure; none for a ring-down.
     held_out
         Whether no calibration may see it.
+    remarks
+        How its time is read, in words.
     """
 
     name: str
@@ -48,6 +50,7 @@ class TimeRecord:
     values: Float[NDArray[np.float64], "c n"]
     force: str | None = None
     held_out: bool = False
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_fields(self, "time", "values")
@@ -152,6 +155,7 @@ def record_of_columns(
         values.append(entry.real_values(file, si[-1]))
     if len({len(signal) for signal in values}) > 1:
         raise CampaignError(f'record "{name}": its channels in {file.path.name} have different lengths: mend one')
+    remarks: tuple[str, ...] = ()
     if rate is not None:
         time = np.arange(len(values[0])) / rate
     else:
@@ -161,8 +165,8 @@ def record_of_columns(
             raise CampaignError(
                 f'record "{name}": "{TIME}" of {file.path.name} is not as long as its channels: mend it'
             )
-        if (np.diff(time) <= 0).any() and (clock := recover_clock(time)) is not None:
-            time = clock
+        remarks, clock = note_rounded_time(time), recover_clock(time)
+        time = time if clock is None else clock
         if (np.diff(time) <= 0).any():
             row = int(np.argmax(np.diff(time) <= 0)) + 1
             raise CampaignError(
@@ -176,4 +180,5 @@ def record_of_columns(
         values=np.array(values),
         force=force,
         held_out=held_out,
+        remarks=remarks,
     )

@@ -1,6 +1,7 @@
 """Suspected mistakes in a campaign by its data alone, each with its evidence in numbers."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -31,14 +32,15 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     repeats that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels, points,
     sensors and repeats that are missing, sweeps that run the other way.
     """
+    dead = find_dead_rows(campaign)
     found = [
         each
         for check in (
             _phases,
             _constant_harmonics,
-            find_dead_channels,
+            partial(find_dead_channels, dead=dead),
             _one_place,
-            _copies,
+            partial(_copies, dead=dead),
             _missing_levels,
             _missing_points,
             _missing_sensors,
@@ -117,8 +119,7 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
             )
 
 
-def _copies(campaign: Campaign) -> Iterator[Suspicion]:
-    dead = find_dead_rows(campaign)
+def _copies(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
     for test, sensor, rows in channels(campaign, forces=True):
         rows = rows & ~dead
         table = campaign.measurement.where(rows)

@@ -36,9 +36,17 @@ def find_dead_rows(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     return dead
 
 
-def find_dead_channels(campaign: Campaign) -> Iterator[Suspicion]:
-    """One for each sensor of a test that is dead in some of its runs, or in all."""
-    table, dead = campaign.measurement, find_dead_rows(campaign)
+def find_dead_channels(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:
+    """One for each sensor of a test that is dead in some of its runs, or in all.
+
+    Parameters
+    ----------
+    campaign
+        Campaign.
+    dead
+        What `find_dead_rows` finds in it, shape (k,).
+    """
+    table = campaign.measurement
     for test, sensor in {*zip(table.test[dead].tolist(), table.sensor[dead].tolist(), strict=True)}:
         own = (table.test == test) & (table.sensor == sensor) & (table.harmonic == 1)
         wrong = own & dead

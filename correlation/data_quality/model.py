@@ -1,5 +1,6 @@
 """Suspected mistakes in a campaign by comparison with a model, each with its evidence in numbers."""
 
+from functools import partial
 from itertools import combinations, permutations
 
 import numpy as np
@@ -8,12 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.campaign import channels, line
+from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
 from correlation.feature.table import FeatureTable
 
 Logarithms = Complex[NDArray[np.complex128], "s s"]
 
-#: A model's resonance is a test's if they differ by less (natural logarithm) [-].
-SAME_RESONANCE, SAME_AFTER_MENDING = 0.25, 0.1
 #: Points that tell a ratio.
 FEWEST = 3
 #: Two sensors are suspected if their ratio is off by more than this (natural logarithm, a factor of 1.5) [-], or by
@@ -42,18 +42,16 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
     found = []
     for number, test in enumerate(campaign.tests):
         low, high, evidence = _resonance(campaign, number)
-        if not evidence or not len(model) or _distance(model, low, high).min() < SAME_RESONANCE:
+        if not evidence or not len(model):
             continue
-        for factor, words in ((2 * np.pi, "2 pi times"), (1 / (2 * np.pi), "a 2 pi-th of")):
-            distance = _distance(model * factor, low, high)
-            if distance.min() < SAME_AFTER_MENDING:
-                at = model[int(np.argmin(distance))]
-                mend = ("Hz", "rad/s") if factor > 1 else ("rad/s", "Hz")
-                sentence = (
-                    f"{evidence}, which is {words} the model's resonance of {at:.4g} Hz: is the column in {mend[1]}? "
-                    f'If so, write units.frequency = "{mend[1]}" instead of "{mend[0]}"'
-                )
-                found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence, of_test=True))
+        wrong = find_wrong_frequency_unit(partial(_nearest, model, low, high))
+        if wrong is not None:
+            at = model[int(np.argmin(_distance(model * wrong.factor, low, high)))]
+            sentence = (
+                f"{evidence}, which is {wrong.words} the model's resonance of {at:.4g} Hz: is the column in "
+                f'{wrong.likely}? If so, write units.frequency = "{wrong.likely}" instead of "{wrong.stated}"'
+            )
+            found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence, of_test=True))
     return tuple(found)
 
 
@@ -161,6 +159,13 @@ def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
 def _distance(model: Float[NDArray[np.float64], " m"], low: float, high: float) -> Float[NDArray[np.float64], " m"]:
     """Natural logarithm of the factor between each resonance and a band, shape (m,) [-]."""
     return np.maximum(0.0, np.maximum(np.log(low / model), np.log(model / high)))
+
+
+def _nearest(
+    model: Float[NDArray[np.float64], " m"], low: float, high: float, factor: float
+) -> Float[NDArray[np.float64], " 1"]:
+    """That of the nearest resonance, with a factor on all of them."""
+    return np.asarray(_distance(factor * model, low, high).min(keepdims=True))
 
 
 def _ratio(x: Complex[NDArray[np.complex128], " f"], y: Complex[NDArray[np.complex128], " f"]) -> complex:

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
+from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
 from correlation.data_type.mode_set import group_modes
@@ -17,9 +18,6 @@ from correlation.model import Model
 
 Frequencies = Float[NDArray[np.float64], " m"]
 
-#: A mode of the model is a measured one's if the logarithms of their frequencies differ by less [-], and as surely if
-#: the unit is mended.
-SAME, SAME_AFTER_MENDING = 0.25, 0.1
 #: Least MAC of a partner, where there are shapes [-].
 ALIKE = 0.8
 
@@ -49,31 +47,35 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
 
 def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:
     """One factor of 2 pi between all modes and those of the model."""
-    if not modes or any(_has_partner(model, mode, 1.0, SAME) for mode in modes):
+    candidates = [_partners(model, mode) for mode in modes]
+
+    def distance(factor: float) -> Frequencies:
+        pairs = zip(modes, candidates, strict=True)
+        return np.array([np.abs(np.log(factor * own / mode.frequency)).min(initial=np.inf) for mode, own in pairs])
+
+    wrong = find_wrong_frequency_unit(distance)
+    if wrong is None:
         return []
-    for factor, words, unit in ((2 * np.pi, "2 pi times", "rad/s"), (1 / (2 * np.pi), "a 2 pi-th of", "Hz")):
-        if all(_has_partner(model, mode, factor, SAME_AFTER_MENDING) for mode in modes):
-            listed = ", ".join(f"{mode.frequency:.4g}" for mode in modes[:4])
-            return [
-                Suspicion(
-                    where=name,
-                    sentence=f"its modes at {listed} Hz are {words} those of the model, and none is near one as it is: "
-                    f'is the frequency in {unit}? If so, say unit = "{unit}" for its column',
-                )
-            ]
-    return []
+    listed = ", ".join(f"{mode.frequency:.4g}" for mode in modes[:4])
+    return [
+        Suspicion(
+            where=name,
+            sentence=f"its modes at {listed} Hz are {wrong.words} those of the model, and none is near one as it is: "
+            f'is the frequency in {wrong.likely}? If so, say unit = "{wrong.likely}" for its column',
+        )
+    ]
 
 
-def _has_partner(model: Model, mode: MeasuredMode, factor: float, apart: float) -> bool:
-    """Whether the model has a mode at a frequency divided by a factor, alike where there is a shape."""
+def _partners(model: Model, mode: MeasuredMode) -> Frequencies:
+    """Frequencies of the model's modes that may be a measured one: alike where there is a shape [Hz]."""
     frequency, _, shapes = linear_modes(model, mode.configuration)
-    with np.errstate(divide="ignore"):
-        near = np.abs(np.log(frequency * factor / mode.frequency)) < apart
-    if not (near.any() and mode.sensors):
-        return bool(near.any())
-    seen = shape_at_sensors(model, mode.sensors, frequency[near], shapes[:, near])
-    seen = seen[:, np.abs(seen).max(axis=0) > 0]
-    return seen.shape[1] > 0 and bool(modal_assurance(mode.shape[:, None], seen).max() > ALIKE)
+    elastic = frequency > 0
+    frequency, shapes = frequency[elastic], shapes[:, elastic]
+    if not mode.sensors:
+        return frequency
+    seen = shape_at_sensors(model, mode.sensors, frequency, shapes)
+    moves = np.abs(seen).max(axis=0, initial=0.0) > 0
+    return np.asarray(frequency[moves][modal_assurance(mode.shape[:, None], seen[:, moves])[0] > ALIKE])
 
 
 def _wrong_sensors(model: Model, name: str, modes: Sequence[MeasuredMode]) -> Iterator[Suspicion]:

@@ -23,12 +23,15 @@ from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Fe
 from correlation.data_type.response_modes import read_modes
 from correlation.file.column import MeasuredFile
 from correlation.modal.fit_modes import FEWEST_LINES
+from correlation.modal.window import Window
 from correlation.model import DERIVATIVE, Model
 from correlation.signal.frequency_response import (
     Excitation,
+    FrequencyResponse,
     coherence_limit,
     estimate_frequency_response,
 )
+from correlation.signal.record import note_rounded_time
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
 
@@ -84,13 +87,24 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     test = tests.index(table.choice("test", tests)) if "test" in table.values else -1
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
     suspicions: tuple[str, ...] = ()
-    averages = None
+    remarks: tuple[str, ...] = ()
+    averages, window = None, Window.UNKNOWN
     if "frequency" in own:
         frequency, value, coherence = _read_lines(table, own, signals, coherent, file, sensors, context)
         suspicions = _suspect_degrees(signals, file)
     else:
+        estimator = table.choice("estimator", ESTIMATORS) if "estimator" in table.values else "H1"
         with table.reading(file.path.name):
-            frequency, value, coherence, averages, suspicions = _estimate(table, own, signals, file, sensors, context)
+            result, kind = _estimate(table, own, signals, file, sensors, context)
+        frequency, coherence, averages, suspicions = (
+            result.frequency, result.coherence, result.averages, result.suspicions
+        )  # fmt: skip
+        value = result.h1 if estimator == "H1" else result.h2
+        if kind is not Excitation.RANDOM:
+            window = Window.NONE
+        elif estimator == "H1":  # H2 is the quotient of two smeared spectra
+            window = Window.HANN
+        remarks = note_rounded_time(own["time"].or_unit(file, "s").real_values(file, "s"))
     there = frequency > 0
     response = MeasuredResponse(
         name=table.take("name", str),
@@ -105,7 +119,9 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         repeat=table.take("repeat", int, 1),
         coherence_limit=coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
-        suspicions=suspicions + _describe_gaps(value[:, there], sensors) + _find_dead(value[:, there], sensors),
+        window=window,
+        suspicions=suspicions + _find_dead(value[:, there], sensors),
+        remarks=remarks + _describe_gaps(value[:, there], sensors),
     )
     if response.level is not None and test < 0:
         raise table.problem("level", "makes steady states of the response: name their test as well")
@@ -218,22 +234,21 @@ def _estimate(
     file: MeasuredFile,
     sensors: Sequence[MeasuredSensor],
     context: DataContext,
-) -> tuple[Frequencies, NDArray[np.complex128], NDArray[np.float64], int, tuple[str, ...]]:
-    """Frequency responses of a record, their coherence and number of averages, and what looks wrong."""
+) -> tuple[FrequencyResponse, Excitation]:
+    """Frequency responses of a record, and what drove the structure."""
     if "force" not in own:
         raise table.problem("columns.force", 'is missing: add force = "COLUMN", the channel that drives', show=False)
-    estimator = table.choice("estimator", ESTIMATORS) if "estimator" in table.values else "H1"
     kinds = [kind.value for kind in Excitation]
     block = table.converted("block", lambda value: si_quantity(value, "s"), np.nan)
+    excitation = Excitation(table.choice("excitation", kinds)) if "excitation" in table.values else Excitation.RANDOM
     result = estimate_frequency_response(
         own["time"].or_unit(file, "s").real_values(file, "s"),
         own["force"].or_unit(file, context.units.level_unit).real_values(file, context.units.level_si),
         np.array([signals[item.name].real_values(file, item.unit if item.calibrated else "") for item in sensors]),
-        excitation=table.choice("excitation", kinds) if "excitation" in table.values else Excitation.RANDOM,
+        excitation=excitation,
         block=None if np.isnan(block) else block,
     )
-    value = result.h1 if estimator == "H1" else result.h2
-    return result.frequency, np.asarray(value), np.asarray(result.coherence), result.averages, result.suspicions
+    return result, excitation
 
 
 def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measurement | None:

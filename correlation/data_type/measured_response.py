@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.data_type.mode import MeasuredMode
 from correlation.modal.fit_modes import Modes
+from correlation.modal.window import Window
 from correlation.signal.frequency_response import LEAST_COHERENCE
 from geometry.read_only_array import freeze_fields
 
@@ -46,12 +47,16 @@ class MeasuredResponse:
         Number of the repeat.
     held_out
         Whether no calibration may see it.
+    window
+        Window under which it was estimated.
     modes
         Modes that the responses show.
     fit
         The fit that they are of; None if there is none.
     suspicions
         What looks wrong in the record, in words.
+    remarks
+        How the record is read and what it leaves open, in words.
     """
 
     type: ClassVar[str] = "frequency response"
@@ -67,9 +72,11 @@ class MeasuredResponse:
     repeat: int
     coherence_limit: float = LEAST_COHERENCE
     held_out: bool = False
+    window: Window = Window.UNKNOWN
     modes: tuple[MeasuredMode, ...] = ()
     fit: Modes | None = None
     suspicions: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "coherence")

@@ -136,6 +136,8 @@ class DataType:
     motions
         Rows of a model whose motion a datum shows, with the largest displacement of each [m]; None for a type whose
         data have no size.
+    check
+        The same as `read` without what takes long: enough to tell whether an entry can be read. None if nothing does.
     """
 
     name: str
@@ -148,6 +150,7 @@ class DataType:
     panels: Callable[[Model, Any], Sequence[Panel]] | None
     indications: ListIndications | None = None
     motions: Callable[[Model, Any], Sequence[Motion]] | None = None
+    check: Callable[[TomlTable, DataContext], Any] | None = None
 
 
 def _wrong(type_: DataType) -> str | None:

@@ -66,13 +66,19 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
                 shape=np.array(found.shapes[:, number] * turned if has_shape else [], dtype=np.complex128),
             )
         )
-    return replace(response, modes=tuple(modes), fit=found, suspicions=(*suspicions, *found.suspicions))
+    return replace(
+        response,
+        modes=tuple(modes),
+        fit=found,
+        suspicions=(*suspicions, *found.suspicions),
+        remarks=(*response.remarks, *found.remarks),
+    )
 
 
 def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
     told = response.told
     quantity = [sensor.quantity for sensor in sensors]
-    return fit_modes(response.frequency[told], response.value[:, told], quantity=quantity)
+    return fit_modes(response.frequency[told], response.value[:, told], quantity=quantity, window=response.window)
 
 
 def _fits_conjugate(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> str:

@@ -4,9 +4,9 @@ The backbone of each mode is read from the decay (`correlation.signal.ring_down`
 (`correlation.data_type.backbone`) at a few amplitudes. What excited the structure need not be known.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -22,7 +22,7 @@ from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion
 from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.signal.record import note_rounded_time
-from correlation.signal.ring_down import RingDown, analyse_ring_down
+from correlation.signal.ring_down import RingDown, analyse_ring_down, cut_decay
 from geometry.read_only_array import freeze_fields
 
 #: Amplitudes at which a mode is compared: a backbone is smooth, and neighbouring readings are not independent.
@@ -35,6 +35,8 @@ ENDS = 0.08
 #: this size that no scatter of the reading shows (frequency within a period of decay, damping of a slow change).
 LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
 
+#: Displacement from which a vibration on a bench is suspected to be in another unit [m].
+LARGEST = 1.0
 #: Modes of two decays are one if their frequencies differ by less; a change below this share of a value is none [-].
 SAME_MODE, STILL = 0.03, 1e-4
 #: Kind of each trend, its name, and the factor and unit that it is written in.
@@ -85,6 +87,17 @@ class FreeDecay:
     @property
     def suspicions(self) -> tuple[str, ...]:
         """What looks wrong in the record, in words."""
+        size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
+        if self.unit != "m" or size < LARGEST:
+            return ()
+        return (
+            f"its displacement is {size:.4g} m: are these the numbers of a recorder? Frequency and damping go with the "
+            "amplitude: give its unit or sensitivity",
+        )
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """How the record is read, in words."""
         return note_rounded_time(self.time)
 
 
@@ -96,6 +109,20 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
     CampaignError
         A key or value that cannot be used, a sensor that is not calibrated, or a record without a decay.
     """
+    return _read(table, context, analyse_ring_down)
+
+
+def check_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
+    """The same without its modes, whose fit takes long."""
+
+    def cut(*signals: Numbers, **words: Any) -> tuple[RingDown, ...]:
+        cut_decay(*signals, **words)
+        return ()
+
+    return _read(table, context, cut)
+
+
+def _read(table: TomlTable, context: DataContext, analyse: Callable[..., tuple[RingDown, ...]]) -> FreeDecay:
     sensors = {sensor.name: sensor for sensor in context.sensors}
     name = table.choice("sensor", sensors)
     sensor = sensors[name]
@@ -118,7 +145,7 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
     if near and step > 0 and max(near) * step >= 0.5:
         raise table.problem("modes", f"must be below half of the sampling rate, {0.5 / step:.6g} Hz")
     with table.reading(file.path.name):
-        modes = analyse_ring_down(
+        modes = analyse(
             instants,
             signal,
             quantity=sensor.quantity,
@@ -317,5 +344,6 @@ DATA_TYPES.register(
         panels=None,
         indications=list_ring_down_indications,
         motions=list_ring_down_motions,
+        check=check_ring_down,
     )
 )

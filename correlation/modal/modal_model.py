@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.modal.window import pole_response
 from correlation.noise.variance import fit_two_shares
 
 Poles = Complex[NDArray[np.complex128], " m"]
@@ -38,6 +39,8 @@ RESIDUAL_TERMS = 4
 #: Noise grows with the response if that part exceeds the other at the largest response by this factor in variance [-]:
 #: the few lines of a resonance tell it with some tens of percent.
 GROWS = 1.0
+#: Lines that count as one under Hann's window: the sum of the squared correlations 1, 2/3 and 1/6 of neighbours [-].
+LINES_ALIKE = 1 + 2 * (4 / 9 + 1 / 36)
 #: Iterations of the two parts, and least variance over the largest: one line at an antiresonance must not decide [-].
 NOISE_ROUNDS, LEAST_VARIANCE = 6, 1e-6
 
@@ -75,18 +78,23 @@ class ModalFit:
         return float(4 * np.log(np.maximum(self.noise, least)).sum() + count * np.log(2 * f * c))
 
 
-def columns(frequency: Frequencies, poles: Poles, power: int) -> Matrix:
+def columns(frequency: Frequencies, poles: Poles, power: int, duration: float | None = None) -> Matrix:
     """Real columns of residues (real parts, imaginary parts) and residual terms, real rows above imaginary ones."""
     s = 2j * np.pi * frequency[:, None]
-    first, second = 1 / (s - poles), 1 / (s - poles.conj())
+    first, second = (pole_response(s, each, power, duration)[0] for each in (poles, poles.conj()))
     size = np.abs(poles.imag).mean() if len(poles) else 2 * np.pi * frequency.mean()
-    background = np.hstack([(size / np.abs(s)) ** 2, np.ones_like(s)]) / size
-    basis = np.hstack([first + second, 1j * (first - second), background, 1j * background]) * s**power
+    background = np.hstack([(size / np.abs(s)) ** 2, np.ones_like(s)]) / size * s**power
+    basis = np.hstack([first + second, 1j * (first - second), background, 1j * background])
     return np.vstack([basis.real, basis.imag])
 
 
 def fit_poles(
-    frequency: Frequencies, responses: Responses, poles: Poles, power: Powers, deviation: Responses | None = None
+    frequency: Frequencies,
+    responses: Responses,
+    poles: Poles,
+    power: Powers,
+    deviation: Responses | None = None,
+    duration: float | None = None,
 ) -> ModalFit:
     """Poles and residues from first guesses of the poles.
 
@@ -102,6 +110,8 @@ def fit_poles(
         Of i omega by which each response exceeds a receptance: 0, 1 or 2, shape (c,).
     deviation
         Of real and imaginary part of the responses, shape (c, f); equal along each response by default.
+    duration
+        Of the window of Hann under which the responses were estimated [s]; None for no leakage.
     """
     values = np.hstack([responses.real, responses.imag])
     if deviation is None:
@@ -109,20 +119,20 @@ def fit_poles(
     else:
         weight = np.hstack([1 / deviation, 1 / deviation]).real
     damping = 1e-3
-    fit = _project(frequency, values, weight, poles, power)
+    fit = _project(frequency, values, weight, poles, power, duration)
     for _ in range(ROUNDS):
         if deviation is None:
             # Noise differs between sensors: each counts by what it leaves.
             noise = np.maximum(fit.estimate_noise(), 1e-12 * np.abs(values).max())
             weight = np.hstack([1 / noise, 1 / noise])
-            fit = _project(frequency, values, weight, poles, power)
+            fit = _project(frequency, values, weight, poles, power, duration)
         normal, right, square = fit.normal, fit.right, fit.square
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-300), right)
         m = len(poles)
         change = np.clip(step[:m] / -poles.real, -0.5, 0.5) * -poles.real
         turn = np.clip(step[m:] / -poles.real, -2, 2) * -poles.real
         trial_poles = poles + change + 1j * turn
-        trial = _project(frequency, values, weight, trial_poles, power)
+        trial = _project(frequency, values, weight, trial_poles, power, duration)
         if trial.square < square:
             poles, fit, damping = trial_poles, trial, max(damping / 10, 1e-12)
             if np.abs((change + 1j * turn) / poles.real).max() < ENOUGH:
@@ -137,12 +147,23 @@ def fit_poles(
 class _project:  # noqa: N801  # a step of the search, not a thing of the field
     """Residues at given poles, and the normal equations of a step of the poles."""
 
-    def __init__(self, frequency: Frequencies, values: Matrix, weight: Matrix, poles: Poles, power: Powers) -> None:
-        self.poles, self.weight = poles, weight
+    def __init__(
+        self,
+        frequency: Frequencies,
+        values: Matrix,
+        weight: Matrix,
+        poles: Poles,
+        power: Powers,
+        duration: float | None,
+    ) -> None:
+        self.poles, self.weight, self.duration = poles, weight, duration
         m, f = len(poles), len(frequency)
         s = 2j * np.pi * frequency[:, None]
-        by_pole = 1 / (s - poles) ** 2, 1 / (s - poles.conj()) ** 2
-        bases = {each: columns(frequency, poles, each) for each in set(power.tolist())}
+        powers = set(power.tolist())
+        by_pole = {
+            each: [pole_response(s, part, each, duration)[1] for part in (poles, poles.conj())] for each in powers
+        }
+        bases = {each: columns(frequency, poles, each, duration) for each in powers}
         self.normal, self.right, self.square = np.zeros((2 * m, 2 * m)), np.zeros(2 * m), 0.0
         self.amplitudes, self.inverses = [], []
         self.fitted, self.left = np.empty_like(values), np.empty_like(values)
@@ -151,7 +172,7 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
         shared = {each: np.linalg.qr(basis) for each, basis in bases.items()}
         for row, (value, w) in enumerate(zip(values, weight, strict=True)):
             basis, (q, r) = bases[int(power[row])], shared[int(power[row])]
-            first, second = (s ** power[row] * part for part in by_pole)
+            first, second = by_pole[int(power[row])]
             # Equal weights along a response leave the directions of its columns as they are.
             q, r = np.linalg.qr(basis * w[:, None]) if not even[row] else (q, r * w[0])
             amplitude = np.linalg.lstsq(r, q.T @ (value * w), rcond=None)[0]
@@ -184,9 +205,11 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
     def result(self, frequency: Frequencies, responses: Responses, known: bool) -> ModalFit:
         """The fit with its covariance."""
         m, f = len(self.poles), len(frequency)
-        scale = 1.0
+        # Noise that moves sensors or lines alike averages less.
+        scale = 1.0 if self.duration is None else LINES_ALIKE
+        scale *= _sensors_alike((self.left * self.weight)[:, :f] + 1j * (self.left * self.weight)[:, f:])
         if known:  # deviations that are too small for what is left are scaled up
-            scale = max(self.square / (self.freedom * len(responses)), 1.0)
+            scale *= max(self.square / (self.freedom * len(responses)), 1.0)
         covariance = np.asarray(np.linalg.pinv(self.normal, hermitian=True) * scale, dtype=np.float64)
         spread = np.array([np.sqrt(scale * (inverse**2).sum(axis=1)) for inverse in self.inverses])
         residues = np.array([amplitude[:m] + 1j * amplitude[m : 2 * m] for amplitude in self.amplitudes])
@@ -198,6 +221,21 @@ class _project:  # noqa: N801  # a step of the search, not a thing of the field
             fitted=self.fitted[:, :f] + 1j * self.fitted[:, f:],
             noise=self.scale_noise() if known else self.estimate_noise(),
         )
+
+
+def _sensors_alike(left: Responses) -> float:
+    """How many sensors count as one, since what is left of them goes together [-].
+
+    It is the mean over the sensors of the sum of their squared correlations.
+    """
+    size = np.sqrt((np.abs(left) ** 2).sum(axis=1))
+    if not (size > 0).all():
+        return 1.0
+    unit = left / size[:, None]
+    squared = np.abs(unit @ unit.conj().T) ** 2
+    # Independent ones correlate by chance.
+    by_chance = (len(left) - 1) / left.shape[1]
+    return float(max(squared.sum() / len(left) - by_chance, 1.0))
 
 
 def _noise(response: Frequencies, scatter: Frequencies, freedom: int) -> Frequencies:

@@ -38,12 +38,10 @@ HISTORY_NOISE_SHARE = 0.2
 STATE = 4.0
 #: Largest ratio of the variance of a number to the pooled one in the scatter of its state: beyond, its pooling failed.
 MOST_EXCESS_SCATTER = 10.0
-#: Largest ratio of the variance of a number to the fitted one in the fit of a and b: at an antiresonance, or at the
-#: onset of slip, readings scatter by a hundred times as much. (A chi-square of four degrees of freedom exceeds it in
-#: 0.3 %.)
-TAIL = 4.0
-#: Median of such a chi-square per degree of freedom.
-MEDIAN = 0.84
+#: Probability of a chi-square above the largest ratio of the variance of a number to the fitted one in the fit of a and
+#: b: at an antiresonance, or at the onset of slip, readings scatter by a hundred times as much. With four degrees of
+#: freedom the ratio is 4.
+TAIL = 0.003
 #: Usual standard deviations of what differs between repeats, where nothing was repeated: frequencies and forces of the
 #: jointed and of the free test, and preloads [-]. The force is what was measured.
 USUAL_JITTER = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
@@ -235,14 +233,17 @@ def _pooled(
         rows = np.flatnonzero(group == number)
         seen = rows[freedom[rows] > 0]
         mean = float(np.mean(size[rows] ** 2)) or 1.0
+        # Variances of two repeats are far more skewed than those of five.
+        count = freedom[seen]
+        largest, median = (np.asarray(chdtri(count, chance) / count) for chance in (TAIL, 0.5))
         v, table = variance[seen], np.column_stack([size[seen] ** 2, np.full(len(seen), mean)])
         fitted = np.maximum(
             size[seen] ** 2 * float(np.median(v / np.maximum(size[seen] ** 2, 1e-12 * mean))), 1e-12 * mean
         )
         share = np.zeros(2)
         for _ in range(ROUNDS):
-            share = fit_two_shares(table.T, np.minimum(v, TAIL * fitted), 1 / fitted**2)
-            share *= np.median(v / np.maximum(table @ share, 1e-12 * mean)) / MEDIAN
+            share = fit_two_shares(table.T, np.minimum(v, largest * fitted), 1 / fitted**2)
+            share *= np.median(v / median / np.maximum(table @ share, 1e-12 * mean))
             fitted = np.maximum(table @ share, 1e-12 * mean)
         pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
     return pooled

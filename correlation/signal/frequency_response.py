@@ -27,7 +27,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.record import Channels, Samples, check_channels, check_time, note_rounded_time, uniform_step
+from correlation.signal.record import Channels, Samples, check_channels, check_time, uniform_step
 from geometry.read_only_array import freeze_fields
 
 Responses = Complex[NDArray[np.complex128], "c f"]
@@ -139,7 +139,7 @@ def estimate_frequency_response(
     if not (np.isfinite(decay) and decay >= 0):
         raise CampaignError(f"decay = {decay}: give the rate of an exponential window in 1/s, or 0")
     step = uniform_step(instants)
-    suspicions = [*note_rounded_time(np.asarray(time, dtype=np.float64))]
+    suspicions: list[str] = []
     if kind is Excitation.HAMMER:
         forces, blocks, of_blows = _blows(force[0], channels, step, block, decay, force_window)
         suspicions += of_blows

@@ -16,6 +16,9 @@ ROUNDING = 0.2
 #: What passes for a whole number of last digits, and by how many of them rounding moves an instant [-]: half of one,
 #: and the line through all of them a little more.
 WHOLE, HALF = 1e-4, 0.6
+#: Steps that differ by less than this share are not worth a word [-]: half of it on either side turns the phase of the
+#: highest frequency that samples resolve by 1 deg.
+NOTED = 0.01
 #: Digits that are looked for; a file with more has no rounding that matters.
 MOST_DIGITS = 10
 
@@ -79,27 +82,31 @@ def check_time(time: Any, n_sample: int, fewest: int = 4) -> Samples:
 
 def recover_clock(time: Samples) -> Samples | None:
     """The constant rate that fits instants to their last digits, some rounded to one, shape (n,) [s]; None without."""
-    if (np.diff(time) < 0).any() or not time[-1] > time[0]:
+    if len(time) < 2 or (np.diff(time) < 0).any() or not time[-1] > time[0]:
         return None
     clock = _unrounded(time)
     return clock if (np.diff(clock) > 0).all() else None
 
 
 def note_rounded_time(time: Samples) -> tuple[str, ...]:
-    """Which clock is used in place of instants of which several were rounded to one; empty for others.
+    """Which clock is used in place of instants that a file has rounded by a part of their step; empty for others.
 
     Parameters
     ----------
     time
         Instants that `check_time` takes, shape (n,) [s].
     """
-    equal, clock = int((np.diff(time) == 0).sum()), recover_clock(time)
-    if not equal or clock is None:
+    clock = recover_clock(time)
+    if clock is None or clock is time:
         return ()
-    rate = 1 / uniform_step(clock)
+    steps, step = np.diff(time), uniform_step(clock)
+    if np.ptp(steps) <= NOTED * step:
+        return ()
+    equal = int((steps == 0).sum())
+    same = f", {equal} of {len(time)} to that of the sample before" if equal else ""
     return (
-        f"{equal} of {len(time)} instants are rounded to that of the sample before: a constant rate of {rate:.6g} Hz "
-        "fits all of them to their last digit and is used; write more digits",
+        f"instants are rounded, so that steps are {steps.min():.4g} to {steps.max():.4g} s{same}: the constant rate of "
+        f"{1 / step:.6g} Hz fits all of them to their last digit and is used; write more digits",
     )
 
 

@@ -17,7 +17,7 @@ from scipy.special import fdtri
 
 from correlation.errors import CampaignError
 from correlation.signal.harmonics import DriftingFit, Harmonics, find_frequency, fit_drifting, refine_frequency
-from correlation.signal.record import Channels, Samples, check_channels, check_time, note_rounded_time
+from correlation.signal.record import Channels, Samples, check_channels, check_time
 
 #: Shares of the record at which the settled part may begin [-].
 STARTS = tuple(np.linspace(0.0, 0.75, 16))
@@ -82,7 +82,6 @@ def fit_steady_state(
     fading = fading_residual(fit, instants[used])
     relative = fading * described.residual
     suspicions = [
-        *note_rounded_time(np.asarray(time, dtype=np.float64)),
         *described.suspicions,
         *(
             f"{words[row]}: what the harmonics leave fades by {relative[row]:.2g} of the amplitude within the part "

@@ -6,6 +6,7 @@ import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL
 from correlation.file.column import Column
+from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import add_test, ask_configuration, force_column
@@ -90,6 +91,7 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
             draft.left_out.append(f'{file}: the step of "{time.name}" varies: resample the record to a uniform step')
             return
         rate = f"{found_rate / factor:.9g} Hz"
+        draft.suspicions += [f"{file}: {sentence}" for sentence in note_rounded_time(factor * time.values)]
     else:
         answer = draft.ask(f"Sampling rate of {file}?", "1000 Hz", "the file has no time; all frequencies depend on it")
         text = str(answer.value)

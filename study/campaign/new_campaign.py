@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.manifest import MANIFEST
-from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.read_campaign import check_campaign
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
@@ -41,6 +42,7 @@ from study.campaign.table_kind import JudgedTable, Kind, judge_table
 
 #: Words in the name of a group that stand beside the level or number of a run.
 OF_A_RUN = {"level", "rep", "repeat", "repetition"}
+WAY = re.compile(r"(?<![a-z])(up|down)(?![a-z])[_ /-]?", re.IGNORECASE)
 #: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
 NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
 NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
@@ -175,13 +177,13 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     return draft
 
 
-def write_manifest(folder: Path, draft: Draft) -> NewCampaign:
+def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
     """Write a draft, without entries that `read_campaign` refuses.
 
     Parameters
     ----------
-    folder
-        Folder of the campaign.
+    measured
+        Files of the campaign.
     draft
         Draft, which loses these entries.
 
@@ -190,9 +192,9 @@ def write_manifest(folder: Path, draft: Draft) -> NewCampaign:
     CampaignError
         Nothing is left: the whole draft is written, to be edited.
     """
-    path, whole = folder / MANIFEST, draft.text()
+    path, whole = measured.folder / MANIFEST, draft.text()
     try:
-        suspicions = _keep_readable(draft, folder)
+        suspicions = _keep_readable(draft, measured)
     except CampaignError as error:
         path.write_text(whole, encoding="utf-8")
         raise CampaignError(f'{error}; the draft with all entries is in "{path}", to be mended there') from None
@@ -239,8 +241,8 @@ def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
     """Test of each table: tables with equal columns are runs of one test."""
     groups: dict[tuple[str, ...], list[JudgedTable]] = {}
     for table in tables:
-        # A level or a number in the name of a group tells a run, not a test.
-        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", LEVEL_IN_NAME.sub("", table.table.path))
+        # A level, a number or the way of a sweep in the name of a group tells a run, not a test.
+        shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", LEVEL_IN_NAME.sub("", WAY.sub("", table.table.path)))
         names = [table.table.short_name(column) for column in table.table.columns]
         groups.setdefault((table.kind.value, shape, *names), []).append(table)
     result: dict[int, str] = {}
@@ -270,8 +272,9 @@ def _mark_settling(draft: Draft, judged: JudgedTable, test: str) -> None:
     mark_settling(draft, test, frequency.values[mask], sizes)
 
 
-def _keep_readable(draft: Draft, folder: Path) -> list[str]:
+def _keep_readable(draft: Draft, measured: FolderFiles) -> list[str]:
     """Leave out entries that `read_campaign` refuses, one after the other; returns what it suspects."""
+    folder = measured.folder
     files = [path for path in folder.iterdir() if path.is_file() and path.name != MANIFEST]
     # Within the folder, so that files have second names there: a campaign reads no file outside its own folder.
     with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
@@ -280,7 +283,8 @@ def _keep_readable(draft: Draft, folder: Path) -> list[str]:
         while True:
             (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
             try:
-                return [str(suspicion) for suspicion in read_campaign(Path(trial)).suspicions]
+                files_again = MeasuredFiles(folder=Path(trial), known=dict(measured.files))
+                return [str(suspicion) for suspicion in check_campaign(files_again).suspicions]
             except CampaignError as error:
                 if not _leave_out(draft, str(error)):
                     raise CampaignError(f"the draft cannot be read: {error}") from None

@@ -68,7 +68,7 @@ def add_sensor(
         why = f'the unit of "{column.name}" is unknown'
         why = "readings in volts: their sensitivity is unknown" if guess.unit else why
         entry["calibrated"] = Marked(value=False, assumed=why)
-        entry["reading_unit"] = guess.unit or Marked(value="V", assumed="the file says no unit")
+        entry["reading_unit"] = guess.unit or Marked(value="V", assumed="the file says no unit that is known")
     draft.entries["sensor"].append(entry)
     return name
 

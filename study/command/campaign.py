@@ -45,7 +45,7 @@ def new(
         measured = read_folder(folder, overwrite=force, report=report)
     draft = draft_campaign(measured, Assumptions() if yes else Terminal())
     with run.progress.step("try the manifest"):
-        drafted = write_manifest(folder, draft)
+        drafted = write_manifest(measured, draft)
     return Answer(document=document(drafted), text=in_words(drafted))
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_quality.response import find_response_suspicions
 from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
@@ -31,6 +30,7 @@ from study.compare.page import render_sections
 from study.compare.report import side_by_side
 from study.compare.result import Calibrated
 from study.compare.sentence import Summary, judge
+from study.compare.suspicions import find_all_suspicions
 from study.run_context import RunContext
 
 NEXT = "stickslip compare --calibrate fits the calibration parameters of the case to these data first."
@@ -64,7 +64,7 @@ class DataCompared:
     @property
     def summary(self) -> Summary:
         """Verdict in a few sentences."""
-        return summarise_data(self.data)
+        return summarise_data(self.data, self.suspicions)
 
     def text(self) -> str:
         """For people."""
@@ -124,7 +124,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         if fitted:
             model, calibrated = calibrate_on_data(setup, campaign)
         data = compare_data(model, campaign.data)
-    suspicions = merge_suspicions((*campaign.suspicions, *find_response_suspicions(model, campaign.data)))
+    suspicions = merge_suspicions(find_all_suspicions(campaign, model))
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
         drawn, sections = show_data(model, campaign.data, data, title)
@@ -188,8 +188,8 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     return fit.model, tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
 
-def summarise_data(data: Sequence[DataComparison]) -> Summary:
-    """Verdict of a comparison of other data than steady states."""
+def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicion] = ()) -> Summary:
+    """Verdict of a comparison of other data than steady states, about which some suspicions stand."""
     errors = np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
     lacking = sum(int((~np.isfinite(item.error)).sum()) for item in data)
     if not len(errors):
@@ -197,7 +197,7 @@ def summarise_data(data: Sequence[DataComparison]) -> Summary:
         reasons = tuple(dict.fromkeys(item.reason for item in data if item.reason))
         return Summary(tone="ambiguous", tag=tag, sentences=reasons, next=NEXT, cards=())
     size = float(np.sqrt(np.mean(errors**2)))
-    tone, tag = judge(size, without_comparison(data))
+    tone, tag = judge(size, without_comparison(data), suspicions)
     sentences = [
         f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations (root mean "
         f"square); {int((np.abs(errors) > CLEAR).sum())} of them by more than {CLEAR:g}."

@@ -56,6 +56,8 @@ function drawResponse() {
   const { panels, levels, colours } = responses, panel = panels[shown.panel], traces = [];
   const kind = panel.static && shown.residual === "phase" ? "sigma" : panel.phase || shown.residual !== "phase" ? shown.residual : "sigma";
   const there = panel.groups.filter((group) => shown.levels[group.level]);
+  const seen = there.flatMap((group) => [group, ...(shown.runs ? group.runs : [])]).map((curve) => curve.amplitude);
+  const scale = panel.static ? null : logAxis(seen, there.map((group) => group.line.amplitude));
   for (const group of there) {
     const colour = colours[group.level], name = levels[group.level] + ({ "1": ", up", "-1": ", down" }[group.sweep] || "");
     const thin = { mode: "lines", line: { color: colour, width: 0.7 }, opacity: 0.55, showlegend: false };
@@ -66,23 +68,18 @@ function drawResponse() {
       }
     }
     const thick = { mode: "lines", x: group.line_frequency, line: { color: colour, width: 2.2 }, showlegend: false, hoverinfo: "skip" };
-    traces.push({ ...thick, y: group.line.amplitude, yaxis: "y" });
+    traces.push({ ...thick, y: within(scale, group.line.amplitude), yaxis: "y" });
     if (panel.phase) traces.push({ ...thick, y: group.line.phase, yaxis: "y3" });
     traces.push(points(group, group.amplitude, colour, { yaxis: "y", error_y: bars(group.deviation, colour), hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + ", mean</extra>" }));
     if (panel.phase) traces.push(points(group, group.phase, colour, { yaxis: "y3", hovertemplate: "%{x:.5g} Hz<br>%{y:.4g}°<extra>" + name + "</extra>" }));
     traces.push(...residualTraces(group, colour, name, kind, panel));
   }
-  // What is measured sets the range: a model without friction has no third harmonic at all.
-  const seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0);
-  const drawn = there.flatMap((group) => group.line.amplitude).filter((value) => value > 0);
-  const isLog = !panel.static && seen.length > 0;
-  const limits = isLog ? [Math.log10(Math.min(...seen)) - 0.08, Math.log10(Math.max(...seen, ...drawn)) + 0.05] : undefined;
   const bottom = panel.phase ? "y3" : "y2", top = panel.phase ? [0.52, 1] : [0.42, 1], middle = panel.phase ? [0.25, 0.46] : [0, 0.36];
   const words = { sigma: "residual<br>[std. dev.]", amplitude: panel.static ? "residual<br>[" + panel.unit + "]" : "residual of<br>amplitude [%]", phase: "residual of<br>phase [deg]" }[kind];
   const layout = {
     font: FONT, height: panel.phase ? 760 : 600, margin: { l: 84, r: 20, t: 12, b: 50 }, paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
     xaxis: axis({ title: { text: "frequency [Hz]" }, anchor: bottom }),
-    yaxis: axis({ title: { text: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]" }, type: isLog ? "log" : "linear", domain: top, ...(isLog ? { range: limits, dtick: "D2", exponentformat: "power", minor: { showgrid: true, gridcolor: "#f0f3f6" } } : {}) }),
+    yaxis: axis({ title: { text: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]" }, domain: top, ...(scale ? scale.axis : {}) }),
     yaxis2: axis({ title: { text: words }, domain: middle, zeroline: true, zerolinecolor: "#9aa5b1", nticks: 6 }),
     shapes: kind === "sigma" ? [{ type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: -2, y1: 2, layer: "below", line: { width: 0 }, fillcolor: "#e8edf2" }] : [],
     annotations: kind === "sigma" && !panel.static ? [{ xref: "paper", x: 1, yref: "paper", y: middle[1], xanchor: "right", yanchor: "bottom", showarrow: false, font: { size: 12, color: PALE }, text: "filled: real part of " + panel.feature + ", hollow: imaginary part; the band is noise" }] : [],

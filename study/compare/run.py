@@ -11,7 +11,6 @@ import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
-from correlation.data_quality.response import find_response_suspicions
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
@@ -189,13 +188,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
         unread=sides[0].find_unread_peaks(campaign.drive.unit),
-        suspicions=merge_suspicions(
-            (
-                *find_all_suspicions(campaign, model, sides[0].prediction),
-                *find_response_suspicions(model, campaign.data),
-                *gained.remarks,
-            )
-        ),
+        suspicions=merge_suspicions((*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)),
         calibrated=calibrated,
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
+from correlation.campaign.measurement import Suspicion
 from correlation.metric.misfit import Misfit, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
@@ -27,6 +28,8 @@ CHANCE = 1e-3
 TOLD = 3.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
+#: Suspicions that a headline names by their places.
+MOST_NAMED = 3
 NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
 
 
@@ -54,9 +57,10 @@ class Summary:
 def summarise(compared: Compared) -> Summary:
     """Verdict of a comparison."""
     difference = whole(compared.train).whitened
-    tone, tag = judge(difference, without_comparison(compared.data))
+    tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions)
     if tone != "missing" and (vague := _vague(compared)):
         tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
+        tag += doubt(compared.suspicions)
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
     cards = [
         (f"{name} data, reduced chi^2 (1 is noise)", format_square(whole(side).whitened))
@@ -81,7 +85,7 @@ def summarise(compared: Compared) -> Summary:
     )
 
 
-def judge(difference: float, missing: Sequence[str]) -> tuple[str, str]:
+def judge(difference: float, missing: Sequence[str], suspicions: Sequence[Suspicion] = ()) -> tuple[str, str]:
     """Tone and headline.
 
     Parameters
@@ -90,6 +94,8 @@ def judge(difference: float, missing: Sequence[str]) -> tuple[str, str]:
         Whitened, root mean square [standard deviations].
     missing
         What could not be compared.
+    suspicions
+        What looks wrong in the measurements: agreement with these is none with the specimen.
     """
     tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
     tag = {
@@ -99,7 +105,18 @@ def judge(difference: float, missing: Sequence[str]) -> tuple[str, str]:
     }[tone]
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
+    if doubted := doubt(suspicions):
+        tone, tag = tone.replace("nothing", "ambiguous"), f"{tag}{doubted}"
     return tone, tag
+
+
+def doubt(suspicions: Sequence[Suspicion]) -> str:
+    """End of a headline: which measurements look wrong; empty if none does."""
+    where = list(dict.fromkeys(item.where for item in suspicions if not item.remark))
+    if not where:
+        return ""
+    more = f" and {len(where) - MOST_NAMED} more" if len(where) > MOST_NAMED else ""
+    return f", but some of these look wrong: {'; '.join(where[:MOST_NAMED])}{more}"
 
 
 def _vague(compared: Compared) -> str:

@@ -12,6 +12,7 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.conjugate import find_conjugate_tests
 from correlation.data_quality.jump import find_jump_suspicions
 from correlation.data_quality.model import find_model_suspicions, find_swapped_sensors
+from correlation.data_quality.response import find_response_suspicions
 from correlation.data_quality.swapped_force import find_swapped_forces
 from correlation.data_quality.wrong_unit import LEVEL_UNITS, find_wrong_units
 from correlation.errors import CampaignError
@@ -45,8 +46,9 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     before
         States to start from, if some are there.
     """
+    of_data = find_response_suspicions(model, campaign.data)
     if not len(campaign.measurement):
-        return campaign.suspicions
+        return (*campaign.suspicions, *of_data)
     table = average_campaign(campaign)
     names = np.array([sensor.name for sensor in campaign.sensors])
     free = np.array([test.configuration == "free" for test in campaign.tests])
@@ -75,6 +77,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *_single_repeat(campaign),
         *find_jump_suspicions(campaign),
         *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
+        *of_data,
     )
 
 
@@ -167,6 +170,7 @@ def _single_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         where="campaign",
         sentence=f"there is one repeat: noise is what {source}, and how much another run or assembly would differ is "
         "taken as usual, 0.03 % of frequencies and 1 % of preloads: repeat at least one level",
+        remark=True,
     )
 
 

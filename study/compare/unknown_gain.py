@@ -33,7 +33,7 @@ class SetGains:
     @property
     def remarks(self) -> tuple[Suspicion, ...]:
         """What the data cannot tell."""
-        return (Suspicion(where="drive", sentence=self.gains.fixed),) if self.gains.fixed else ()
+        return (Suspicion(where="drive", sentence=self.gains.fixed, remark=True),) if self.gains.fixed else ()
 
     def refine(self, model: Model, comparison: Comparison) -> tuple[Model, tuple[Calibrated, ...]]:
         """The model with the gains of least squares, and the gains with their standard deviations.

@@ -7,7 +7,7 @@ from math import nan
 from pathlib import Path
 from typing import Any
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_type.indication import Indication
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.effect import INTERVAL
@@ -15,6 +15,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
 from diagnosis.fit.problem import Refit
 from pipeline.output import replace_file
+from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case
 from study.compare.data import compare_data
 from study.compare.data_view import show_data
@@ -23,6 +24,7 @@ from study.compare.report import side_by_side
 from study.compare.result import Calibrated
 from study.compare.section.section import Section
 from study.compare.sentence import Summary
+from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import add
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
@@ -60,6 +62,8 @@ class DataDiagnosed:
         The last round.
     indications
         What the data show by themselves beside the calibrated model.
+    suspicions
+        What looks wrong in the data.
     files
         Written files.
     """
@@ -68,6 +72,7 @@ class DataDiagnosed:
     campaign: Campaign
     diagnosis: FeatureDiagnosis
     indications: tuple[Indication, ...]
+    suspicions: tuple[Suspicion, ...] = ()
     files: tuple[Path, ...] = ()
 
     @property
@@ -131,6 +136,7 @@ class DataDiagnosed:
             "finding": verdict.finding.value,
             "verdict": self.headline,
             "effects": [each.name for each in verdict.effects],
+            "suspicions": [str(each) for each in self.suspicions],
             "signs": [{**vars(indication), "clear": indication.is_clear} for indication in self.indications],
             "calibrated": {
                 each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
@@ -171,15 +177,18 @@ def run_data_diagnosis(
     CaseError, CampaignError, EffectError, OutputError
         With what is wrong in the case, the campaign, the kinds or the folders.
     """
-    for suspicion in campaign.suspicions:
+    setup = _read_setup(case, campaign, run)
+    suspicions = merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
+    for suspicion in suspicions:
         run.warn(str(suspicion))
     for left in reversed(range(MOST_ROUNDS)):
-        found = _diagnose_once(case, campaign, run, without)
+        found = replace(_diagnose_once(setup, campaign, run, without), suspicions=suspicions)
         _record(found, case, folder)
         best = found.diagnosis.verdict.effects[:1]
         if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
             break
         add(case, best[0].name, run=run)
+        setup = _read_setup(case, campaign, run)
     with run.progress.step("page and figures", expected=5):
         files = _draw(found, case, run)
     for file, content in files.items():
@@ -187,9 +196,12 @@ def run_data_diagnosis(
     return replace(found, files=tuple(files))
 
 
-def _diagnose_once(case: Path, campaign: Campaign, run: RunContext, without: Sequence[str]) -> DataDiagnosed:
+def _read_setup(case: Path, campaign: Campaign, run: RunContext) -> Setup:
     setup = read_case(case, campaign, run).setup
-    setup = replace(setup, model=with_sensors(setup.model, campaign))
+    return replace(setup, model=with_sensors(setup.model, campaign))
+
+
+def _diagnose_once(setup: Setup, campaign: Campaign, run: RunContext, without: Sequence[str]) -> DataDiagnosed:
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -243,7 +255,7 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
             ),
         ),
         calibrated=found.calibrated,
-        suspicions=found.campaign.suspicions,
+        suspicions=found.suspicions,
         sections=[*_sections(found), *sections],
     )  # fmt: skip
     stem = f"{case.stem}_diagnosis"

@@ -87,6 +87,9 @@ function drawResponse() {
   const { panels, levels, stages, colours } = DATA.curves, panel = panels[shown.panel], traces = [];
   const first = DASHES.length - stages.length;
   byId("history").hidden = !panel.static;
+  const there = panel.groups.filter((group) => shown.levels[group.level]);
+  const lines = there.flatMap((group) => group.lines.filter((_, stage) => shown.stages[stage]));
+  const scale = panel.static ? null : logAxis(there.map((group) => group.amplitude), lines.map((line) => line.amplitude));
   for (const group of panel.groups) {
     if (!shown.levels[group.level]) continue;
     const colour = colours[group.level], name = levels[group.level];
@@ -94,7 +97,7 @@ function drawResponse() {
       if (!shown.stages[stage]) return;
       const style = { mode: "lines", x: group.line_frequency, line: { color: colour, dash: DASHES[first + stage], width: WIDTHS[first + stage] },
         opacity: first + stage < 2 ? 0.75 : 1, showlegend: false, hoverinfo: "skip" };
-      traces.push({ ...style, y: line.amplitude, yaxis: "y" });
+      traces.push({ ...style, y: within(scale, line.amplitude), yaxis: "y" });
       if (!panel.static) traces.push({ ...style, y: line.phase, yaxis: "y2" });
     });
     const points = { mode: "markers", x: group.frequency, marker: { color: "white", size: 7, line: { color: colour, width: 1.5 } }, showlegend: false };
@@ -102,15 +105,10 @@ function drawResponse() {
     traces.push({ ...points, y: group.amplitude, yaxis: "y", error_y: bars(group.deviation), hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + "</extra>" });
     if (!panel.static) traces.push({ ...points, y: group.phase, yaxis: "y2", error_y: bars(group.phase_deviation), hovertemplate: "%{x:.5g} Hz<br>%{y:.4g}°<extra>" + name + "</extra>" });
   }
-  // What is measured sets the range: a model without friction has no third harmonic at all.
-  const there = panel.groups.filter((group) => shown.levels[group.level]), seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0);
-  const drawn = there.flatMap((group) => group.lines.flatMap((line, stage) => (shown.stages[stage] ? line.amplitude : [])));
-  const limits = [Math.log10(Math.min(...seen)) - 0.08, Math.log10(Math.max(...seen, ...drawn)) + 0.05];
   const layout = {
     font: FONT, height: panel.static ? 400 : 560, margin: { l: 78, r: 24, t: 12, b: 52 }, paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
     xaxis: axis({ title: { text: "frequency [Hz]" }, anchor: panel.static ? "y" : "y2" }),
-    yaxis: axis({ title: { text: (panel.static ? "" : "amplitude ") + "[" + panel.unit + "]" }, type: panel.static ? "linear" : "log", ...(panel.static ? {} : { dtick: "D2" }), domain: panel.static ? [0, 1] : [0.37, 1], ...(panel.static || !seen.length ? {} : { range: limits }),
-      exponentformat: "power", minor: panel.static ? {} : { showgrid: true, gridcolor: "#f0f3f6" } }),
+    yaxis: axis({ title: { text: (panel.static ? "" : "amplitude ") + "[" + panel.unit + "]" }, domain: panel.static ? [0, 1] : [0.37, 1], exponentformat: "power", ...(scale ? scale.axis : {}) }),
   };
   if (!panel.static) layout.yaxis2 = axis({ title: { text: "phase [deg]" }, domain: [0, 0.31] });
   if (!panel.static) layout.yaxis2.nticks = 7;

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Suspicion
 from correlation.data_type.registry import Features
 from study.cli import main
 from study.compare.data import DataComparison, describe_data
@@ -134,3 +135,33 @@ def test_the_headline_names_data_without_a_comparison() -> None:
     assert summary.tone == "ambiguous"
     assert "not frequency response t1" in summary.tag
     assert summarise_data([datum(0.01, 0.01)]).tone == "nothing"
+
+
+def test_a_headline_does_not_agree_with_data_that_look_wrong() -> None:
+    dead, rounded = (Suspicion(where='hammer, "a"', sentence="", remark=remark) for remark in (False, True))
+    for value, tone in ((0.01, "ambiguous"), (0.02, "missing")):
+        summary = summarise_data([datum(0.01, value)], [dead, rounded])
+        assert summary.tone == tone
+        assert summary.tag.endswith('look wrong: hammer, "a"')
+    assert summarise_data([datum(0.01, 0.01)], [rounded]).tone == "nothing"
+
+
+def test_both_commands_suspect_modes_of_swapped_sensors(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """Shapes of the chain are (1, 1) and (1, -1): the sign of one sensor turns one into the other."""
+    (folder / "chain.toml").write_text(f'{CASE}[[sensor]]\nname = "b"\ndof = 1\n', encoding="utf-8")
+    sensors = "".join(
+        f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "x"\nplace = "{name}"\n' for name in "ab"
+    )
+    lower, upper = MODES.split("[[mode]]")[1:]
+    modes = f"[[mode]]{lower}shape = {{ a = 1.0, b = -1.0 }}\n[[mode]]{upper}shape = {{ a = 1.0, b = 1.0 }}\n"
+    (folder / "modal" / "campaign.toml").write_text(f"schema = 1\n{sensors}{modes}", encoding="utf-8")
+    compared = run(folder, capfdbinary)
+    words = ["diagnose", str(folder / "chain.toml"), str(folder / "modal"), "--out", str(folder / "out"), "--json"]
+    assert main(words) == 0
+    diagnosed = json.loads(capfdbinary.readouterr().out)
+    assert compared["suspicions"] == diagnosed["suspicions"]
+    assert "mounted the other way round" in compared["suspicions"][0]  # type: ignore[index]
+    assert "look wrong" in compared["summary"][0]  # type: ignore[index]
+    assert "other way round" in (folder / "out" / "chain_diagnosis.html").read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
 from correlation.data_type.registry import Features
 from correlation.metric.peak_error import PeakError
 from correlation.model import Sensor
@@ -186,6 +186,15 @@ def test_the_headline_names_what_was_not_compared() -> None:
     summary = summarise(replace(compared(), data=(loop,)))
     assert summary.tone == "ambiguous"
     assert "not loop hysteresis" in summary.tag
+
+
+def test_a_headline_does_not_agree_with_steady_states_that_look_wrong() -> None:
+    swapped = Suspicion(where='sensors "tip" and "mid" look swapped', sentence="")
+    single = Suspicion(where="campaign", sentence="one repeat", remark=True)
+    summary = summarise(replace(compared(), suspicions=(single, swapped)))
+    assert summary.tone == "ambiguous"
+    assert summary.tag.endswith(f"look wrong: {swapped.where}")
+    assert summarise(replace(compared(), suspicions=(single,))).tone == "nothing"
 
 
 def test_sections_of_a_command_are_shown_and_parts_without_data_are_not() -> None:

@@ -1,6 +1,6 @@
 """A folder with ``campaign.toml``: its manifest, its tables, its time records, and whether they fit together."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,8 +17,9 @@ from correlation.campaign.measurement_unit import base_unit
 from correlation.campaign.run_table import join_rows, read_run_rows
 from correlation.campaign.stepped_sine import find_same, read_csv, sorting
 from correlation.campaign.time_record import TimeRecord, record_of_columns
+from correlation.campaign.toml_table import TomlTable
 from correlation.campaign.write_campaign import write_campaign
-from correlation.data_type.registry import DATA_TYPES, DataContext, Datum
+from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Datum
 from correlation.errors import CampaignError, Mistakes
 from correlation.row_group import group_rows
 
@@ -31,16 +32,34 @@ def read_folder(folder: Path) -> Campaign:
     CampaignError
         One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
-    manifest = read_manifest(folder)
-    files = MeasuredFiles(folder=folder)
+    return _read(MeasuredFiles(folder=folder), lambda kind: kind.read)
+
+
+def check_folder(files: MeasuredFiles) -> Campaign:
+    """The same without the analyses of data that take long.
+
+    Parameters
+    ----------
+    files
+        Folder, with those of its files that were read.
+    """
+    return _read(files, lambda kind: kind.check or kind.read)
+
+
+def _read(files: MeasuredFiles, reader: Callable[[DataType], Callable[[TomlTable, DataContext], Datum]]) -> Campaign:
+    folder, manifest = files.folder, read_manifest(files.folder)
     mistakes = Mistakes()
     context = DataContext(files=files, sensors=manifest.sensors, tests=manifest.tests, units=manifest.units)
-    data = [mistakes.attempt(partial(kind.read, table, context), None) for kind, table in manifest.data]
+    data = [mistakes.attempt(partial(reader(kind), table, context), None) for kind, table in manifest.data]
     measurement, suspicions = mistakes.attempt(
         partial(_tables, folder, manifest, files, [item for item in data if item is not None]), (join_rows([]), ())
     )
     mistakes.refuse()
     records = [mistakes.attempt(partial(_record, files, entry), None) for entry in manifest.records]
+    suspicions += tuple(
+        Suspicion(where=f'record "{item.name}"', sentence=text, remark=True)
+        for item in records if item is not None for text in item.remarks
+    )  # fmt: skip
     named = {name for item in data if item is not None for name in getattr(item, "sensors", ())}
     for number in range(len(manifest.sensors)):
         mistakes.attempt(partial(_check_sensor, manifest, measurement, number, named), None)
@@ -99,6 +118,8 @@ def _tables(
         states = DATA_TYPES[datum.type].states
         tables += [states(datum, names)] if states is not None else []
         suspicions += [Suspicion(where=datum.name, sentence=text) for text in getattr(datum, "suspicions", ())]
+        remarks = getattr(datum, "remarks", ())
+        suspicions += [Suspicion(where=datum.name, sentence=text, remark=True) for text in remarks]
     mistakes.refuse()
     measurement = join_rows([table for table in tables if table is not None])
     for place, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):

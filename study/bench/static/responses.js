@@ -81,9 +81,11 @@ function drawResponse() {
 }
 
 function layoutOf(panel, there, kind) {
-  const seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0), drawn = there.flatMap((group) => group.line.amplitude).filter((value) => value > 0);
+  const seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0);
+  // A model without friction has no third harmonic at all: what is a hundredth of all measurements sets no range.
+  const drawn = there.flatMap((group) => group.line.amplitude).filter((value) => value >= Math.min(...seen) / 100);
   const isLog = !panel.static && seen.length > 0;
-  const range = isLog ? { range: [Math.log10(Math.min(...seen)) - 0.1, Math.log10(Math.max(...seen, ...drawn)) + 0.08] } : {};
+  const range = isLog ? { range: [Math.log10(Math.min(...seen, ...drawn)) - 0.1, Math.log10(Math.max(...seen, ...drawn)) + 0.08] } : {};
   const words = { sigma: "residual [std. dev.]", amplitude: panel.static ? "residual [" + panel.unit + "]" : "residual [%]", phase: "residual [deg]" }[kind];
   const shapes = kind === "sigma" ? [{ type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: -2, y1: 2, layer: "below", line: { width: 0 }, fillcolor: colour("ground") }] : [];
   if (shown.frequency !== null) shapes.push({ type: "line", xref: "x", yref: "paper", x0: shown.frequency, x1: shown.frequency, y0: 0, y1: 1, line: { color: colour("accent"), width: 1.4, dash: "dot" } });

@@ -281,8 +281,12 @@ OVER_TIME = 'time = "t"\nforce = { column = "F", unit = "N" }\ntip = { column = 
 
 
 def test_a_mean_keeps_its_sign_where_there_is_no_phase(tmp_path: Path) -> None:
-    table = read(tmp_path, over_time(-5.0), "harmonics = 1", OVER_TIME, sensor="phase = false")
-    assert table.value.tolist() == pytest.approx([-5, 3], abs=1e-6)
+    folder = write(tmp_path, over_time(-5.0), "harmonics = 1", OVER_TIME, sensor="phase = false")
+    # The mean of an acceleration is the offset of its sensor.
+    assert read_campaign(folder).measurement.value.tolist() == pytest.approx([3], abs=1e-6)
+    text = (folder / "campaign.toml").read_text(encoding="utf-8").replace('"m/s^2"', '"m"')
+    (folder / "campaign.toml").write_text(text.replace('"acceleration"', '"displacement"'), encoding="utf-8")
+    assert read_campaign(folder).measurement.value.tolist() == pytest.approx([-5, 3], abs=1e-6)
     columns = (
         'frequency = "f"\ntip = [{ column = "m", harmonic = 0, unit = "m/s^2" }, { amplitude = "a", unit = "m/s^2" }]\n'
     )

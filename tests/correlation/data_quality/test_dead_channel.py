@@ -7,7 +7,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign
 from correlation.data_quality.campaign import find_suspicions
-from correlation.data_quality.dead_channel import find_dead_channels
+from correlation.data_quality.dead_channel import find_dead_channels, find_dead_rows
 from tests.correlation.data_quality.test_campaign_suspicion import campaign
 
 
@@ -31,7 +31,7 @@ def dead(value: complex | np.ndarray, **where: float) -> Campaign:
 )
 def test_a_dead_channel_is_named_with_its_runs(value: complex, where: dict[str, float], words: str) -> None:
     made = dead(value, **where)
-    (found,) = find_dead_channels(made)
+    (found,) = find_dead_channels(made, find_dead_rows(made))
     assert found.where == 'test "stepped", sensor "slot"'
     assert words in found.sentence
     # What is dead is no copy of another repeat.
@@ -39,7 +39,7 @@ def test_a_dead_channel_is_named_with_its_runs(value: complex, where: dict[str, 
 
 
 def test_live_channels_and_amplitudes_that_a_control_holds_are_not_suspected() -> None:
-    assert not list(find_dead_channels(campaign()))
+    assert not find_dead_rows(campaign()).any()
     made = dead(3e-6 * np.exp(1j * np.arange(1836)))
     held = tuple(replace(test, control="response") for test in made.tests)
-    assert not list(find_dead_channels(replace(made, tests=held)))
+    assert not find_dead_rows(replace(made, tests=held)).any()

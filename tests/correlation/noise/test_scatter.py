@@ -11,7 +11,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.nuisance import Budget, ModelFeatures, make_nuisance_modes
-from correlation.noise.scatter import POOLED, STATE, Scatter, _bias, _excess_scatter, estimate_scatter
+from correlation.noise.scatter import POOLED, STATE, Scatter, _bias, _excess_scatter, _pooled, estimate_scatter
 from correlation.prediction import Points, Prediction, Predictor
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
@@ -201,6 +201,18 @@ def test_numbers_of_one_law_are_as_certain_as_each_other() -> None:
     assert np.abs(factor - 1).max() < 4 * 0.14
     assert np.std(factor[:n_state]) == pytest.approx(0.14, rel=4 / np.sqrt(2 * n_state))
     assert factor.mean() == pytest.approx(1, abs=4 * 0.14 / np.sqrt(n_state))
+
+
+@pytest.mark.parametrize("freedom", [1.0, 2.0, 4.0])
+def test_the_pooled_variance_is_that_of_noise_for_any_number_of_repeats(freedom: float) -> None:
+    random, n = np.random.default_rng(9), 400
+    size = random.uniform(0.5, 2.0, n)
+    exact = (0.1 * size) ** 2 + 0.05**2
+    pooled = _pooled(
+        exact * random.chisquare(freedom, n) / freedom, size, np.full(n, freedom), np.zeros(n, dtype=np.int64)
+    )
+    # The median of 400 chi-squares of one degree of freedom is known to 12 %.
+    assert np.mean(pooled / exact) == pytest.approx(1, abs=4 * 0.12 / np.sqrt(freedom))
 
 
 def test_numbers_without_repeats_say_nothing_of_their_state() -> None:

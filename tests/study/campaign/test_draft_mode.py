@@ -36,7 +36,7 @@ def shape_55(analysis: int, real: list[float], values: dict[int, list[Any]], num
 
 def drafted(folder: Path, text: str) -> tuple[NewCampaign, list[MeasuredMode]]:
     (folder / "modes.uff").write_text(text)
-    campaign = write_manifest(folder, draft_campaign(read_folder(folder, overwrite=True), Assumptions()))
+    campaign = write_manifest(measured := read_folder(folder, overwrite=True), draft_campaign(measured, Assumptions()))
     return campaign, [datum for datum in read_campaign(folder).data if isinstance(datum, MeasuredMode)]
 
 

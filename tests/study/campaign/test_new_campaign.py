@@ -13,7 +13,8 @@ import scipy.io
 import scipy.io.wavfile
 from numpy.typing import NDArray
 
-from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.read_campaign import check_campaign, read_campaign
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, Point
 from correlation.file.uff.write_uff import write_uff
@@ -33,7 +34,7 @@ def receptance(frequency: NDArray[np.float64], natural: float = 100.0, ratio: fl
 
 def drafted(folder: Path) -> tuple[NewCampaign, dict[str, Any]]:
     """A draft of a folder with all assumptions; it can be read."""
-    campaign = write_manifest(folder, draft_campaign(read_folder(folder), Assumptions()))
+    campaign = write_manifest(measured := read_folder(folder), draft_campaign(measured, Assumptions()))
     read_campaign(folder)
     return campaign, tomllib.loads(campaign.path.read_text())
 
@@ -464,7 +465,7 @@ def test_stacked_levels_without_a_level_are_no_repeats(tmp_path: Path, words: tu
             levels = "2, 2, 6, 6, 20, 20"
             return Marked(value=levels if "6 sweeps" in question.text else question.default)
 
-    campaign = write_manifest(tmp_path, draft_campaign(read_folder(tmp_path, overwrite=True), Person()))
+    campaign = write_manifest(measured := read_folder(tmp_path, overwrite=True), draft_campaign(measured, Person()))
     assert tomllib.loads(campaign.path.read_text())["run"][0]["levels"] == [2.0, 2.0, 6.0, 6.0, 20.0, 20.0]
     measurement = read_campaign(tmp_path).measurement
     assert set(measurement.level.tolist()) == {2.0, 6.0, 20.0}
@@ -474,9 +475,10 @@ def test_stacked_levels_without_a_level_are_no_repeats(tmp_path: Path, words: tu
 def test_a_draft_that_cannot_be_read_is_left_to_be_edited(tmp_path: Path) -> None:
     f, size = np.tile(FREQUENCY, 2), np.abs(np.concatenate([receptance(FREQUENCY), 3 * receptance(FREQUENCY)]))
     write_csv(tmp_path / "stack.csv", "f [Hz],acc tip amplitude [g],repeat", f, size, 1 + 0 * f)
-    draft = draft_campaign(read_folder(tmp_path), Assumptions())
+    measured = read_folder(tmp_path)
+    draft = draft_campaign(measured, Assumptions())
     with pytest.raises(CampaignError, match=r"or its level if these are levels.*the draft with all entries is in"):
-        write_manifest(tmp_path, draft)
+        write_manifest(measured, draft)
     assert len(tomllib.loads((tmp_path / "campaign.toml").read_text())["run"]) == 1
 
 
@@ -533,7 +535,7 @@ def test_a_place_may_be_answered_by_coordinates(tmp_path: Path) -> None:
 
     header = "f [Hz],F [N],acc tip [m/s^2]"
     write_csv(tmp_path / "sine.csv", header, FREQUENCY, ONES, np.abs(receptance(FREQUENCY)))
-    write_manifest(tmp_path, draft_campaign(read_folder(tmp_path), Person()))
+    write_manifest(measured := read_folder(tmp_path), draft_campaign(measured, Person()))
     (sensor,) = read_campaign(tmp_path).sensors
     assert sensor.coordinates is not None
     assert (sensor.coordinates.tolist(), sensor.direction) == ([0.5, 0.0, 0.01], "y")
@@ -644,7 +646,7 @@ def test_a_manifest_is_not_overwritten(tmp_path: Path, exists: bool) -> None:
         with pytest.raises(CampaignError, match="is there already"):
             read_folder(tmp_path)
         assert (tmp_path / "campaign.toml").read_text() == "mine"
-    write_manifest(tmp_path, draft_campaign(read_folder(tmp_path, overwrite=exists), Assumptions()))
+    write_manifest(measured := read_folder(tmp_path, overwrite=exists), draft_campaign(measured, Assumptions()))
     assert "schema = 1" in (tmp_path / "campaign.toml").read_text()
 
 
@@ -670,7 +672,7 @@ def test_answers_stand_in_the_manifest_without_a_mark(tmp_path: Path) -> None:
     x = receptance(FREQUENCY)
     write_csv(tmp_path / "good.csv", "f [Hz],acc re [m/s^2/N],acc im [m/s^2/N]", FREQUENCY, x.real, x.imag)
     person = Person()
-    campaign = write_manifest(tmp_path, draft_campaign(read_folder(tmp_path), person))
+    campaign = write_manifest(measured := read_folder(tmp_path), draft_campaign(measured, person))
     (sensor,) = tomllib.loads(campaign.path.read_text())["sensor"]
     assert (sensor["place"], sensor["direction"]) == ("middle", "y")
     assert len({*person.asked}) <= 3
@@ -690,10 +692,55 @@ def test_answers_stand_in_the_manifest_without_a_mark(tmp_path: Path) -> None:
 def test_measured_sets_are_recognised(tmp_path: Path, name: str, kinds: dict[str, int]) -> None:
     folder = shutil.copytree(Path(DATA, name), tmp_path / "set")
     folder.chmod(0o755)
-    campaign = write_manifest(folder, draft_campaign(read_folder(folder), Assumptions()))  # which reads it once
+    campaign = write_manifest(measured := read_folder(folder), draft_campaign(measured, Assumptions()))
     manifest = tomllib.loads(campaign.path.read_text())
     entries = {kind: len(manifest[kind]) for kind in ("run", "frf", "ring_down", "loop", "record") if kind in manifest}
     assert entries == kinds
+
+
+def test_a_recording_without_a_unit_is_no_displacement_of_kilometres(tmp_path: Path) -> None:
+    time = np.arange(4000) / 2000
+    wave = 3e4 * np.exp(-2 * time) * np.cos(2 * np.pi * 32 * time)
+    scipy.io.wavfile.write(tmp_path / "release.wav", 2000, wave.astype(np.int16))
+    assert any("numbers of a recorder" in sentence for sentence in drafted(tmp_path)[0].suspicions)
+
+
+def test_sweeps_up_and_down_in_groups_are_runs_of_one_test(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "sweep.h5", "w") as file:
+        for way, step in (("up", 1), ("down", -1)):
+            for force in (1.0, 3.0):
+                group = file.create_group(f"{way}/{force:g}N")
+                columns = {"frequency": FREQUENCY, "force": force * ONES, "acc_a": np.abs(receptance(FREQUENCY))}
+                for name, unit in (("frequency", "Hz"), ("force", "N"), ("acc_a", "m/s^2")):
+                    group.create_dataset(name, data=columns[name][::step]).attrs["unit"] = unit
+    _, manifest = drafted(tmp_path)
+    assert len(manifest["run"]) == 4
+    assert [test["name"] for test in manifest["test"]] == ["sweep"]
+    assert {*read_campaign(tmp_path).measurement.sweep.tolist()} == {1, -1}
+
+
+def test_amplitudes_in_decibels_are_refused_with_their_remedy(tmp_path: Path) -> None:
+    h = receptance(FREQUENCY)
+    write_csv(tmp_path / "frf.csv", "f [Hz],|H| [dB re 1 (m/s^2)/N],phase [deg]", FREQUENCY, 20 * np.log10(abs(h)),
+              np.degrees(np.angle(h)))  # fmt: skip
+    measured = read_folder(tmp_path)
+    with pytest.raises(CampaignError, match=r"10\^\(L / 20\)"):
+        write_manifest(measured, draft_campaign(measured, Assumptions()))
+
+
+def test_a_draft_reads_each_file_once_and_fits_no_decay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    time = np.arange(2000) / 2000
+    decay, noise = np.exp(-6 * time) * np.cos(2 * np.pi * 60 * time), np.random.default_rng(1).standard_normal(2000)
+    write_csv(tmp_path / "released.csv", "time [s],acc tip [m/s^2]", time, decay)
+    measured = read_folder(tmp_path)
+    for name in ("correlation.data_type.ring_down.analyse_ring_down", "correlation.campaign.measured_files.read_file"):
+        monkeypatch.setattr(name, None)
+    write_manifest(measured, draft_campaign(measured, Assumptions()))
+    assert len(tomllib.loads((tmp_path / "campaign.toml").read_text())["ring_down"]) == 1
+    # What the fit refuses is refused as well.
+    write_csv(tmp_path / "released.csv", "time [s],acc tip [m/s^2]", time, noise)
+    with pytest.raises(CampaignError, match="nothing oscillates"):
+        check_campaign(MeasuredFiles(folder=tmp_path, known=dict(read_folder(tmp_path, overwrite=True).files)))
 
 
 def test_an_array_of_responses_has_a_sensor_per_output_and_one_input(tmp_path: Path) -> None:

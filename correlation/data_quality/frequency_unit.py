@@ -1,0 +1,53 @@
+r"""A frequency in rad/s that is called Hz, or the other way round: every measured resonance is off by :math:`2\pi`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+#: A model's resonance is a measured one if the logarithms of their frequencies differ by less [-], and as surely if the
+#: unit is mended.
+SAME, SAME_AFTER_MENDING = 0.25, 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrongUnit:
+    r"""A mistake of the unit.
+
+    Parameters
+    ----------
+    factor
+        Of the measured frequencies on those of the model [-].
+    words
+        The factor in words.
+    stated, likely
+        Unit that was stated if a reader converts from it to Hz, and the one that the numbers seem to have.
+    """
+
+    factor: float
+    words: str
+    stated: str
+    likely: str
+
+
+MISTAKES = (
+    WrongUnit(factor=2 * np.pi, words="2 pi times", stated="Hz", likely="rad/s"),
+    WrongUnit(factor=1 / (2 * np.pi), words="a 2 pi-th of", stated="rad/s", likely="Hz"),
+)
+
+
+def find_wrong_frequency_unit(distance: Callable[[float], Float[NDArray[np.float64], " m"]]) -> WrongUnit | None:
+    """The unit that makes all measured resonances those of a model; None if one of them is as it is.
+
+    Parameters
+    ----------
+    distance
+        For a factor on the model's frequencies: distance of each measured resonance from the nearest that may be it, in
+        the natural logarithm, shape (m,); infinite without any.
+    """
+    apart = distance(1.0)
+    if not len(apart) or apart.min() < SAME:
+        return None
+    return next((each for each in MISTAKES if distance(each.factor).max() < SAME_AFTER_MENDING), None)

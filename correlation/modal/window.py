@@ -1,0 +1,84 @@
+r"""What a window makes of the frequency response of a mode.
+
+The cross spectrum of stationary noise under a window of the duration T is, on average, that of the structure with its
+impulse response times the autocorrelation of the window, :math:`h(\tau)\, r(\tau)`. Hann's has, with u = tau / T,
+
+.. math:: r = (1 - u) \left(\tfrac{2}{3} + \tfrac{1}{3} \cos 2 \pi u\right) + \tfrac{1}{2 \pi} \sin 2 \pi u
+
+so that a pole p gives :math:`\int_0^T r\, e^{(p - s) \tau} d\tau` in place of :math:`1 / (s - p)`: leakage. A mode that
+is narrower than some lines looks wider, and not like one mode.
+
+References
+----------
+Bendat and Piersol, Random Data, 4th ed., Wiley (2010), section 11.5.
+Schoukens, Rolain and Pintelon, Analysis of windowing/leakage effects in frequency response function measurements,
+Automatica 42 (2006) 27.
+"""
+
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+Differences = Complex[NDArray[np.complex128], "f m"]
+
+
+class Window(Enum):
+    """Window under which frequency responses were estimated."""
+
+    NONE = "none"
+    """No leakage: whole periods, bursts or decays, or stepped sines."""
+    HANN = "Hann"
+    """Hann's, on stationary noise, with lines one over its duration apart."""
+    UNKNOWN = "unknown"
+    """Either: the one that explains the responses better."""
+
+
+def pole_response(s: Any, poles: Any, power: int, duration: float | None) -> tuple[Differences, Differences]:
+    r""":math:`s^k / (s - p)` of some poles under a window, and its slope by the pole, shape (f, m) each.
+
+    Parameters
+    ----------
+    s
+        i omega of the lines, shape (f, 1) [rad/s].
+    poles
+        Shape (m,) [rad/s].
+    power
+        k: 0 for displacement, 1 for velocity, 2 for acceleration.
+    duration
+        Of Hann's window [s]; None for no window.
+    """
+    z = poles - s
+    value, slope = -(s**power) / z, s**power / z**2
+    if duration is None:
+        return value, slope
+    # s^k = p^k + a polynomial times (s - p): only the part that lasts is windowed.
+    excess, excess_slope = _leakage(z, duration)
+    turned, turned_slope = poles**power, power * poles ** max(power - 1, 0)
+    return value + turned * excess, slope + turned_slope * excess + turned * excess_slope
+
+
+def _leakage(z: Differences, duration: float) -> tuple[Differences, Differences]:
+    r""":math:`\int_0^T r\, e^{z \tau} d\tau + 1 / z`, and its slope."""
+    side = 2j * np.pi / duration
+    _, falling = _integrals(z, duration)
+    above, falling_above = _integrals(z + side, duration)
+    below, falling_below = _integrals(z - side, duration)
+    result = []
+    for order in range(2):
+        value = 2 / 3 * falling[order] + (falling_above[order] + falling_below[order]) / 6
+        result.append(value + (above[order] - below[order]) / (4j * np.pi))
+    return result[0] + 1 / z, result[1] - 1 / z**2
+
+
+def _integrals(
+    z: Differences, duration: float
+) -> tuple[tuple[Differences, Differences], tuple[Differences, Differences]]:
+    r""":math:`\int_0^T e^{z \tau} d\tau` with its slope, and the same with the factor :math:`1 - \tau / T`."""
+    end = np.exp(z * duration)
+    whole = (end - 1) / z
+    slope = (duration * end - whole) / z
+    falling = (whole - duration) / (z * duration)
+    return (whole, slope), (falling, (slope / duration - falling) / z)
