@@ -77,12 +77,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     # A line that one sensor lacks is one of the others; a sample is one of all channels.
     needed = None if "time" in own else _columns(*own.values())
     file = take_rows(table, context.files.read(table.take("file", str)), names, needed=needed)
-    level = table.values.get("level")
-    table.known.add("level")
-    if level is not None and (isinstance(level, bool) or not isinstance(level, int | float) or not level > 0):
-        raise table.problem("level", "must be a number above zero in the unit of the campaign's levels")
-    if level is not None and not LEAST <= level <= MOST:
-        raise table.problem("level", REMEDY)
+    level = _read_level(table)
     tests = [test.name for test in context.tests]
     test = tests.index(table.choice("test", tests)) if "test" in table.values else -1
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
@@ -115,7 +110,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         value=value[:, there],
         units=tuple(f"{sensor.unit} per {context.units.level_si or context.units.level_unit}" for sensor in sensors),
         coherence=coherence[:, there],
-        level=None if level is None else float(level) * context.units.level_factor,
+        level=None if level is None else level * context.units.level_factor,
         repeat=table.take("repeat", int, 1),
         coherence_limit=coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
@@ -127,6 +122,19 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         raise table.problem("level", "makes steady states of the response: name their test as well")
     table.finish()
     return read_modes(response, sensors)
+
+
+def _read_level(table: TomlTable) -> float | None:
+    """The level, in the unit of the campaign's; None if none is given."""
+    level = table.values.get("level")
+    table.known.add("level")
+    if level is None:
+        return None
+    if isinstance(level, bool) or not isinstance(level, int | float) or not level > 0:
+        raise table.problem("level", "must be a number above zero in the unit of the campaign's levels")
+    if not LEAST <= level <= MOST:
+        raise table.problem("level", REMEDY)
+    return float(level)
 
 
 def _columns(*entries: SignalEntry) -> list[str]:

@@ -37,9 +37,11 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     if any(Path(file).suffix == ".html" for file in files):
         return answer
     text, names = as_text(answer), [file.stem.split(BETWEEN) for file in pictures]
-    common = [each[0] for each in takewhile(lambda each: len(set(each)) == 1, zip(*names, strict=False))]
+    # The last word of a name says what the picture shows.
+    starts = zip(*(name[:-1] for name in names), strict=False)
+    common = [each[0] for each in takewhile(lambda each: len(set(each)) == 1, starts)]
     sections = [
-        PageSection(title=_heading(name[len(common) :] or name), pictures={file.name: file.read_bytes()})
+        PageSection(title=_heading(name[len(common) :]), pictures={file.name: file.read_bytes()})
         for name, file in zip(names, pictures, strict=True)
     ]
     page = pictures[0].with_name(f"{BETWEEN.join([*common, command])}.html")

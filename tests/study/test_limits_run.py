@@ -194,6 +194,7 @@ def test_what_history_cannot_change_is_bounded_by_the_stuck_response_in_all_file
         "my_limits.png",
         "my_limit_states.png",
         "my_limit_levels.png",
+        "my_limits.html",
     }
     assert {Path(file).name for file in document["files"]} == names == {each.name for each in Path("out").iterdir()}
     found = load_limits("out/my_limits.nc")
@@ -224,7 +225,7 @@ def test_the_mean_of_a_friction_force_has_what_its_vibration_leaves_of_coulombs_
         assert told["lower"]["value"] == pytest.approx(-most, rel=2e-4)
     assert (document["reach_m"], document["unit"]) == (None, "N")
     # One frequency has no curve over frequency.
-    assert {Path(file).suffix for file in document["files"]} == {".nc", ".mat", ".csv", ".png"}
+    assert {Path(file).suffix for file in document["files"]} == {".nc", ".mat", ".csv", ".png", ".html"}
     assert len(document["files"]) == 4
 
 

@@ -68,6 +68,7 @@ def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_p
     assert files == {
         *(f"part_mode{number}.png" for number in range(1, 5)),
         "part_mode1_stress.png",
+        "part_modes.html",
         "part_mode2.gif",
         "part_modes.vtu",
     }
@@ -116,7 +117,7 @@ def reduced(
 def test_reduce_writes_solid_mesh_model_and_response(reduced: tuple[Path, dict[str, object]]) -> None:
     folder, document = reduced
     files = {Path(str(file)).name for file in document["files"]}  # type: ignore[attr-defined]
-    assert files == {"my.step", "my.vtu", "my_rom.h5", "my_response.png"}
+    assert files == {"my.step", "my.vtu", "my_rom.h5", "my_response.png", "my_reduce.html"}
     assert {file.name for file in (folder / "out").iterdir()} == files
     check = document["mode_check"]
     assert check["n_below"] == check["n_found"] > 30  # type: ignore[index]

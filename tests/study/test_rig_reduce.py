@@ -79,7 +79,7 @@ def by_body(model: RigModel) -> dict[str, ReducedBody]:
 
 def test_the_command_writes_all_files_and_counts_what_it_kept(folder: Path, document: dict[str, Any]) -> None:
     names = {Path(file).name for file in document["files"]}
-    assert names - PICTURES == {"my.step", "my.vtu", "my_rom.h5"}
+    assert names - PICTURES == {"my.step", "my.vtu", "my_rom.h5", "my_reduce.html"}
     assert {file.name for file in (folder / "out").iterdir()} == names
     assert "MANIFOLD_SOLID_BREP" in (folder / "out" / "my.step").read_text(encoding="utf-8")
     # Stations of two lines, excitation, response and two laser points; two lines and three points; a line and a point.
@@ -230,7 +230,10 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
     # split depends on the threads that are free.
     frequency = np.array(again.document["stuck_frequency_hz"])
     np.testing.assert_allclose(frequency, document["stuck_frequency_hz"], rtol=1e-9)
-    assert [Path(file).name for file in again.document["files"]] == [Path(file).name for file in document["files"]]
+    # The command adds its page.
+    *expected, page = [Path(file).name for file in document["files"]]
+    assert [Path(file).name for file in again.document["files"]] == expected
+    assert page == "my_reduce.html"
 
     def cannot_draw() -> None:
         raise MissingSoftware("this machine draws nothing")

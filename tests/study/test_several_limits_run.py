@@ -127,7 +127,7 @@ def test_every_output_and_force_has_its_closed_form_in_all_files(home: Path, cap
     assert [str(item[0][0]) for item in content["quantity_name"]] == names
     assert content["value"].shape == (6, 2, 2, 2)
     assert {Path(file).name for file in document["files"]} == {each.name for each in Path("out").iterdir()} == {
-        "my_limits.nc", "my_limits.mat", "my_limits.csv", "my_limit_forces_pad.png",
+        "my_limits.nc", "my_limits.mat", "my_limits.csv", "my_limits.html", "my_limit_forces_pad.png",
         *(f"my_{kind}_{name}.png" for kind in ("limits", "limit_states", "limit_levels")
           for name in ("mass", "other_mass")),
     }  # fmt: skip

@@ -86,6 +86,7 @@ def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
         "my_response_2.png",
         "my_states.png",
         "my_loops.png",
+        "my_solve.html",
     }
     data = xr.open_dataset(home / "out" / "my_response.nc", engine="h5netcdf")
     stuck = data.isel(point=np.flatnonzero(data["curve"] == 0))

@@ -15,7 +15,9 @@ from study.run_context import Answer
 
 @pytest.fixture
 def pictures(tmp_path: Path) -> list[Path]:
-    files = [tmp_path / name for name in ("two_masses_response.png", "two_masses_contact_states.png", "two_masses.gif")]
+    files = [
+        tmp_path / name for name in ("two_masses_response.png", "two_masses_contact_states.png", "two_masses_film.gif")
+    ]
     for number, file in enumerate(files):
         Image.new("RGB", (2, 2 + number)).save(file)
     return files
@@ -31,7 +33,7 @@ def test_the_page_holds_the_answer_and_every_picture(pictures: list[Path]) -> No
     assert str(page) in told.text
     html = page.read_text(encoding="utf-8")
     assert "amplitude [µm]  &lt;b&gt; &amp; more" in html
-    assert re.findall(r"<h2>(.*?)</h2>", html) == ["Result", "Response", "Contact states", "Two masses"]
+    assert re.findall(r"<h2>(.*?)</h2>", html) == ["Result", "Response", "Contact states", "Film"]
     held = re.findall(r'src="data:image/(\w+);base64,(.*?)"', html)
     assert [kind for kind, _ in held] == ["png", "png", "gif"]
     assert [Image.open(BytesIO(base64.b64decode(data))).height for _, data in held] == [2, 3, 4]
@@ -47,7 +49,7 @@ def test_a_table_in_colours_is_plain_on_the_page(pictures: list[Path]) -> None:
     table = Table("model", "frequency [Hz]")
     table.add_row("[bold]hex20[/bold]", "123.4")
     told = add_run_page(Answer(document={}, text=table), "modes", pictures[:1])
-    html = pictures[0].with_name("two_masses_response_modes.html").read_text(encoding="utf-8")
+    html = pictures[0].with_name("two_masses_modes.html").read_text(encoding="utf-8")
     assert re.search(r"hex20.*123\.4", html)
     assert "\x1b" not in html
-    assert told.document["files"] == [str(pictures[0].with_name("two_masses_response_modes.html"))]
+    assert told.document["files"] == [str(pictures[0].with_name("two_masses_modes.html"))]
