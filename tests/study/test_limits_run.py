@@ -226,7 +226,7 @@ def test_the_mean_of_a_friction_force_has_what_its_vibration_leaves_of_coulombs_
     assert (document["reach_m"], document["unit"]) == (None, "N")
     # One frequency has no curve over frequency.
     assert {Path(file).suffix for file in document["files"]} == {".nc", ".mat", ".csv", ".png", ".html"}
-    assert len(document["files"]) == 4
+    assert len(document["files"]) == 5
 
 
 def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(
