@@ -102,6 +102,16 @@ def command_line() -> App:
     return app
 
 
+def run_command(words: Sequence[str]) -> "Answer | None":
+    """Answer of a command, with a page of what it has drawn; None of help and version, which have been printed."""
+    answer: Answer | None = command_line()(words)
+    if answer is None or not (pictures := noted_pictures()):
+        return answer
+    from study.page.run_page import add_run_page
+
+    return add_run_page(answer, words[0], pictures)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -117,7 +127,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(*GARBAGE_THRESHOLDS)
     words = list(sys.argv[1:] if arguments is None else arguments)
     with console.standard_output(as_json="--json" in words) as output:
-        code = int(_guarded(lambda: command_line()(words), words, output))
+        code = int(_guarded(lambda: run_command(words), words, output))
     if arguments is None:
         if code == ExitCode.INTERRUPTED:
             end_process(code)
@@ -133,7 +143,6 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
         with interruption.watched(), removed_if_empty(), console.plain_warnings(), recorded(words) as answers:
             answer = run()
             if answer is not None:
-                answer = _with_page(answer, words)
                 answers.append((answer.exit_code, answer.document))
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)
@@ -144,15 +153,6 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
         if interruption.has_come or isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             return _interrupted(output)
         return _failed(error, words, output)
-
-
-def _with_page(answer: "Answer", words: Sequence[str]) -> "Answer":
-    """The answer with a page of what the command has drawn, if it has drawn anything and made no page itself."""
-    if not (pictures := noted_pictures()):
-        return answer
-    from study.page.run_page import add_run_page
-
-    return add_run_page(answer, words[0], pictures)
 
 
 def _interrupted(output: console.Output) -> int:

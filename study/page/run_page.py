@@ -45,7 +45,9 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
         for name, file in zip(names, pictures, strict=True)
     ]
     page = pictures[0].with_name(f"{BETWEEN.join([*common, command])}.html")
-    sections.insert(0, PageSection(title="Result", report=text))
+    # Files are where they are, and no part of the result.
+    lines = [line for line in text.splitlines() if line.strip() not in {str(file) for file in files}]
+    sections.insert(0, PageSection(title="Result", report="\n".join(lines).rstrip()))
     replace_file(page, render_plain_page(title=_heading(common), over=f"stickslip {command}", sections=sections))
     return replace(
         answer,

@@ -19,7 +19,19 @@ from study.run_context import RunContext
 from study.run_record import recorded
 
 #: Commands that write results and change nothing else: a page from elsewhere may name no other.
-REPEATABLE = {"compare", "diagnose", "estimate", "limits", "modes", "reduce", "solve", "spread", "sweep", "table1"}
+REPEATABLE = {
+    "compare",
+    "diagnose",
+    "estimate",
+    "limits",
+    "modes",
+    "plan",
+    "reduce",
+    "solve",
+    "spread",
+    "sweep",
+    "table1",
+}
 #: Folders in the new one: copies of what the command reads, and stored results while it runs.
 INPUT, CACHE = "input", ".repeat_cache"
 
@@ -154,12 +166,12 @@ def _copy_inputs(made_by: Provenance, base: Path, target: Path) -> tuple[list[st
 
 def _run_again(words: list[str], start: Path, target: Path, run: RunContext, path: Path) -> dict[str, Any]:
     """Values of the command's new result."""
-    from study.cli import command_line
+    from study.cli import run_command
 
     page = path.is_file()
     options = ["--out", str(target), "--cache", str(target / CACHE), *(["--quiet"] if run.quiet or run.json else [])]
     with chdir(start), recorded([*words, *options]) as answers:
-        answer = command_line()([*words, *options])
+        answer = run_command([*words, *options])
         answers.append((answer.exit_code, answer.document))
     if not page:
         values: dict[str, Any] = only_results(plain(answer.document))

@@ -24,7 +24,7 @@ def pictures(tmp_path: Path) -> list[Path]:
 
 
 def test_the_page_holds_the_answer_and_every_picture(pictures: list[Path]) -> None:
-    answer = Answer(document={"n": 1, "files": ["a.csv"]}, text="amplitude [um]  <b> & more")
+    answer = Answer(document={"n": 1, "files": ["a.csv"]}, text="amplitude [um]  <b> & more\n\na.csv")
     told = add_run_page(answer, "solve", pictures)
     page = pictures[0].with_name("two_masses_solve.html")
     assert told.document == {"n": 1, "files": ["a.csv", str(page)]}
@@ -33,6 +33,7 @@ def test_the_page_holds_the_answer_and_every_picture(pictures: list[Path]) -> No
     assert str(page) in told.text
     html = page.read_text(encoding="utf-8")
     assert "amplitude [µm]  &lt;b&gt; &amp; more" in html
+    assert "a.csv" not in html
     assert re.findall(r"<h2>(.*?)</h2>", html) == ["Result", "Response", "Contact states", "Film"]
     held = re.findall(r'src="data:image/(\w+);base64,(.*?)"', html)
     assert [kind for kind, _ in held] == ["png", "png", "gif"]
