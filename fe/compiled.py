@@ -162,7 +162,7 @@ def name_symbols() -> None:
     """Make known to the linker all that machine code may call: numba's memory, and the seeds of Python's hashes."""
     import numba.cpython.hashing  # noqa: F401  # names the seeds
     from numba.core.registry import cpu_target
-    from numba.core.runtime import rtsys
+    from numba.core.runtime.nrt import rtsys
 
     rtsys.initialize(cpu_target.target_context)
 

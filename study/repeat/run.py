@@ -172,6 +172,7 @@ def _run_again(words: list[str], start: Path, target: Path, run: RunContext, pat
     options = ["--out", str(target), "--cache", str(target / CACHE), *(["--quiet"] if run.quiet or run.json else [])]
     with chdir(start), recorded([*words, *options]) as answers:
         answer = run_command([*words, *options])
+        assert answer is not None  # help and version alone answer nothing, and are no result
         answers.append((answer.exit_code, answer.document))
     if not page:
         values: dict[str, Any] = only_results(plain(answer.document))
