@@ -1,0 +1,53 @@
+"""What a diagnosis ends with, as parameters of the rig."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.decision.verdict import Finding
+from diagnosis.effect.shift import Shift
+from diagnosis.fit.calibration_parameter import CalibrationParameter
+from study.paper.own_way import read_values
+from study.paper.parameters import RigParameters
+
+START = RigParameters(kt=4e6, kn=8e6, mu=0.6, damping=2e-3, shift_left=1e-3)
+
+
+def accepted(name: str) -> CalibrationParameter:
+    return CalibrationParameter(name=name, physics="", deviation=0.1, parameters=())
+
+
+def refit(effect: Shift | None, values: list[float], deviation: list[float]) -> Any:
+    return SimpleNamespace(effect=effect, fit=SimpleNamespace(values=np.array(values), deviation=np.array(deviation)))
+
+
+def ended(finding: Finding) -> Any:
+    """A round with an effect of an earlier one, and a best effect that counts only if the finding names it."""
+    names, earlier = ("kt", "zeta"), Shift(name="shift of right dead weight", weight="right dead weight")
+    own = Shift(name="shift of left dead weight", weight="left dead weight")
+    best = refit(own, [1.1, 0.9, 2e-4, -3e-3], [0.01, 0.1, 1e-4, 5e-4])
+    before = refit(None, [1.2, 0.8, 3e-4], [0.01, 0.1, 1e-4])
+    setup = SimpleNamespace(accepted=tuple(map(accepted, names)), added=(SimpleNamespace(effect=earlier),))
+    return SimpleNamespace(
+        best=best, setup=setup, diagnosis=SimpleNamespace(verdict=SimpleNamespace(finding=finding, before=before))
+    )
+
+
+def test_factors_scale_the_start_and_shifts_are_added_to_it() -> None:
+    values, others = read_values(ended(Finding.MISSING), START)
+    found = {item.name: item for item in values}
+    assert found["kt"].value == pytest.approx(1.1 * START.kt)
+    assert found["damping"].value == pytest.approx(0.9 * START.damping)
+    assert found["shift_right"].value == pytest.approx(2e-4)
+    assert found["shift_left"].value == pytest.approx(1e-3 - 3e-3)
+    # 95 % of a normal distribution.
+    assert found["shift_left"].upper - found["shift_left"].value == pytest.approx(1.96 * 5e-4, rel=1e-3)
+    assert others == ()
+
+
+def test_an_effect_that_is_not_named_is_no_part_of_the_answer() -> None:
+    found = {item.name: item for item in read_values(ended(Finding.NOTHING), START)[0]}
+    assert found["kt"].value == pytest.approx(1.2 * START.kt)
+    assert "shift_left" not in found
