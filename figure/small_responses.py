@@ -26,7 +26,7 @@ class SmallResponsePanel:
     line_frequency
         Frequencies of the models, shape (f,) [Hz].
     lines
-        Amplitude of each model by its name, shape (f,) [um/N].
+        Amplitude of each model by its name, shape (f,) [µm/N].
     """
 
     label: str
@@ -56,7 +56,7 @@ def small_responses_figure(result: SmallResponses) -> Figure:
         axes.set_title(panel.label, fontsize=10, loc="left")
         axes.set_xlabel("frequency [Hz]")
         open_box(axes)
-    grid[0].set_ylabel("amplitude of the tip [um/N]")
+    grid[0].set_ylabel("amplitude of the tip [µm/N]")
     handles, labels = grid[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     add_title(figure, result.title)
