@@ -2,7 +2,7 @@
 // Measured families over predictions, residuals below, and the curve that moves with the sliders.
 const MARKS = { 1: "triangle-up", 0: "circle", "-1": "triangle-down" };
 const shown = { panel: 0, levels: [], frequency: null, level: null };
-let responses = null, movedTraces = [];
+let responses = null, movedTraces = [], limits = null;
 
 const familyColours = () => (isDark() ? responses.dark_colours : responses.colours);
 
@@ -15,6 +15,21 @@ function beginResponses(data) {
   fillPanels();
   fillLevels();
   drawResponse();
+}
+
+function beginLimits(data) {
+  limits = data;
+  byId("limit-note").hidden = !data;
+  byId("limit-note").textContent = data ? "Shaded: limits of all friction histories. " + typeset(data.sentences.map((text) => text[0].toUpperCase() + text.slice(1).replace(/\.$/, "") + ".").join(" ")) : "";
+  drawResponse();
+}
+
+// The band of a curve; none where no limits are known.
+function limitTraces(number, ink) {
+  const band = limits && limits.panels[shown.panel] && limits.panels[shown.panel][number];
+  if (!band) return [];
+  const line = { color: ink, width: 0.8, dash: "dot" }, shared = { mode: "lines", x: band.frequency, line, hoverinfo: "skip" };
+  return [{ ...shared, y: band.lower }, { ...shared, y: band.upper, fill: "tonexty", fillcolor: ink + "2e" }];
 }
 
 function fillPanels() {
@@ -67,6 +82,7 @@ function drawResponse() {
     if (!shown.levels[group.level]) return;
     const ink = colours[group.level], name = responses.levels[group.level] + ({ 1: ", up", "-1": ", down" }[group.sweep] || "");
     const faded = shown.level !== null && shown.level !== group.level ? 0.45 : 1;
+    traces.push(...limitTraces(number, ink));
     if (byId("runs").checked) {
       for (const run of group.runs) traces.push({ mode: "lines", x: run.frequency, y: run.amplitude, line: { color: ink, width: 0.7 }, opacity: 0.5 * faded, hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + ", " + run.name + "</extra>" });
     }
