@@ -151,7 +151,10 @@ def open_page(chromium: Any) -> Iterator[Started]:
     contexts = []
 
     def start(address: str, width: int = 1280, scheme: str = "light", *, expects_errors: bool = False) -> Any:
-        context = chromium.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        # Without a graphics card each picture of a moving structure takes the processor that the bench computes on.
+        context = chromium.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
+        )
         contexts.append(context)
         page, own = context.new_page(), address.split("/")[2]
         page.set_default_timeout(1e3 * PATIENCE)

@@ -110,8 +110,8 @@ def tell_story(bench: RunningBench, open_page: Started) -> None:
     see_the_misfit(page)
     page.wait_for_selector("#candidates tbody tr")
     assert bars(page) > 0
-    assert page.is_visible("#structure canvas")
     wait(page)
+    see_a_mode_move(page)
     # The fit goes on without its page, and another one shows it.
     press(page, "#diagnose")
     until(page, "state.busy !== null")
@@ -150,6 +150,18 @@ def see_the_misfit(page: Any) -> None:
     press(page, "#worst button >> nth=0")
     assert page.evaluate("responses.panels[shown.panel].sensor") == name
     assert page.evaluate("shown.frequency") == pytest.approx(float(frequency))
+
+
+def see_a_mode_move(page: Any) -> None:
+    """A shape that is chosen moves until another choice ends it."""
+    assert page.is_visible("#structure canvas")
+    place = "JSON.stringify(byId('structure').data[0].z)"
+    before = page.evaluate(place)
+    page.focus("#mode")
+    page.keyboard.press("ArrowDown")
+    until(page, f"{place} !== {json.dumps(before)}")
+    page.keyboard.press("ArrowUp")
+    until(page, f"{place} === {json.dumps(before)}")
 
 
 def drag_a_parameter(page: Any) -> None:
