@@ -25,6 +25,7 @@ from correlation.prediction import Points
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 from pipeline.output import prepare_output, replace_file
+from study.bench.data_alone import compare_alone, diagnose_alone, screen_alone
 from study.bench.line import Lines, find_lines, list_unknowns, move_lines
 from study.bench.view.candidate import show_diagnosis, show_scores
 from study.bench.view.comparison import list_errors, show_comparison, show_moved
@@ -107,7 +108,13 @@ class Bench:
         CaseError, CampaignError
             With what is wrong in them.
         """
-        self._comparison = found = self._compare()
+        campaign = self._read_campaign()
+        if is_alone(campaign):
+            seen = hash_text(read_text(self.case))
+            found_alone, shown = compare_alone(self.case, campaign, self.run)
+            shown["verdict"]["seen"] = seen
+            return Result(numbers=found_alone, views=shown)
+        self._comparison = found = self._compare(campaign)
         compared, history = found.compared, history_of(self.case)
         with self.run.progress.step("page", expected=2):
             views = show_comparison(compared, found.lines)
@@ -131,6 +138,8 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
+        if is_alone(read_campaign(self.folder)):
+            return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
         drawn, now = errors(screened.drawn), errors(screened.before)
@@ -161,6 +170,9 @@ class Bench:
             With what is wrong in them.
         """
         campaign = read_campaign(self.folder)
+        if is_alone(campaign):
+            found, alone = diagnose_alone(self.case, campaign, self.folder, self.run, self.without)
+            return Result(numbers=found, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
@@ -271,12 +283,16 @@ class Bench:
         """The comparison of the case as it is now."""
         found = self._comparison
         if found is None or found.text != read_text(self.case):
-            self._comparison = found = self._compare()
+            self._comparison = found = self._compare(self._read_campaign())
         return found
 
-    def _compare(self) -> _Comparison:
+    def _compare(self, campaign: Campaign) -> _Comparison:
+        if not len(campaign.measurement):
+            raise CampaignError(
+                f"{self.folder} has no steady states, whose curves could be moved or laid over limits: add some"
+            )
+        require_noise(campaign, self.folder)
         text = read_text(self.case)
-        campaign = self._read_campaign()
         read = require_loads(read_case(self.case, campaign, self.run))
         compared = find_comparison(read.setup, campaign, self.run)
         unknowns, values = list_unknowns(read.setup, campaign)
@@ -287,13 +303,7 @@ class Bench:
 
     def _read_campaign(self) -> Campaign:
         with self.run.progress.step("campaign", expected=1):
-            campaign = read_campaign(self.folder)
-        if not len(campaign.measurement):
-            raise CampaignError(
-                f"{self.folder} has no steady states, which the bench draws: stickslip compare shows its other data"
-            )
-        require_noise(campaign, self.folder)
-        return campaign
+            return read_campaign(self.folder)
 
     def _is_diagnosed(self, setup: Setup) -> bool:
         """Whether a diagnosis of the case as it is now is stored, so that it takes no time."""
@@ -314,6 +324,11 @@ class Bench:
         return Result(
             numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
         )
+
+
+def is_alone(campaign: Campaign) -> bool:
+    """Whether a campaign has typed data and no steady states."""
+    return bool(campaign.data) and not len(campaign.measurement)
 
 
 def hash_text(text: str) -> str:

@@ -173,8 +173,7 @@ def run_data_diagnosis(
     for suspicion in campaign.suspicions:
         run.warn(str(suspicion))
     for left in reversed(range(MOST_ROUNDS)):
-        found = _diagnose_once(case, campaign, run, without)
-        _record(found, case, folder)
+        found = diagnose_data(case, campaign, folder, run, without)
         best = found.diagnosis.verdict.effects[:1]
         if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
             break
@@ -186,7 +185,10 @@ def run_data_diagnosis(
     return replace(found, files=tuple(files))
 
 
-def _diagnose_once(case: Path, campaign: Campaign, run: RunContext, without: Sequence[str]) -> DataDiagnosed:
+def diagnose_data(
+    case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str] = ()
+) -> DataDiagnosed:
+    """One round of `run_data_diagnosis`, noted in the history of the case, without page and files."""
     setup = read_case(case, campaign, run).setup
     setup = replace(setup, model=with_sensors(setup.model, campaign))
     left_out = tuple(sorted({*setup.without, *without}))
@@ -196,7 +198,9 @@ def _diagnose_once(case: Path, campaign: Campaign, run: RunContext, without: Seq
             setup.model, campaign.data, setup.accepted, added=setup.added, without=left_out, extra=setup.effects,
             run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
-    return DataDiagnosed(setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications)
+    result = DataDiagnosed(setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications)
+    _record(result, case, folder)
+    return result
 
 
 def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:

@@ -17,7 +17,7 @@ async function call(name, args = {}) {
 
 const TAKE = {
   verdict: drawVerdict, responses: beginResponses, map: beginMap, parameters: beginParameters, structure: beginStructure, history: drawHistory,
-  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits,
+  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits, data: beginData,
 };
 
 async function take(next) {
@@ -47,6 +47,7 @@ function drawState() {
   }
   const occupied = isBusy();
   byId("calibrate").disabled = byId("diagnose").disabled = byId("limits").disabled = occupied || !versions.candidates;
+  if (document.body.classList.contains("is-alone")) byId("calibrate").disabled = true;
   byId("undo").disabled = occupied || !byId("undo").dataset.possible;
   document.querySelectorAll("button.add, #history button").forEach((button) => { button.disabled = occupied; });
   if (state.message && state.message.tone === "error" && !versions.verdict) byId("tag").textContent = "There is no comparison: the message above says why.";
@@ -62,6 +63,7 @@ function tell(tone, text) {
 
 function drawVerdict(data) {
   seen = data.seen;
+  document.body.classList.toggle("is-alone", Boolean(data.is_alone));
   document.title = data.title + " – stickslip bench";
   byId("title").textContent = data.title;
   byId("campaign").textContent = data.campaign === data.title ? state.case + " beside " + state.campaign : data.campaign;

@@ -106,7 +106,7 @@ function layoutOf(panel, there, kind) {
   return layout({
     height: 520, margin: { l: 70, r: 14, t: 8, b: 44 }, shapes,
     xaxis: axis({ title: "frequency [Hz]", anchor: "y2" }),
-    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? { dtick: "D2", exponentformat: "power" } : {}) }),
+    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? { dtick: range.range[1] - range.range[0] < 1 ? "D1" : "D2", exponentformat: "power" } : {}) }),
     yaxis2: axis({ title: words, domain: [0, 0.29], zeroline: true, zerolinecolor: colour("line"), nticks: 6 }),
   });
 }

@@ -1,9 +1,9 @@
 "use strict";
 // The structure in space with its sensors, contact lines and moving shapes; a list of rows where there is no geometry.
-let structure = null, phase = 0, timer = null;
+let structure = null, phase = 0, turning = 0;
 const KINDS = { sensor: ["circle", "blue"], "contact line": ["diamond", "accent"], load: ["cross", "good"] };
 const STATES = ["stuck", "slipping", "separated"];
-const EVERY = 60, TURN = 0.16;
+const EVERY = 60, TURN = 0.16, SLENDER = 0.4;
 
 function beginStructure(data) {
   const before = byId("mode").value;
@@ -26,10 +26,13 @@ function shapeOf(value) {
 
 const chosenShape = () => shapeOf(byId("mode").value);
 
-// Coordinates of a body at a phase of the shape [mm].
+// What moves, in the order of the shapes: bodies, then marks.
+const moving = () => [...structure.bodies, ...structure.marks];
+
+// Coordinates of a body or of marks at a phase of the shape [mm].
 function placesOf(body, shape, angle) {
   if (!shape) return body.points.map((values) => values.map((value) => 1e3 * value));
-  const [real, imaginary] = shape.shape[structure.bodies.indexOf(body)], c = Math.cos(angle), s = Math.sin(angle);
+  const [real, imaginary] = shape.shape[moving().indexOf(body)], c = Math.cos(angle), s = Math.sin(angle);
   return body.points.map((values, k) => values.map((value, n) => 1e3 * (value + c * real[k][n] - (imaginary ? s * imaginary[k][n] : 0))));
 }
 
@@ -44,7 +47,7 @@ function rangeOf(k) {
 function nameMarks() {
   const names = [], near = 0.06 * Math.max(...[0, 1, 2].map((k) => rangeOf(k)[1] - rangeOf(k)[0])) / 1e3;
   structure.marks.forEach((mark, number) => {
-    const first = structure.marks.slice(0, number).findIndex((other, at) => names[at] && Math.hypot(...[0, 1, 2].map((k) => other.points[0][k] - mark.points[0][k])) < near);
+    const first = structure.marks.slice(0, number).findIndex((other, at) => names[at] && Math.hypot(...[0, 1, 2].map((k) => other.points[k][0] - mark.points[k][0])) < near);
     names[number] = first < 0 ? mark.name : "";
     if (first >= 0) names[first] += ", " + mark.name;
   });
@@ -61,18 +64,20 @@ function drawBody(body) {
 }
 
 function drawStructure() {
-  clearInterval(timer);
+  turning += 1;
   if (!structure || !structure.bodies.length) return;
   const names = nameMarks(), marks = structure.marks.map((mark, number) => {
-    const [symbol, ink] = KINDS[mark.kind], [x, y, z] = [0, 1, 2].map((k) => mark.points.map((point) => 1e3 * point[k]));
-    const name = { text: mark.points.map((_, place) => (place ? "" : names[number])), textposition: number % 2 ? "bottom center" : "top center", textfont: { size: 11, color: colour("ink") } };
-    return { type: "scatter3d", mode: "markers+text", x, y, z, ...name, marker: { size: 5, symbol, color: mark.points.map(() => colour(ink)) }, hovertemplate: mark.kind + " " + mark.name + "<extra></extra>" };
+    const [symbol, ink] = KINDS[mark.kind], [x, y, z] = placesOf(mark, null, 0);
+    const name = { text: x.map((_, place) => (place ? "" : names[number])), textposition: number % 2 ? "bottom center" : "top center", textfont: { size: 11, color: colour("ink") } };
+    return { type: "scatter3d", mode: "markers+text", x, y, z, ...name, marker: { size: 5, symbol, color: x.map(() => colour(ink)) }, hovertemplate: mark.kind + " " + mark.name + "<extra></extra>" };
   });
-  const side = (text, k) => ({ title: { text: text + " [mm]", font: { size: 11 } }, range: rangeOf(k), gridcolor: colour("grid"), showbackground: false, tickfont: { size: 10 }, nticks: k ? 3 : 5 });
-  const sizes = [0, 1, 2].map((k) => rangeOf(k)[1] - rangeOf(k)[0]), ratio = sizes.map((size) => (1.7 * size) / Math.max(...sizes));
+  const sizes = [0, 1, 2].map((k) => rangeOf(k)[1] - rangeOf(k)[0]);
+  // The short sides of a slender structure have no room for numbers.
+  const side = (text, k) => ({ title: { text: sizes[k] < SLENDER * Math.max(...sizes) ? "" : text + " [mm]", font: { size: 11 } }, range: rangeOf(k), gridcolor: colour("grid"), zerolinecolor: colour("line"), linecolor: colour("line"), showbackground: false, showticklabels: sizes[k] >= SLENDER * Math.max(...sizes), tickfont: { size: 10 }, nticks: 5 });
+  const ratio = sizes.map((size) => (1.7 * size) / Math.max(...sizes));
   Plotly.react("structure", [...structure.bodies.map(drawBody), ...marks], layout({
-    height: 270, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "view",
-    scene: { aspectmode: "manual", aspectratio: { x: ratio[0], y: ratio[1], z: ratio[2] }, dragmode: "turntable", xaxis: side("x", 0), yaxis: side("y", 1), zaxis: side("z", 2), camera: { eye: { x: 0.5, y: -1.5, z: 0.6 } } },
+    height: 300, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "view",
+    scene: { aspectmode: "manual", aspectratio: { x: ratio[0], y: ratio[1], z: ratio[2] }, dragmode: "turntable", xaxis: side("x", 0), yaxis: side("y", 1), zaxis: side("z", 2), camera: { eye: { x: 0.45, y: -1.35, z: 0.5 } } },
   }), CONFIG);
   tellShape();
   drawInstant();
@@ -81,6 +86,7 @@ function drawStructure() {
 
 // What the shape is, and what its contact lines do: their colours change with the motion.
 function tellShape() {
+  byId("still").disabled = !chosenShape();
   const shape = chosenShape(), lines = shape && shape.states ? Object.entries(shape.states) : [];
   const swatches = STATES.map((name, state) => { const mark = make("span", { className: "swatch" }); mark.style.background = structure.state_colours[state]; return make("span", { className: "state" }, mark, " " + name); });
   const shares = lines.map(([name, rows]) => {
@@ -91,9 +97,9 @@ function tellShape() {
 }
 
 function drawInstant() {
-  const shape = chosenShape(), places = structure.bodies.map((body) => placesOf(body, shape, phase));
+  const shape = chosenShape(), places = moving().map((body) => placesOf(body, shape, phase));
   Plotly.restyle("structure", { x: places.map((p) => p[0]), y: places.map((p) => p[1]), z: places.map((p) => p[2]) }, places.map((_, number) => number));
-  const lines = structure.marks.flatMap((mark, number) => (mark.kind === "contact line" ? [{ name: mark.name, number: structure.bodies.length + number, count: mark.points.length }] : []));
+  const lines = structure.marks.flatMap((mark, number) => (mark.kind === "contact line" ? [{ name: mark.name, number: structure.bodies.length + number, count: mark.points[0].length }] : []));
   if (!lines.length) return;
   const colours = lines.map(({ name, count }) => {
     const rows = shape && shape.states ? shape.states[name] : undefined;
@@ -104,12 +110,18 @@ function drawInstant() {
   Plotly.restyle("structure", { "marker.color": colours }, lines.map(({ number }) => number));
 }
 
+// A picture takes at most half of the time: without a graphics card the rest is for the computations.
 function move() {
-  clearInterval(timer);
+  const turn = ++turning;
   if (byId("mode").value === "" || byId("still").getAttribute("aria-pressed") === "true") return;
-  timer = setInterval(() => {
-    if (document.hidden) return;
-    phase += TURN;
-    drawInstant();
-  }, EVERY);
+  const next = () => {
+    if (turn !== turning) return;
+    const start = performance.now();
+    if (!document.hidden) {
+      phase += TURN;
+      drawInstant();
+    }
+    requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(next, Math.max(EVERY, performance.now() - start))));
+  };
+  setTimeout(next, EVERY);
 }

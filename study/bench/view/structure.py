@@ -1,7 +1,7 @@
 """The structure in space: bodies, sensors, contact lines and moving shapes; rows alone where there is no geometry."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,24 +32,24 @@ Place = Float[NDArray[np.float64], "3"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Body:
-    """A body as it is drawn.
+    """A body, or marks on it, as they are drawn.
 
     Parameters
     ----------
     name
-        As the degrees of freedom call it.
+        As the degrees of freedom call it; of marks the name of the sensor or contact line.
     points
         Shape (p, 3) [m].
-    triangles
-        On its outside, shape (t, 3) [-]; none of a chain or cloud of nodes.
     motion
         Displacement of the points by the coordinates of the structure, shape (p, 3, r) [- and m].
+    triangles
+        On its outside, shape (t, 3) [-]; none of a chain or cloud of nodes.
     """
 
     name: str
     points: Float[NDArray[np.float64], "p 3"]
-    triangles: Int[NDArray[np.int64], "t 3"]
     motion: Float[NDArray[np.float64], "p 3 r"]
+    triangles: Int[NDArray[np.int64], "t 3"] = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
 
 
 def show_structure(
@@ -69,13 +69,15 @@ def show_structure(
     Returns
     -------
     "bodies" with coordinates [m]: surfaces, chains or clouds; "marks" of sensors, contact lines and the load; "modes"
-    with frequencies [Hz] and "operations", whose "shape" holds displacements of each body [m], enlarged; and the
-    "state_colours" of contacts. All empty but "rows" without coordinates.
+    with frequencies [Hz] and "operations", whose "shape" holds displacements of each body and then of each mark [m],
+    enlarged; and the "state_colours" of contacts. All empty but "rows" without coordinates.
     """
     bodies = _list_bodies(model, surfaces or {})
     if not bodies:
         return {"bodies": [], "marks": [], "modes": [], "operations": [], "rows": _list_rows(model)}
     size = float(np.ptp(np.concatenate([body.points for body in bodies]), axis=0).max())
+    marks = _list_marks(model)
+    moving = [*bodies, *(mark for _, mark in marks)]
     return {
         "bodies": [
             {
@@ -86,10 +88,10 @@ def show_structure(
             }
             for body in bodies
         ],
-        "marks": _list_marks(model),
-        "modes": _list_modes(model, bodies, size),
+        "marks": [{"kind": kind, "name": mark.name, "points": _columns(mark.points)} for kind, mark in marks],
+        "modes": _list_modes(model, moving, size),
         "state_colours": [CONTACT_STATES[name] for name in STATES],
-        "operations": [_show_operation(operation, bodies, size) for operation in operations],
+        "operations": [_show_operation(operation, moving, size) for operation in operations],
         "rows": _list_rows(model),
     }
 
@@ -119,7 +121,7 @@ def _list_bodies(model: Model, surfaces: Mapping[str, BodySurface]) -> list[Body
             if dof.body == name and dof.coordinates is not None and dof.direction in AXES:
                 motion[number[dof.node], AXES.index(dof.direction), column] = 1.0
         points = np.array([body[node] for node in ordered])
-        bodies.append(Body(name=name, points=points, triangles=np.zeros((0, 3), dtype=np.int64), motion=motion))
+        bodies.append(Body(name=name, points=points, motion=motion))
     return bodies
 
 
@@ -158,32 +160,42 @@ def _columns(values: Float[NDArray[np.float64], "p 3"]) -> list[list[float | Non
     return [round_list(column, DIGITS) for column in values.T]
 
 
-def _list_marks(model: Model) -> list[dict[str, Any]]:
-    """Sensors, contacts and the load where their rows are."""
-    marks = [
-        {"kind": "sensor", "name": sensor.name, "points": _point(model, sensor.row)}
-        for sensor in model.sensors
-        if not isinstance(sensor, LineSensor)
+def _list_marks(model: Model) -> list[tuple[str, Body]]:
+    """Sensors, contacts and the load where their rows are, each with its kind."""
+    rows = [("sensor", each.name, [each.row]) for each in model.sensors if not isinstance(each, LineSensor)]
+    rows += [
+        ("contact line", line, [model.contact(name).normal for name in members])
+        for line, members in model.lines.items()
     ]
-    for line, members in model.lines.items():
-        points = [point for name in members for point in _point(model, model.contact(name).normal)]
-        marks.append({"kind": "contact line", "name": line, "points": points})
-    load = np.abs(model.system.dynamic).sum(axis=0)
-    marks.append({"kind": "load", "name": "load", "points": _point(model, load)})
-    return [mark for mark in marks if mark["points"]]
+    rows.append(("load", "load", [np.abs(model.system.dynamic).sum(axis=0)]))
+    marks = []
+    for kind, name, listed in rows:
+        found = [mark for row in listed if (mark := _find_mark(model, row)) is not None]
+        if found:
+            points, motion = (np.array(part) for part in zip(*found, strict=True))
+            marks.append((kind, Body(name=name, points=points, motion=motion)))
+    return marks
 
 
-def _point(model: Model, row: Float[NDArray[np.float64], " r"]) -> list[list[float | None]]:
-    """Where a row acts: the mean of its nodes, weighted by its size; none if it acts on no point."""
-    there = [
-        (abs(float(value)), dof.coordinates)
-        for dof, value in zip(model.dofs, row, strict=False)
-        if value and dof.coordinates is not None and dof.direction in AXES
-    ]
-    if not there:
-        return []
-    weights, points = zip(*there, strict=True)
-    return [round_list(np.average(np.array(points), axis=0, weights=weights))]
+def _find_mark(
+    model: Model, row: Float[NDArray[np.float64], " r"]
+) -> tuple[Place, Float[NDArray[np.float64], "3 r"]] | None:
+    """Where a row acts and how that moves: the mean of its nodes, weighted by its size; None if it acts nowhere."""
+    weights: dict[tuple[str, int], float] = {}
+    places: dict[tuple[str, int], Place] = {}
+    for dof, value in zip(model.dofs, row, strict=False):
+        if value and dof.coordinates is not None and dof.direction in AXES:
+            node = dof.body, dof.node
+            weights[node] = weights.get(node, 0.0) + abs(float(value))
+            places[node] = np.asarray(dof.coordinates)
+    if not weights:
+        return None
+    total = sum(weights.values())
+    motion = np.zeros((3, model.system.n_dof))
+    for column, dof in enumerate(model.dofs):
+        if dof.coordinates is not None and dof.direction in AXES:
+            motion[AXES.index(dof.direction), column] = weights.get((dof.body, dof.node), 0.0) / total
+    return np.sum([weights[node] / total * place for node, place in places.items()], axis=0), motion
 
 
 def _list_rows(model: Model) -> list[dict[str, Any]]:

@@ -21,8 +21,11 @@ def test_a_beam_is_a_chain_whose_first_mode_bends_it_at_the_frequency_of_the_clo
     closed = 1.8751**2 / 0.3**2 * np.sqrt(210e9 * 0.01**2 / 12 / 7800) / (2 * np.pi)
     mode = shown["modes"][0]
     assert mode["frequency"] == pytest.approx(closed, rel=0.02)
-    ((shape,),) = mode["shape"]
+    ((shape,), *marks) = mode["shape"]
     shape = np.array(shape[2])
+    # The sensor at the tip moves with it.
+    names = [mark["name"] for mark in shown["marks"]]
+    assert marks[names.index("tip")][0][2][0] == pytest.approx(shape[-1])
     # It grows from the clamp to the tip, where it is as large as the page shows it.
     assert (np.diff(np.abs(shape)) > 0).all()
     assert abs(shape[-1]) == pytest.approx(0.12 * np.ptp(points[:, 0]), rel=1e-3)
@@ -33,7 +36,7 @@ def test_sensors_lines_and_load_stand_where_their_rows_act() -> None:
     marks = {(mark["kind"], mark["name"]): mark["points"] for mark in show_structure(model)["marks"]}
     tip = max(dof.coordinates[0] for dof in model.dofs if dof.coordinates is not None)
     assert marks["sensor", "tip"][0][0] == pytest.approx(tip)
-    assert len(marks["contact line", "left"]) == len(model.lines["left"])
+    assert len(marks["contact line", "left"][0]) == len(model.lines["left"])
     assert marks["load", "load"] == marks["sensor", "excitation"]
 
 
@@ -62,6 +65,6 @@ def test_a_contact_line_sticks_under_a_small_force_and_slips_under_a_large_one()
     assert any((rows == 1).any() for rows in slipping.states.values())
     shown = show_structure(model, operations=[stuck])
     # A damped motion has a phase, so that both parts are drawn.
-    ((real, imaginary),) = shown["operations"][0]["shape"]
+    ((real, imaginary), *_) = shown["operations"][0]["shape"]
     length = np.hypot(np.linalg.norm(real, axis=0), np.linalg.norm(imaginary, axis=0)).max()
     assert length == pytest.approx(0.12 * np.ptp(shown["bodies"][0]["points"][0]), rel=1e-3)
