@@ -96,6 +96,14 @@ function drawResponse() {
   drawMoved();
 }
 
+// Numbers at a logarithmic axis, as many as there is room for.
+function logTicks([low, high]) {
+  const steps = high - low < 1.2 ? [1, 1.5, 2, 3, 4, 5, 7] : high - low < 2.5 ? [1, 2, 5] : [1], values = [];
+  for (let decade = Math.floor(low); decade <= high; decade++) values.push(...steps.map((step) => step * 10 ** decade));
+  const seen = values.filter((value) => Math.log10(value) >= low && Math.log10(value) <= high);
+  return { tickvals: seen, ticktext: seen.map((value) => digits(value)) };
+}
+
 function layoutOf(panel, there, kind) {
   const seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0), drawn = there.flatMap((group) => group.line.amplitude).filter((value) => value > 0);
   const isLog = !panel.static && seen.length > 0;
@@ -106,7 +114,7 @@ function layoutOf(panel, there, kind) {
   return layout({
     height: 520, margin: { l: 70, r: 14, t: 8, b: 44 }, shapes,
     xaxis: axis({ title: "frequency [Hz]", anchor: "y2" }),
-    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? { dtick: range.range[1] - range.range[0] < 1 ? "D1" : "D2", exponentformat: "power" } : {}) }),
+    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? logTicks(range.range) : {}) }),
     yaxis2: axis({ title: words, domain: [0, 0.29], zeroline: true, zerolinecolor: colour("line"), nticks: 6 }),
   });
 }

@@ -74,7 +74,8 @@ function drawStructure() {
   const sizes = [0, 1, 2].map((k) => rangeOf(k)[1] - rangeOf(k)[0]);
   // The short sides of a slender structure have no room for numbers.
   const side = (text, k) => ({ title: { text: sizes[k] < SLENDER * Math.max(...sizes) ? "" : text + " [mm]", font: { size: 11 } }, range: rangeOf(k), gridcolor: colour("grid"), zerolinecolor: colour("line"), linecolor: colour("line"), showbackground: false, showticklabels: sizes[k] >= SLENDER * Math.max(...sizes), tickfont: { size: 10 }, nticks: 5 });
-  const ratio = sizes.map((size) => (1.7 * size) / Math.max(...sizes));
+  // The drawing is wider than high.
+  const scale = Math.min(1.5 / Math.max(sizes[0], sizes[1]), 0.95 / sizes[2]), ratio = sizes.map((size) => scale * size);
   Plotly.react("structure", [...structure.bodies.map(drawBody), ...marks], layout({
     height: 300, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "view",
     scene: { aspectmode: "manual", aspectratio: { x: ratio[0], y: ratio[1], z: ratio[2] }, dragmode: "turntable", xaxis: side("x", 0), yaxis: side("y", 1), zaxis: side("z", 2), camera: { eye: { x: 0.45, y: -1.35, z: 0.5 } } },
