@@ -5,7 +5,6 @@ test_own_part_document.py, test_campaign_document.py, test_joint_law.py, test_tu
 """
 
 import re
-import shutil
 import textwrap
 import tomllib
 from itertools import pairwise
@@ -17,8 +16,9 @@ import scipy.linalg
 
 from reduction.jointed_system import CubicSpring, JointedSystem
 from study.case.setup import read_case
-from study.shipped_cases import LIMITS, SOLVE
+from study.shipped_cases import LIMITS
 from tests.slow import slow
+from tests.study.rubbing_mass import CASE, write_matrices
 
 ROOT = Path(__file__).parents[2]
 SYSTEM = JointedSystem(
@@ -87,10 +87,11 @@ def test_sweeps_and_spreads_in_python_are_those_of_the_page(tmp_path: Path, monk
     section = text_of("docs/uncertain.md").split("## In Python\n")[1]
     block = re.search(r"(?:^ {4}.*\n|^\n(?= {4}))+", section, re.MULTILINE)
     assert block is not None
-    for file in SOLVE.parent.iterdir():
-        shutil.copy(file, tmp_path)
-    shutil.copy(SOLVE, tmp_path / "my.toml")
-    code = textwrap.dedent(block.group()).replace("draws=64", "draws=2")
+    write_matrices(tmp_path)
+    sweep = '[sweep]\nfrom = "155 Hz"\nto = "175 Hz"\nstep = "1 Hz"\nlevels = [1]\n'
+    uncertain = '[[uncertain]]\nparameter = "mu"\ndistribution = "normal"\nmean = 1\nsd = 0.05\n'
+    (tmp_path / "my.toml").write_text(CASE + sweep + uncertain, encoding="utf-8")
+    code = textwrap.dedent(block.group()).replace("draws=64", "draws=4")
     space = run(code, "docs/uncertain.md")
     assert len(space["swept"].sampled.curves.curves) == 15  # type: ignore[attr-defined]
 

@@ -17,10 +17,17 @@ function beginResponses(data) {
   drawResponse();
 }
 
+// What was asked for is shown: on the first response that has limits, if the one that is shown has none.
 function beginLimits(data) {
+  const note = byId("limit-note"), hasBand = (panel) => panel && panel.some((band) => band);
   limits = data;
-  byId("limit-note").hidden = !data;
-  byId("limit-note").textContent = data ? "Shaded: limits of all friction histories. " + typeset(data.sentences.map((text) => text[0].toUpperCase() + text.slice(1).replace(/\.$/, "") + ".").join(" ")) : "";
+  note.hidden = !data;
+  if (data) {
+    note.firstElementChild.textContent = "Shaded: limits of all friction histories. " + data.headline;
+    note.lastElementChild.textContent = typeset(data.sentences.map((text) => text[0].toUpperCase() + text.slice(1).replace(/\.$/, "") + ".").join(" "));
+    const first = data.panels.findIndex(hasBand);
+    if (first >= 0 && !hasBand(data.panels[shown.panel])) byId("panel").value = shown.panel = first;
+  }
   drawResponse();
 }
 

@@ -23,10 +23,17 @@ def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Panel
 
     Returns
     -------
-    "panels": of each curve of each panel its limits over frequency [Hz], or None; and "sentences".
+    "panels": of each curve of each panel its limits over frequency [Hz], or None; the verdict as "headline" and, in
+    full, "sentences".
     """
     document = family_document(comparison)
+    compared = [item for item in comparison.verdicts if item.n_compared]
+    leaving = sum(item.leaves for item in compared)
+    headline = f"{leaving} of {len(compared)} measured families leave them." if leaving else (
+        "All measured families lie within." if compared else "None were found."
+    )  # fmt: skip
     return {
+        "headline": headline,
         "panels": [_list_bands(comparison, free, panel) for free, panel in panels],
         "sentences": [*document["sentences"], *document["not_compared"]],
     }
