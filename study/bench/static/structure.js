@@ -58,7 +58,7 @@ function drawBody(body) {
   const [x, y, z] = placesOf(body, null, 0), common = { x, y, z, name: body.name, hovertemplate: body.name + "<extra></extra>" };
   if (body.triangles[0].length) {
     const [i, j, k] = body.triangles;
-    return { type: "mesh3d", i, j, k, ...common, color: colour("line"), flatshading: true, opacity: structure.marks.length ? 0.55 : 1, lighting: { ambient: 0.55, diffuse: 0.7, specular: 0.1 } };
+    return { type: "mesh3d", i, j, k, ...common, color: colour("pale"), flatshading: true, opacity: structure.marks.length ? 0.65 : 1, lighting: { ambient: 0.55, diffuse: 0.7, specular: 0.1 } };
   }
   return { type: "scatter3d", mode: body.is_chain ? "lines+markers" : "markers", ...common, line: { color: colour("pale"), width: 6 }, marker: { size: body.is_chain ? 2 : 3, color: colour("pale") } };
 }
