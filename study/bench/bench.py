@@ -29,6 +29,7 @@ from study.bench.data_alone import compare_alone, diagnose_alone, screen_alone
 from study.bench.line import Lines, find_lines, list_unknowns, move_lines
 from study.bench.view.candidate import show_diagnosis, show_scores
 from study.bench.view.comparison import list_errors, show_comparison, show_moved
+from study.bench.view.finding import show_law, show_next_tests
 from study.bench.view.history import list_numbers, show_errors, show_history
 from study.bench.view.limits import count_limits, show_limits
 from study.bench.view.operation import list_operations
@@ -154,6 +155,8 @@ class Bench:
             },
             "errors": show_errors(history, added, drawn, now),
             "fitted": show_fitted(unknowns.names, unknowns.parameters, fit.values, fit.deviation),
+            "law": None,
+            "next_test": None,
             "is_diagnosed": self._is_diagnosed(screened.setup),
         }
         numbers: dict[str, float | str] = {**list_numbers(drawn, now)}
@@ -180,6 +183,8 @@ class Bench:
         after = None if best is None or best.effect is None else errors(best)
         views = {
             "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},
+            "law": show_law(diagnosed.last),
+            "next_test": show_next_tests(diagnosed.last),
             "history": show_history(diagnosed.history),
             "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
         }

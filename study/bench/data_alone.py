@@ -61,7 +61,7 @@ def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numb
 def screen_alone() -> Views:
     """Effects of such data are not screened, but fitted one by one by a diagnosis."""
     nothing: Views = {"rows": [], "verdict": None, "chance": None}
-    return {"candidates": nothing, "errors": None, "fitted": {}, "is_diagnosed": False}
+    return {"candidates": nothing, "errors": None, "fitted": {}, "law": None, "next_test": None, "is_diagnosed": False}
 
 
 def diagnose_alone(

@@ -14,6 +14,7 @@ function drawEffects() {
   const isScreened = chance !== null;
   byId("finding").textContent = verdict ? typeset(verdict.sentence) : isScreened ? "By the screening, to first order. Diagnose fits the promising ones and tests them on held-out data." : "Diagnose fits them to the data.";
   byId("finding").className = verdict ? "" : "sub";
+  drawDoubts(verdict);
   byId("finding").title = verdict ? verdict.threshold : "";
   byId("chance").hidden = !isScreened;
   byId("chance").textContent = "Where nothing is missing, the best χ² still falls: by more than " + digits(chance) + " in 1 of 100 campaigns.";

@@ -17,7 +17,7 @@ async function call(name, args = {}) {
 
 const TAKE = {
   verdict: drawVerdict, responses: beginResponses, map: beginMap, parameters: beginParameters, structure: beginStructure, history: drawHistory,
-  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits, data: beginData,
+  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits, data: beginData, law: beginLaw, next_test: beginNextTest,
 };
 
 async function take(next) {
