@@ -20,5 +20,5 @@ function beginNextTest(next) {
   const rows = next.rows.map((row) => [row.title, digits(100 * row.probability) + " %", Math.round(row.minutes) + " min"]);
   byId("next").replaceChildren(make("h2", { text: "What to measure next" }), make("p", { text: next.sentence }),
     ...(rows.length ? [make("p", { className: "sub", text: "Probability that a test tells between " + next.between.join(" and ") + ", and what it takes, roughly." }), drawTable({ head: ["test", "decides", "takes"], rows, words: 1 })] : []),
-    ...(next.remark ? [make("p", { className: "sub", text: next.remark + "." })] : []), ...drawPicture(next.picture, "What each explanation predicts for the advised test"));
+    ...(next.remark ? [make("p", { className: "sub", text: next.remark[0].toUpperCase() + next.remark.slice(1) + "." })] : []), ...drawPicture(next.picture, "What each explanation predicts for the advised test"));
 }
