@@ -58,7 +58,7 @@ shape.set(
     ylabel="deflection / that of the tip",
     title="reduced beam, back on all nodes",
 )
-response.set(xlabel="frequency [Hz]", ylabel="amplitude / force [um/N]", title="tip with a slider of 1 N")
+response.set(xlabel="frequency [Hz]", ylabel="amplitude / force [µm/N]", title="tip with a slider of 1 N")
 shape.legend(loc="upper center", ncols=3)
 response.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="force")
 figure.savefig("import_matrices.png")

@@ -55,8 +55,8 @@ for level in (0.2, 0.6, 1.2, 2.2):
     print(f"{level:4g} N: {1e6 * half:6.2f} um at {state.frequency:.2f} Hz, "
           f"{motion.dissipated[0]:.3e} J per period, closed form {area:.3e} J")  # fmt: skip
     assert np.isclose(motion.dissipated[0], area, rtol=1e-3)  # of 1024 instants and ten harmonics
-response.set(xlabel="frequency [Hz]", ylabel="amplitude / force [um/N]")
-loops.set(xlabel="displacement [um]", ylabel="force of the joint [N]")
+response.set(xlabel="frequency [Hz]", ylabel="amplitude / force [µm/N]")
+loops.set(xlabel="displacement [µm]", ylabel="force of the joint [N]")
 response.legend()
 figure.savefig("own_joint_law.png")
 print("drawn in own_joint_law.png")

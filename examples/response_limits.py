@@ -43,7 +43,7 @@ def main() -> None:
         flags = {"jump": limits.jump[:, at], "repaired": limits.repaired[:, at]}
         value, sampled = 1e6 * limits.value[:, at], 1e6 * fresh.value[at].T
         bands.append(Band(label=f"level {level:g}", frequency=FREQUENCIES, value=value, sampled=sampled, **flags))
-    drawn = LimitBands(bands=bands, title="Wedge damper", amplitude_label="blade [um]")
+    drawn = LimitBands(bands=bands, title="Wedge damper", amplitude_label="blade [µm]")
     Path("limits.png").write_bytes(png(limit_band_figure(drawn)))
     # The paper's limits, in the same box: the amplitudes at the largest and the least loss factor.
     paper = paper_limits(
@@ -51,7 +51,7 @@ def main() -> None:
     )
     apart = [replace(bands[at], sampled=1e6 * paper.amplitude[:, at - 1]) for at in (1, 2)]
     title, dots = "Wedge damper: limits of the amplitude, and the paper's", "at the extreme loss factors"
-    drawn = LimitBands(bands=apart, title=title, amplitude_label="blade [um]", sampled_label=dots)
+    drawn = LimitBands(bands=apart, title=title, amplitude_label="blade [µm]", sampled_label=dots)
     Path("papers_limits.png").write_bytes(png(limit_band_figure(drawn)))
     panels, escaped = [], fresh.share_outside(1e-3)
     for line in ("blade", "ground"):

@@ -44,7 +44,7 @@ def main() -> None:
         highest[curve.label] = float(np.abs(response).max())
         print(f"{curve.label}: {highest[curve.label]:.2f} um at most")
         drawn.append(DrawnCurve(label=curve.label, parameter=branch.frequency, response=response))
-    words = {"parameter_label": "frequency [Hz]", "amplitude_label": "amplitude [um]"}
+    words = {"parameter_label": "frequency [Hz]", "amplitude_label": "amplitude [µm]"}
     curves = ResponseCurves(curves=drawn, title="Rig: tip", **words)
     Path("rig_response.png").write_bytes(png(response_curves_figure(curves)))
     print("rig_response.png")

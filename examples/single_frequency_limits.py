@@ -38,7 +38,7 @@ places = frequency[list(single)]
 found, alone = (1e6 * np.array([item[number] for item in single.values()]).T for number in (0, 1))
 axes.plot(places, found.T, "o", color="tab:blue", markerfacecolor="white", label=["one frequency", None])
 axes.plot(places, alone.T, "x", color="tab:red", label=["without its neighbours", None])
-axes.set(xlabel="frequency [Hz]", ylabel="amplitude of the blade [um]", title=f"Wedge damper, level {LEVEL:g}")
+axes.set(xlabel="frequency [Hz]", ylabel="amplitude of the blade [µm]", title=f"Wedge damper, level {LEVEL:g}")
 axes.legend()
 figure.savefig("single_frequency_limits.png")
 print("drawn in single_frequency_limits.png")

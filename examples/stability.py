@@ -46,7 +46,7 @@ line = DrawnCurve(label="backbone", parameter=mode.frequency[reached], response=
 title = "Two masses with a hardening spring: displacement of the second"
 figure = response_curves_figure(
     ResponseCurves(curves=curves, backbone=line, title=title, parameter_label="frequency [Hz]",
-                   amplitude_label="amplitude [um]")
+                   amplitude_label="amplitude [µm]")
 )  # fmt: skip
 Path("stability.png").write_bytes(png(figure))
 print("drawn in stability.png")

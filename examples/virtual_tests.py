@@ -74,7 +74,7 @@ def main() -> None:
                  sampled=1e6 * measured, **flags)
         )  # fmt: skip
     title = "Wedge damper: repeated virtual tests"
-    drawn = LimitBands(bands=bands, title=title, amplitude_label="blade [um]", sampled_label="repeated tests")
+    drawn = LimitBands(bands=bands, title=title, amplitude_label="blade [µm]", sampled_label="repeated tests")
     Path("virtual_tests.png").write_bytes(png(limit_band_figure(drawn)))
     print("campaign, virtual_tests.png")
 

@@ -37,7 +37,7 @@ def frequency_response_figure(result: FrequencyResponse) -> Figure:
     figure = new_figure(9, 5.2)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
     amplitude.semilogy(result.frequency, np.abs(result.receptance) * 1e6, color=LINE, linewidth=1.4)
-    amplitude.set_ylabel("amplitude [um/N]")
+    amplitude.set_ylabel("amplitude [µm/N]")
     # Each resonance takes 180 degrees off the phase; unwrapped, it says how many were passed.
     phase.plot(result.frequency, np.degrees(np.unwrap(np.angle(result.receptance))), color=LINE, linewidth=1.4)
     phase.set_ylabel("phase [deg]")

@@ -176,8 +176,7 @@ def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
         axes.plot(curve.line_frequency, drawn(curve.line), color=colour, linewidth=1.3, zorder=2)
         _points(axes, curve.frequency, drawn(curve.measured), curve.deviation, colour)
     axes.set_title(panel.label, fontsize=10, loc="left", color=INK, y=1.0)
-    unit = panel.unit.replace("um", "µm")
-    axes.set_ylabel(f"static part [{unit}]" if panel.is_static else f"amplitude [{unit}]")
+    axes.set_ylabel(f"static part [{panel.unit}]" if panel.is_static else f"amplitude [{panel.unit}]")
     if not panel.is_static:
         axes.set_ylim(bottom=0)
 
@@ -194,7 +193,7 @@ def _residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
                 value, deviation = 100 * (np.abs(curve.predicted) / size - 1), 100 * curve.deviation / size
         there = np.isfinite(value)
         _points(axes, curve.frequency[there], value[there], deviation[there], colours[curve.level])
-    axes.set_ylabel(f"residual [{panel.unit.replace('um', 'µm')}]" if panel.is_static else "residual [%]")
+    axes.set_ylabel(f"residual [{panel.unit}]" if panel.is_static else "residual [%]")
 
 
 def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:

@@ -61,7 +61,7 @@ def hysteresis_figure(result: HysteresisLoops) -> Figure:
         for loop, colour in zip(loops, choose_family_colours(len(loops)), strict=True):
             _draw(grid[row], loop, colour)
         grid[row, 0].set_title(f"{name}: loop", fontsize=10, loc="left")
-        grid[row, 0].set_xlabel("displacement [um]")
+        grid[row, 0].set_xlabel("displacement [µm]")
         grid[row, 0].set_ylabel("force [N]")
         is_stop = any(loop.is_stop for loop in loops)
         kind = "normal force" if is_stop else "force"

@@ -49,7 +49,7 @@ class SmallResponses(Headed):
     """
 
     panels: Sequence[SmallResponsePanel]
-    amplitude: str = "amplitude of the tip [um/N]"
+    amplitude: str = "amplitude of the tip [µm/N]"
 
 
 @draws(SmallResponses, "small_responses")

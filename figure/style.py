@@ -1,5 +1,6 @@
 """How all figures look: inks, colours, headings, numbers, axes without a box around them, and the whole as PNG."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -170,6 +171,29 @@ def evenly(count: int, most: int) -> list[int]:
     return [int(place) for place in np.unique(places)]
 
 
+def print_micro(figure: Figure) -> None:
+    """Write µm in all words of a figure: case files and tables for computers write um, so that any keyboard has it."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import FixedFormatter, FuncFormatter
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            # Names at an axis are written anew with each tick.
+            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
+                labels = [label.get_text() for label in axis.get_ticklabels()]
+                if any("um" in label for label in labels):
+                    axis.set_ticks(axis.get_ticklocs(), labels=[typeset_micro(label) for label in labels])
+    for text in figure.findobj(Text):
+        words = text.get_text()
+        if "um" in words:
+            text.set_text(typeset_micro(words))
+
+
+def typeset_micro(words: str) -> str:
+    """Words with µm for um."""
+    return re.sub(r"\bum\b", "µm", words)
+
+
 def png(figure: Figure) -> bytes:
     """The figure as a file."""
     from matplotlib import rc_context
@@ -177,6 +201,7 @@ def png(figure: Figure) -> bytes:
     from PIL import Image
 
     figure.set_dpi(DPI)
+    print_micro(figure)
     canvas, stream = FigureCanvasAgg(figure), BytesIO()
     # Letters as they were designed: moved onto pixels they look no better at this size, and take a third longer.
     with rc_context({"text.hinting": "none"}):

@@ -10,11 +10,14 @@ from jaxtyping import Complex, Float, Int
 
 from fe.damping import RayleighDamping
 from fe.dense_modes import compute_dense_modes
+from fe.notebook import Tabular
 from reduction.array_input import freeze_arrays, locked
 from reduction.array_type import Array, Real, Whole
 from reduction.errors import RomError
 
 if TYPE_CHECKING:
+    import pandas
+
     from fe.modal import ModeSet
 
 Reduced = Float[Real, "r ..."] | Complex[Array, "r ..."]
@@ -26,7 +29,7 @@ WHOLE = ("boundary_node", "boundary_direction", "free")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ReducedModel:
+class ReducedModel(Tabular):
     """A Craig-Bampton model: boundary degrees of freedom first, then fixed-interface modal coordinates.
 
     Arrays are copied and read-only; `recovery`, which can be gigabytes, is shared and locked instead.
@@ -80,6 +83,17 @@ class ReducedModel:
     def n_boundary(self) -> int:
         """Number of boundary degrees of freedom b; the other r - b coordinates are modal [-]."""
         return len(self.boundary_node)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """One row per boundary set, and one of the fixed-interface modes."""
+        import pandas
+
+        frequency = self.fixed_interface_frequency
+        ends = [float(frequency[0]), float(frequency[-1])] if len(frequency) else [np.nan, np.nan]
+        rows = {name: [len(rows), np.nan, np.nan] for name, rows in self.boundary_sets.items()}
+        rows["fixed-interface modes"] = [len(frequency), *ends]
+        columns = ["coordinates [-]", "lowest frequency [Hz]", "highest frequency [Hz]"]
+        return pandas.DataFrame.from_dict(rows, orient="index", columns=columns)
 
     def rows(self, name: str, direction: int | None = None) -> Int[Whole, " k"]:
         """Rows of a boundary set in the order in which it was given, or those of one direction (0, 1, 2 for x, y, z).

@@ -76,7 +76,7 @@ def deflection_film(
         _check_stations(mesh, motion, stations)
     reached = np.linalg.norm(motion, axis=2).max(axis=0)
     largest = float(reached.max())
-    unit, per_metre = ("mm", 1e3) if largest >= LARGE else ("um", 1e6)
+    unit, per_metre = ("mm", 1e3) if largest >= LARGE else ("µm", 1e6)
     # Both pictures take their colours from all bodies, so that one bar serves both.
     colouring = Colouring(
         values=per_metre * reached,

@@ -9,9 +9,10 @@ The page, its worker process and an exported script make the same calls::
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,16 +21,23 @@ from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.metric.misfit import whole
+from correlation.prediction import Points
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
-from pipeline.output import replace_file
+from pipeline.output import prepare_output, replace_file
+from study.bench.data_alone import compare_alone, diagnose_alone, screen_alone
 from study.bench.line import Lines, find_lines, list_unknowns, move_lines
 from study.bench.view.candidate import show_diagnosis, show_scores
 from study.bench.view.comparison import list_errors, show_comparison, show_moved
+from study.bench.view.finding import show_law, show_next_tests
 from study.bench.view.history import list_numbers, show_errors, show_history
+from study.bench.view.limits import count_limits, show_limits
+from study.bench.view.operation import list_operations
 from study.bench.view.parameter import show_fitted, show_parameters
 from study.bench.view.structure import show_structure
-from study.case.setup import Setup, read_case, require_loads
+from study.case.setup import ReadCase, Setup, read_case, require_loads
+from study.compare.curve import Coefficients, Drawing
+from study.compare.families import find_families
 from study.compare.result import Compared
 from study.compare.run import comparison_key, find_comparison
 from study.compare.suspicions import require_noise
@@ -63,11 +71,16 @@ class _Comparison:
     """A comparison with its lines, and the text of the case that it is of."""
 
     text: str
-    setup: Setup
+    read: ReadCase
     compared: Compared
     unknowns: Unknowns
     values: Values
     lines: Mapping[str, Lines]
+
+    @property
+    def drawn(self) -> dict[bool, tuple[Points, Coefficients]]:
+        """The lines at the values of the case, by whether the contacts are absent."""
+        return {name == "free": (each.points, each.prediction.value) for name, each in self.lines.items()}
 
 
 class Bench:
@@ -96,19 +109,27 @@ class Bench:
         CaseError, CampaignError
             With what is wrong in them.
         """
-        self._comparison = found = self._compare()
+        campaign = self._read_campaign()
+        if is_alone(campaign):
+            seen = hash_text(read_text(self.case))
+            found_alone, shown = compare_alone(self.case, campaign, self.run)
+            shown["verdict"]["seen"] = seen
+            return Result(numbers=found_alone, views=shown)
+        self._comparison = found = self._compare(campaign)
         compared, history = found.compared, history_of(self.case)
         with self.run.progress.step("page", expected=2):
             views = show_comparison(compared, found.lines)
             views["verdict"]["seen"] = hash_text(found.text)
-            views["parameters"] = show_parameters(found.setup, found.unknowns, found.values, history)
-            views["structure"] = show_structure(compared.model)
+            views["parameters"] = show_parameters(found.read.setup, found.unknowns, found.values, history)
+            operations = list_operations(compared.model, compared.prediction, compared.campaign.drive.unit)
+            make_surfaces = found.read.structure.surfaces
+            surfaces = {} if make_surfaces is None else make_surfaces()
+            views["structure"] = show_structure(compared.model, surfaces, operations)
         views["history"] = show_history(history)
         numbers = {"training deviations [-]": whole(compared.train).whitened}
         if compared.held_out is not None:
             numbers["held-out deviations [-]"] = whole(compared.held_out).whitened
-        lines = {name == "free": (each.points, each.prediction.value) for name, each in found.lines.items()}
-        return Result(numbers={**numbers, **list_errors(compared, lines)}, views=views)
+        return Result(numbers={**numbers, **list_errors(compared, found.drawn)}, views=views)
 
     def screen(self) -> Result:
         """Screen the effects, which is the first part of `stickslip diagnose`.
@@ -118,6 +139,8 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
+        if is_alone(read_campaign(self.folder)):
+            return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
         drawn, now = errors(screened.drawn), errors(screened.before)
@@ -132,6 +155,8 @@ class Bench:
             },
             "errors": show_errors(history, added, drawn, now),
             "fitted": show_fitted(unknowns.names, unknowns.parameters, fit.values, fit.deviation),
+            "law": None,
+            "next_test": None,
             "is_diagnosed": self._is_diagnosed(screened.setup),
         }
         numbers: dict[str, float | str] = {**list_numbers(drawn, now)}
@@ -148,6 +173,9 @@ class Bench:
             With what is wrong in them.
         """
         campaign = read_campaign(self.folder)
+        if is_alone(campaign):
+            found, alone = diagnose_alone(self.case, campaign, self.folder, self.run, self.without)
+            return Result(numbers=found, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
@@ -155,6 +183,8 @@ class Bench:
         after = None if best is None or best.effect is None else errors(best)
         views = {
             "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},
+            "law": show_law(diagnosed.last),
+            "next_test": show_next_tests(diagnosed.last),
             "history": show_history(diagnosed.history),
             "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
         }
@@ -220,9 +250,7 @@ class Bench:
         LoopError
             A parameter that the case does not have.
         """
-        found = self._comparison
-        if found is None or found.text != read_text(self.case):
-            self._comparison = found = self._compare()
+        found = self._current()
         moved = np.array(found.values)
         for name, value in values.items():
             if name not in found.unknowns.names:
@@ -233,33 +261,54 @@ class Bench:
             shown, numbers = show_moved(found.compared, lines)
         return Result(numbers={**numbers}, views={"moved": {**shown, "values": dict(values)}})
 
+    def limits(self) -> Result:
+        """Lay the measured families over the limits of all friction histories, as `stickslip compare --limits` does.
+
+        What was found of a search that was cancelled is stored, and the same call goes on from there.
+        """
+        found = self._current()
+        setup, compared, case = found.read.setup, found.compared, found.read.opened.case
+        with TemporaryDirectory(prefix="stickslip-") as passing:
+            folder = self.run.store.folder
+            run = replace(self.run, output=prepare_output(Path(passing) if folder is None else folder / "bench"))
+            families = find_families(
+                compared.model, setup.complete_budget, compared.campaign, case.limits, found.read.structure, run,
+                stem=hash_text(str(self.case.resolve()))[:16],
+            )  # fmt: skip
+        drawing = Drawing.of(compared, found.drawn)
+        panels = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
+        return Result(numbers=count_limits(families), views={"limits": show_limits(families, panels)})
+
     def edit(self, text: str) -> Result:
         """Replace the case by another text, as an editor does."""
         replace_file(self.case, text.encode("utf-8"))
         return Result(numbers={})
 
-    def _compare(self) -> _Comparison:
+    def _current(self) -> _Comparison:
+        """The comparison of the case as it is now."""
+        found = self._comparison
+        if found is None or found.text != read_text(self.case):
+            self._comparison = found = self._compare(self._read_campaign())
+        return found
+
+    def _compare(self, campaign: Campaign) -> _Comparison:
+        if not len(campaign.measurement):
+            raise CampaignError(
+                f"{self.folder} has no steady states, whose curves could be moved or laid over limits: add some"
+            )
+        require_noise(campaign, self.folder)
         text = read_text(self.case)
-        campaign = self._read_campaign()
         read = require_loads(read_case(self.case, campaign, self.run))
         compared = find_comparison(read.setup, campaign, self.run)
         unknowns, values = list_unknowns(read.setup, campaign)
         key = comparison_key(read.setup, campaign)
         step = self.run.step("curves and their sensitivities", expected=10)
         lines = step.run(find_lines, key, compared, unknowns, values)
-        return _Comparison(
-            text=text, setup=read.setup, compared=compared, unknowns=unknowns, values=values, lines=lines
-        )
+        return _Comparison(text=text, read=read, compared=compared, unknowns=unknowns, values=values, lines=lines)
 
     def _read_campaign(self) -> Campaign:
         with self.run.progress.step("campaign", expected=1):
-            campaign = read_campaign(self.folder)
-        if not len(campaign.measurement):
-            raise CampaignError(
-                f"{self.folder} has no steady states, which the bench draws: stickslip compare shows its other data"
-            )
-        require_noise(campaign, self.folder)
-        return campaign
+            return read_campaign(self.folder)
 
     def _is_diagnosed(self, setup: Setup) -> bool:
         """Whether a diagnosis of the case as it is now is stored, so that it takes no time."""
@@ -280,6 +329,11 @@ class Bench:
         return Result(
             numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
         )
+
+
+def is_alone(campaign: Campaign) -> bool:
+    """Whether a campaign has typed data and no steady states."""
+    return bool(campaign.data) and not len(campaign.measurement)
 
 
 def hash_text(text: str) -> str:

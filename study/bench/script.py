@@ -47,8 +47,8 @@ def command_of(entry: Entry, case: Path, folder: Path, without: Sequence[str] = 
         return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: curves alone"
     elif entry.name == "edit":
         return f"# {case.name} was edited by hand"
-    elif entry.name == "compare":
-        words = ["compare", str(case), str(folder)]
+    elif entry.name in {"compare", "limits"}:
+        words = ["compare", str(case), str(folder), *(["--limits"] if entry.name == "limits" else [])]
     else:
         words = [entry.name, str(case), str(folder), *left_out]
     return _join(words)

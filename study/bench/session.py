@@ -12,12 +12,18 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Protocol
 
+from study.bench.last_view import read_last_views, store_last_views
 from study.bench.script import Entry, command_of, python_of, script_of
 from study.bench.work import CALLS, Place
 from study.diagnose.history import history_file
 
 #: Calls that write the case, and those whose answers are of the case as it was when they began.
-WRITING, READING = frozenset({"add", "undo", "calibrate"}), frozenset({"compare", "screen", "diagnose", "move"})
+WRITING, READING = (
+    frozenset({"add", "undo", "calibrate"}),
+    frozenset({"compare", "screen", "diagnose", "move", "limits"}),
+)
+#: Calls after which the page shows the case as it is.
+SHOWING = frozenset({"compare", "screen", "diagnose"})
 #: Files of a campaign folder that are looked at.
 MOST_FILES = 2000
 #: Sentences to the user.
@@ -79,6 +85,8 @@ class Session:
         self._text = self._text_of_call = self._first = read_text(self.place.case) or ""
         self._first_history = read_text(history_file(self.place.case)) or ""
         self._campaign = sign_folder(self.place.folder)
+        self.views = {name: (1, view) for name, view in read_last_views(self.place, self._shown_texts).items()}
+        self.is_last = bool(self.views)
 
     def begin(self) -> None:
         """Ask for what a page shows first."""
@@ -153,6 +161,7 @@ class Session:
             "revision": self.revision,
             "case": case.name,
             "campaign": folder.name,
+            "is_last": self.is_last,
             "busy": None if running is None else {"name": running.name, "seconds": self.clock() - self._began},
             "steps": self.steps,
             "waiting": [call.name for call in self.queue],
@@ -177,6 +186,11 @@ class Session:
         return script_of(self.entries, place.case, place.folder, place.without, self._first, self._first_history)
 
     @property
+    def _shown_texts(self) -> tuple[str, ...]:
+        """What the parts of the page are of."""
+        return self._text, read_text(history_file(self.place.case)) or "", self._campaign
+
+    @property
     def _all(self) -> list[Call]:
         return [*([] if self.running is None else [self.running]), *self.queue]
 
@@ -196,6 +210,11 @@ class Session:
         for part, document in views.items():
             encoded = json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
             self.views[part] = (self.views.get(part, (0, b""))[0] + 1, encoded)
+        if name == "compare" and "limits" in self.views:
+            self.views["limits"] = (self.views["limits"][0] + 1, b"null")  # they were those of the case before
+        if name in SHOWING:
+            self.is_last = self.is_last and name == "compare"
+            store_last_views(self.place, self._shown_texts, {part: view for part, (_, view) in self.views.items()})
         if name in WRITING:
             self._text = read_text(self.place.case) or self._text
             self._again()

@@ -22,7 +22,7 @@ EVERY = 0.25
 #: How often the worker looks whether its server is still there [s].
 LOOK_EVERY = 1.0
 #: Calls of `study.bench.bench.Bench` that a page may ask for.
-CALLS = frozenset({"compare", "screen", "diagnose", "add", "undo", "calibrate", "move"})
+CALLS = frozenset({"compare", "screen", "diagnose", "add", "undo", "calibrate", "move", "limits"})
 
 Send = Callable[[Mapping[str, Any]], None]
 

@@ -15,6 +15,7 @@ from reduction.elastic_support import ElasticBody
 from reduction.file.structure_file import StructureMatrices
 from reduction.joint_law.registry import Joint
 from reduction.rom import ReducedModel
+from study.case.surface import BodySurface
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -63,6 +64,8 @@ class Structure:
         Damping matrix with all joints of the case [N s/m]; None keeps that of `matrices`.
     histories
         Draws slider positions for a number of friction histories by a seed; None where rest is not known.
+    surfaces
+        Makes the outside of each body that has a mesh, by name; None where there is none.
     details
         Data that the kind needs again for its own tables and figures.
     """
@@ -85,6 +88,7 @@ class Structure:
     base: Callable[[str], BaseMotion] | None = None
     damped: Callable[[Sequence[Joint]], Matrix] | None = None
     histories: Histories | None = None
+    surfaces: Callable[[], Mapping[str, BodySurface]] | None = None
     details: Any = None
 
 

@@ -101,7 +101,28 @@ def compare_families(
     stem: str,
     executor: Executor | None = None,
 ) -> FamilyComparison:
-    """Search for the limits of all that the families of a campaign measured, compare, and draw.
+    """`find_families`, and its figures in the output folder, under a title."""
+    found = find_families(model, budget, campaign, table, structure, run, stem=stem, executor=executor)
+    if not found.verdicts:
+        return found
+    sensors = {item.name: item for item in campaign.sensors}
+    drawn = family_figures(found.verdicts, sensors, title, campaign.drive.unit)
+    files = run.draw({f"{stem}_{name}": figure for name, figure in drawn.items()})
+    return replace(found, files=tuple(files))
+
+
+def find_families(
+    model: Model,
+    budget: Budget,
+    campaign: Campaign,
+    table: LimitsTable,
+    structure: Structure,
+    run: RunContext,
+    *,
+    stem: str,
+    executor: Executor | None = None,
+) -> FamilyComparison:
+    """Search for the limits of all that the families of a campaign measured, and compare.
 
     Parameters
     ----------
@@ -114,9 +135,7 @@ def compare_families(
     structure
         Structure of the case, which may know the rest of its sliders.
     run
-        Output folder, store and progress.
-    title
-        Of the case.
+        Output folder, where finished parts of the search are, store and progress.
     stem
         Of the names of the files.
     executor
@@ -145,9 +164,7 @@ def compare_families(
     limits = run_search(find_family_limits, search, stem, run, executor)
     errors = estimate_repeat_errors(campaign, families)
     verdicts = judge_families(chosen, limits, errors, budget, search)
-    drawn = family_figures(verdicts, {item.name: item for item in campaign.sensors}, title, campaign.drive.unit)
-    files = run.draw({f"{stem}_{name}": figure for name, figure in drawn.items()})
-    return replace(nothing, verdicts=verdicts, errors=errors, limits=limits, files=tuple(files))
+    return replace(nothing, verdicts=verdicts, errors=errors, limits=limits)
 
 
 def select_families(

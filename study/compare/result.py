@@ -10,10 +10,13 @@ from correlation.metric.misfit import Misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
+from fe.notebook import Tabular
 from study.compare.data import DataComparison
 from study.compare.section.section import Section
 
 if TYPE_CHECKING:
+    import pandas
+
     from study.compare.families import FamilyComparison
 
 #: Sweep of a row of a table; none where both agree.
@@ -30,7 +33,7 @@ class Calibrated:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Compared:
+class Compared(Tabular):
     """A model beside measurements.
 
     Parameters
@@ -78,3 +81,10 @@ class Compared:
     sections: tuple[Section, ...] = ()
     files: tuple[Path, ...] = ()
     families: "FamilyComparison | None" = None
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """One row per point of the training data and of what is held out, as `Misfit.to_pandas` has them."""
+        import pandas
+
+        sets = {"training": self.train} | ({} if self.held_out is None else {"held out": self.held_out})
+        return pandas.concat({name: misfit.to_pandas() for name, misfit in sets.items()}, names=["set", "row"])

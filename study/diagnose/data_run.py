@@ -177,18 +177,15 @@ def run_data_diagnosis(
     CaseError, CampaignError, EffectError, OutputError
         With what is wrong in the case, the campaign, the kinds or the folders.
     """
-    setup = _read_setup(case, campaign, run)
-    suspicions = merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
+    suspicions = _find_suspicions(_read_setup(case, campaign, run), campaign)
     for suspicion in suspicions:
         run.warn(str(suspicion))
     for left in reversed(range(MOST_ROUNDS)):
-        found = replace(_diagnose_once(setup, campaign, run, without), suspicions=suspicions)
-        _record(found, case, folder)
+        found = diagnose_data(case, campaign, folder, run, without)
         best = found.diagnosis.verdict.effects[:1]
         if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
             break
         add(case, best[0].name, run=run)
-        setup = _read_setup(case, campaign, run)
     with run.progress.step("page and figures", expected=5):
         files = _draw(found, case, run)
     for file, content in files.items():
@@ -196,12 +193,11 @@ def run_data_diagnosis(
     return replace(found, files=tuple(files))
 
 
-def _read_setup(case: Path, campaign: Campaign, run: RunContext) -> Setup:
-    setup = read_case(case, campaign, run).setup
-    return replace(setup, model=with_sensors(setup.model, campaign))
-
-
-def _diagnose_once(setup: Setup, campaign: Campaign, run: RunContext, without: Sequence[str]) -> DataDiagnosed:
+def diagnose_data(
+    case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str] = ()
+) -> DataDiagnosed:
+    """One round of `run_data_diagnosis`, noted in the history of the case, without page and files."""
+    setup = _read_setup(case, campaign, run)
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -209,7 +205,21 @@ def _diagnose_once(setup: Setup, campaign: Campaign, run: RunContext, without: S
             setup.model, campaign.data, setup.accepted, added=setup.added, without=left_out, extra=setup.effects,
             run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
-    return DataDiagnosed(setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications)
+    result = DataDiagnosed(
+        setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,
+        suspicions=_find_suspicions(setup, campaign),
+    )  # fmt: skip
+    _record(result, case, folder)
+    return result
+
+
+def _read_setup(case: Path, campaign: Campaign, run: RunContext) -> Setup:
+    setup = read_case(case, campaign, run).setup
+    return replace(setup, model=with_sensors(setup.model, campaign))
+
+
+def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
+    return merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
 
 
 def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:

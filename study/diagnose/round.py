@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from diagnosis.fit.weighting import Measured
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
+from fe.notebook import Tabular
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
@@ -36,6 +37,9 @@ from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
 
+if TYPE_CHECKING:
+    import pandas
+
 T = TypeVar("T")
 
 #: Called with the name of a step and its result.
@@ -43,7 +47,7 @@ Watch = Callable[[str, Any], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Round:
+class Round(Tabular):
     """A diagnosis beside its case and campaign.
 
     Parameters
@@ -79,6 +83,10 @@ class Round:
     def best(self) -> Refit | None:
         """The fit that explains the measurements best; None if there is none."""
         return next(iter(self.diagnosis.verdict.effects), None)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The verdict: see `Verdict.to_pandas`."""
+        return self.diagnosis.verdict.to_pandas()
 
 
 def diagnose_case(

@@ -1,6 +1,7 @@
 """Writes a first case, makes its structure, and adds a load, a sensor and a sweep through its first resonance."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,11 +77,16 @@ def write_new_case(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
     Raises
     ------
     InputError
-        A file that cannot be used, or an option that fits nothing.
+        A file that cannot be used, or an option that fits nothing. What was at the path before is there again.
     """
     for file in wishes.files:
         if not file.is_file():
             raise InputError(f"{file}: there is no such file; check the spelling and the folder")
+    with _restored_if_it_fails(wishes.path):
+        return _write(kind, wishes, run)
+
+
+def _write(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
     draft = DRAFTERS[kind](wishes, run)
     head = f'{HEAD}\nschema = 2\ntitle = "{_title(wishes.path)}"\n\n{draft.text}'
     replace_file(wishes.path, head)
@@ -96,6 +102,21 @@ def write_new_case(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
     replace_file(wishes.path, "\n".join([head.rstrip() + "\n", *tables]))
     open_case(wishes.path)
     return NewCase(path=wishes.path, draft=draft, frequency=frequency)
+
+
+@contextmanager
+def _restored_if_it_fails(path: Path) -> Iterator[None]:
+    """What was in a file before, or no file, after a failure: half a case would look like one."""
+    before = path.read_bytes() if path.is_file() else None
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            if before is None:
+                path.unlink(missing_ok=True)
+            else:
+                replace_file(path, before)
+        raise
 
 
 def _first_mode(structure: Structure) -> tuple[float, DrivePoint]:

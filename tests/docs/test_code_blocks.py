@@ -15,6 +15,10 @@ import pytest
 import scipy.linalg
 
 from reduction.jointed_system import CubicSpring, JointedSystem
+from study.case.setup import read_case
+from study.shipped_cases import LIMITS
+from tests.slow import slow
+from tests.study.rubbing_mass import CASE, write_matrices
 
 ROOT = Path(__file__).parents[2]
 SYSTEM = JointedSystem(
@@ -59,6 +63,37 @@ def test_matrices_are_exported_as_the_page_says(tmp_path: Path, monkeypatch: pyt
     run(fenced("docs/matrices.md", "python")[1], "docs/matrices.md", system=SYSTEM, pi=np.pi)
     assert (tmp_path / "structure.mat").is_file()
     assert (tmp_path / "structure.json").is_file()
+
+
+@slow
+def test_limits_of_a_wedge_damper_are_found_and_saved_as_the_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (block,) = fenced("docs/response_limits.md", "python")
+    # Fewer frequencies and levels, at the resonance of the shipped case.
+    block = block.replace("np.linspace(174, 198, 60), [1, 3, 5, 10]", "np.array([265.0, 283.0]), [1]")
+    model = read_case(LIMITS).setup.model
+    space = run(block, "docs/response_limits.md", system=model.system, TIP=model.sensors[0].row)
+    limits = space["limits"]
+    assert (limits.lower < limits.upper).all()  # type: ignore[attr-defined]
+    assert (tmp_path / "limits.nc").is_file()
+    assert capsys.readouterr().out
+
+
+@slow
+def test_sweeps_and_spreads_in_python_are_those_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    section = text_of("docs/uncertain.md").split("## In Python\n")[1]
+    block = re.search(r"(?:^ {4}.*\n|^\n(?= {4}))+", section, re.MULTILINE)
+    assert block is not None
+    write_matrices(tmp_path)
+    sweep = '[sweep]\nfrom = "155 Hz"\nto = "175 Hz"\nstep = "1 Hz"\nlevels = [1]\n'
+    uncertain = '[[uncertain]]\nparameter = "mu"\ndistribution = "normal"\nmean = 1\nsd = 0.05\n'
+    (tmp_path / "my.toml").write_text(CASE + sweep + uncertain, encoding="utf-8")
+    code = textwrap.dedent(block.group()).replace("draws=64", "draws=4")
+    space = run(code, "docs/uncertain.md")
+    assert len(space["swept"].sampled.curves.curves) == 15  # type: ignore[attr-defined]
 
 
 def dmig(name: str, matrix: dict[tuple[int, int, int], float]) -> str:

@@ -1,5 +1,6 @@
 """Every figure, those from outside too, can be opened, names the unit of its axes, and hides and clips no data."""
 
+import re
 import warnings
 from collections.abc import Iterator
 from io import BytesIO
@@ -10,6 +11,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter, NullFormatter
 from PIL import Image
 
@@ -64,6 +66,20 @@ def test_it_is_a_picture_that_can_be_opened(picture: tuple[Figure, bytes]) -> No
         shades = np.asarray(opened.convert("L"))
     assert min(shades.shape) > 300
     assert shades.min() < 100 < 250 < shades.max()
+
+
+def test_micrometres_are_printed_with_their_letter(figure: Figure) -> None:
+    assert not [text.get_text() for text in figure.findobj(Text) if re.search(r"\bum\b", text.get_text())]
+
+
+def test_micrometres_of_results_and_of_names_at_an_axis_are_printed_with_their_letter() -> None:
+    drawn = new_figure(3, 3)
+    axes = drawn.subplots()
+    axes.set(xlabel="gap [um]", ylabel="number", title="album of 3 um")
+    axes.set_yticks([0, 1], labels=["0.1 um", "N/um"])
+    png(drawn)
+    assert (axes.get_xlabel(), axes.get_title()) == ("gap [µm]", "album of 3 µm")
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["0.1 µm", "N/µm"]
 
 
 def test_an_axis_of_numbers_names_its_unit(figure: Figure) -> None:

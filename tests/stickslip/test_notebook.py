@@ -11,6 +11,8 @@ from fe.modal import ModeSet
 from fe.notebook import Labelled, Tabular
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.limits.result import ResponseLimits
+from study.compare.result import Compared
+from study.diagnose.round import Round
 
 
 def modes() -> ModeSet:
@@ -41,11 +43,24 @@ def test_a_misfit_is_a_table_of_its_points() -> None:
     assert row["misfit [standard deviations]"] == pytest.approx(np.sqrt(12.5))  # rms of 3 and 4
 
 
-@pytest.mark.parametrize("kind", [ModeSet, Misfit, Verdict, ss.ResponseBranch, ResponseLimits])
+@pytest.mark.parametrize(
+    "kind", [ModeSet, Misfit, Verdict, ss.ResponseBranch, ResponseLimits, Compared, Round, ss.ReducedModel]
+)
 def test_every_result_has_a_table_or_arrays_of_its_own(kind: type) -> None:
     assert ("to_xarray" if issubclass(kind, Labelled) else "to_pandas") in vars(kind)
     assert issubclass(kind, Labelled | Tabular)
     assert hasattr(kind, "_repr_html_")
+
+
+def test_a_reduced_model_is_a_table_of_what_it_keeps() -> None:
+    rom = ss.ReducedModel(
+        mass=np.eye(5), damping=np.zeros((5, 5)), stiffness=np.eye(5), boundary_node=np.array([4, 4, 4]),
+        boundary_direction=np.array([0, 1, 2]), boundary_sets={"tip": np.array([0, 1, 2]), "push": np.array([1])},
+        fixed_interface_frequency=np.array([10.0, 20.0]), recovery=np.eye(5), free=np.arange(5), n_node=5,
+    )  # fmt: skip
+    table = rom.to_pandas()
+    assert table["coordinates [-]"].to_dict() == {"tip": 3, "push": 1, "fixed-interface modes": 2}
+    assert table.loc["fixed-interface modes"].tolist()[1:] == [10.0, 20.0]
 
 
 @pytest.mark.parametrize(("result", "shown"), [(modes(), "damping ratio"), (branch(), "residual_norm")])

@@ -17,6 +17,7 @@ from correlation.family.frequencies import choose_frequencies
 from correlation.model import Model
 from pipeline.parallel import process_pool
 from study import cli
+from study.bench.repeat import open_bench
 from study.case.setup import Setup
 from study.compare.families import FamilyComparison, select_families
 from study.compare.family_calibration import compare_with_families
@@ -79,6 +80,20 @@ def test_the_models_own_campaign_lies_within_and_a_spoilt_sensor_leaves(
     }
     assert set(families["files"]) <= set(document["files"])
     assert not list((at_home / "out").glob(".*.part"))
+
+    # The bench finds the same limits, in the units of its panels.
+    bench = open_bench(at_home / "beam" / BEAM.name, at_home / "campaign")
+    panels = bench.compare().views["responses"]["panels"]
+    found = bench.limits()
+    assert found.numbers["families that leave their limits [-]"] == 0
+    for panel, (band,) in zip(panels, found.views["limits"]["panels"], strict=True):
+        if panel["harmonic"] != 1:
+            continue  # a limit of a static part is that of a force
+        (group,) = panel["groups"]
+        assert band["frequency"] == pytest.approx(group["frequency"])
+        margin = 5 * np.array(group["deviation"])  # noise of the means
+        assert (np.array(band["lower"]) < np.array(group["amplitude"]) + margin).all()
+        assert (np.array(band["upper"]) > np.array(group["amplitude"]) - margin).all()
 
     spoilt = small(measured_from_the_model(1.1))
     families = compared(at_home, spoilt, capfdbinary)["families"]

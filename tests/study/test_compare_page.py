@@ -24,6 +24,7 @@ from study.compare.page import page
 from study.compare.result import Calibrated, Compared
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
+from study.compare.section.response import response_sections
 from study.compare.section.section import Section
 from study.compare.sentence import describe_resonances, summarise
 from study.page.table import Table
@@ -257,3 +258,14 @@ def test_a_resonance_without_a_known_deviation_is_not_called_an_error() -> None:
     unknown = replace(peak(1.0, 100.0, 101.0), frequency_deviation=np.nan)
     (sentence,) = describe_resonances([unknown])
     assert "is not known" in sentence
+
+
+def test_the_page_begins_where_the_model_fails_and_else_with_the_sensor_that_moves_most() -> None:
+    def first(gain: float) -> str:
+        (section,) = response_sections(compared(gain), drawing(gain))
+        return str(section.data["panels"][section.data["first"]]["label"])
+
+    assert first(1.1) == "mid, fundamental"
+    table = compared().campaign.measurement
+    largest = {name: np.abs(table.value[table.sensor == number]).max() for number, name in enumerate(SENSORS[:2])}
+    assert first(1.0) == f"{max(largest, key=lambda name: largest[name])}, fundamental"

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from geometry.errors import InputError
+from study.bench.repeat import open_bench
 from study.cli import main
 
 CASE = """schema = 2
@@ -122,3 +124,22 @@ force = { column = "f", unit = "N" }
     play = next(sign for sign in found["signs"] if sign["kind"] == "play")
     assert play["clear"]
     assert "0.2 mm" in play["measured"]
+
+
+def test_the_bench_shows_such_data_names_the_effect_and_adds_it(folder: Path) -> None:
+    bench = open_bench(folder / "chain.toml", folder / "modal", cache=folder / "cache")
+    shown = bench.compare()
+    assert shown.views["verdict"]["is_alone"]
+    assert any(section["table"] for section in shown.views["data"])
+    assert bench.screen().views["candidates"]["rows"] == []
+    found = bench.diagnose().views["candidates"]
+    assert found["verdict"]["finding"] == "missing"
+    assert [row["name"] for row in found["rows"] if row["is_named"]] == ["mass at middle"]
+    bench.add("mass at middle", seen=shown.views["verdict"]["seen"])
+    now = bench.compare()
+    # Noise alone makes 1, by as much as 54 numbers tell.
+    assert (
+        now.numbers["difference [standard deviations]"] < 1.5 < 10 < shown.numbers["difference [standard deviations]"]
+    )
+    with pytest.raises(InputError, match="steady states"):
+        bench.move({"E": 1.01})

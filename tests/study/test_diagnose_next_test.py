@@ -1,6 +1,7 @@
 """Advice on the next test in the report, on the page and in the document of a diagnosis."""
 
 import json
+from base64 import b64decode
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.signature import SignatureCurve
 from hbsolve.errors import ModelError
 from pipeline.store import Store
+from study.bench.view.finding import show_next_tests
 from study.diagnose import next_test
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.page import contents
@@ -69,6 +71,11 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     page = files["chain_diagnosis.html"].decode()
     assert "What to measure next" in page
     assert "a mass of 3 g added at tip" in page
+    shown = show_next_tests(found)
+    assert shown is not None
+    assert [row["probability"] for row in shown["rows"]] == [each.probability for each in found.next_step.shown]
+    assert b64decode(shown["picture"]).startswith(b"\x89PNG")
+    assert show_next_tests(diagnosed.last) is None
     told = json.loads(json.dumps(plain(document(found))))["next_test"]
     assert told["candidates"] == {"mass at tip": 0.6, "density of all": 0.4}
     assert told["tests"][0]["probability"] == 0.93

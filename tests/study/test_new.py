@@ -71,6 +71,15 @@ def test_the_joint_of_the_comments_is_one_that_the_case_takes(here: Path) -> Non
     assert joint.kind == "jenkins"
 
 
+def test_a_structure_that_cannot_be_made_leaves_what_was_there(here: Path) -> None:
+    np.savez("loose.npz", M=np.eye(4), K=np.zeros((4, 4)))
+    assert new("plain", "loose.npz") == 2
+    assert not Path("loose.toml").exists()
+    Path("loose.toml").write_text("mine")
+    assert new("plain", "loose.npz", "--force") == 2
+    assert Path("loose.toml").read_text() == "mine"
+
+
 def test_a_rigid_motion_is_not_taken_for_the_first_resonance(here: Path) -> None:
     free = CHAIN.copy()
     free[0, 0] = free[3, 3] = 1e6

@@ -20,13 +20,15 @@ function drawMap() {
   const inks = misfit.colours.map((ink, step) => (step || !isDark() ? ink : colour("grid")));
   const scale = inks.flatMap((ink, step) => [[step / n, ink], [(step + 1) / n, ink]]);
   const every = Math.max(1, Math.ceil(columns / 10)), ticks = map.frequency.map((_, column) => column).filter((column) => column % every === 0);
+  const height = Math.max(230, 90 + 9 * rows);
+  byId("map").style.minHeight = height + "px";
   Plotly.react("map", [{
     type: "heatmap", z: map.image, y: map.labels.map((_, row) => row), x: map.frequency.map((_, column) => column), zmin: -0.5, zmax: n - 0.5, colorscale: scale,
     xgap: 1, ygap: 1, hoverongaps: false, customdata: map.values, text: map.labels.map((text) => map.frequency.map((f) => text + ", " + f + " Hz")),
     hovertemplate: "%{text}<br>%{customdata:.3g} standard deviations<extra></extra>",
     colorbar: { tickvals: misfit.steps.map((_, step) => step - 0.5), ticktext: misfit.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 11.5 } }, thickness: 12, outlinewidth: 0 },
   }], layout({
-    height: Math.max(230, 90 + 9 * rows), margin: { l: 100, r: 10, t: 8, b: 46 },
+    height, margin: { l: 100, r: 10, t: 8, b: 46 },
     xaxis: axis({ tickvals: ticks, ticktext: ticks.map((column) => map.frequency[column]), showgrid: false, title: "frequency [Hz]", tickangle: 0 }),
     yaxis: axis({ tickvals: map.groups.map((group) => (group.first + group.last) / 2), ticktext: map.groups.map((group) => group.label), showgrid: false, ticks: "", autorange: false, range: [rows - 0.4, -0.6] }),
   }), CONFIG);

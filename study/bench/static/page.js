@@ -2,7 +2,7 @@
 // The page asks for the state again and again, fetches the parts that are new, and sends clicks.
 let state = { revision: -1, versions: {} }, seen = "", fetching = 0;
 const versions = {};
-const WORDS = { compare: "Comparing", screen: "Screening the effects", diagnose: "Diagnosing", add: "Adding", undo: "Taking back", calibrate: "Calibrating", move: "Computing the exact curve" };
+const WORDS = { compare: "Comparing", screen: "Screening the effects", diagnose: "Diagnosing", add: "Adding", undo: "Taking back", calibrate: "Calibrating", move: "Computing the exact curve", limits: "Searching for the limits of all friction histories" };
 
 // Whether something runs or waits that must end before the case may be written.
 const isBusy = () => [state.busy && state.busy.name, ...(state.waiting || [])].some((name) => name && name !== "move");
@@ -17,7 +17,7 @@ async function call(name, args = {}) {
 
 const TAKE = {
   verdict: drawVerdict, responses: beginResponses, map: beginMap, parameters: beginParameters, structure: beginStructure, history: drawHistory,
-  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved,
+  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits, data: beginData, law: beginLaw, next_test: beginNextTest,
 };
 
 async function take(next) {
@@ -41,12 +41,13 @@ function drawState() {
   byId("working").hidden = !busy;
   if (busy) {
     const steps = state.steps.map((step) => step.name + (step.share ? " " + Math.round(100 * step.share) + " %" : "")).join(" › ");
-    byId("doing").textContent = WORDS[busy.name] + (steps ? ": " + steps : "") + ", " + Math.round(busy.seconds) + " s";
+    byId("doing").textContent = WORDS[busy.name] + (steps ? ": " + steps : "") + ", " + Math.round(busy.seconds) + " s" + (state.is_last ? ". Below: as it was last time" : "");
     const share = state.steps.length ? state.steps[0].share : null;
     if (share === null || share === undefined) byId("progress").removeAttribute("value"); else byId("progress").value = share;
   }
   const occupied = isBusy();
-  byId("calibrate").disabled = byId("diagnose").disabled = occupied || !versions.candidates;
+  byId("calibrate").disabled = byId("diagnose").disabled = byId("limits").disabled = occupied || !versions.candidates;
+  if (document.body.classList.contains("is-alone")) byId("calibrate").disabled = true;
   byId("undo").disabled = occupied || !byId("undo").dataset.possible;
   document.querySelectorAll("button.add, #history button").forEach((button) => { button.disabled = occupied; });
   if (state.message && state.message.tone === "error" && !versions.verdict) byId("tag").textContent = "There is no comparison: the message above says why.";
@@ -62,6 +63,7 @@ function tell(tone, text) {
 
 function drawVerdict(data) {
   seen = data.seen;
+  document.body.classList.toggle("is-alone", Boolean(data.is_alone));
   document.title = data.title + " – stickslip bench";
   byId("title").textContent = data.title;
   byId("campaign").textContent = data.campaign === data.title ? state.case + " beside " + state.campaign : data.campaign;
@@ -100,6 +102,7 @@ byId("mode").onchange = drawStructure;
 byId("still").onclick = () => { const still = byId("still").getAttribute("aria-pressed") !== "true"; byId("still").setAttribute("aria-pressed", still); byId("still").textContent = still ? "Move" : "Stop"; move(); };
 byId("diagnose").onclick = () => call("diagnose");
 byId("calibrate").onclick = () => call("calibrate");
+byId("limits").onclick = () => call("limits");
 byId("undo").onclick = () => call("undo");
 byId("cancel").onclick = () => call("cancel");
 byId("theme").onclick = () => { document.documentElement.dataset.theme = isDark() ? "light" : "dark"; drawAll(); };

@@ -53,7 +53,13 @@ function takeMoved(data) {
 }
 
 function tellMoved(how) {
-  byId("moved").textContent = "Dashed: " + Object.entries(moved).map(([name, value]) => name + " = " + digits(value / valueOf(name).slider.size, 5) + " " + valueOf(name).slider.unit).join(", ") + " (" + how + "). The case stays as it is.";
+  byId("moved").textContent = "Dashed: " + Object.entries(moved).map(([name, value]) => name + " = " + digits(value / valueOf(name).slider.size, 5) + " " + valueOf(name).slider.unit).join(", ") + " (" + how + "). " + (movesShown() ? "" : "The response that is shown does not depend on it. ") + "The case stays as it is.";
+}
+
+// Whether what was moved changes the lines that are shown.
+function movesShown() {
+  const numbers = movedSteps().map(([number]) => number);
+  return !responses || responses.panels[shown.panel].groups.some((group) => numbers.some((number) => group.slopes[number].some((part) => part.some((value) => value))));
 }
 
 function moveBack() {

@@ -2,7 +2,7 @@
 // Measured families over predictions, residuals below, and the curve that moves with the sliders.
 const MARKS = { 1: "triangle-up", 0: "circle", "-1": "triangle-down" };
 const shown = { panel: 0, levels: [], frequency: null, level: null };
-let responses = null, movedTraces = [];
+let responses = null, movedTraces = [], limits = null;
 
 const familyColours = () => (isDark() ? responses.dark_colours : responses.colours);
 
@@ -15,6 +15,28 @@ function beginResponses(data) {
   fillPanels();
   fillLevels();
   drawResponse();
+}
+
+// What was asked for is shown: on the first response that has limits, if the one that is shown has none.
+function beginLimits(data) {
+  const note = byId("limit-note"), hasBand = (panel) => panel && panel.some((band) => band);
+  limits = data;
+  note.hidden = !data;
+  if (data) {
+    note.firstElementChild.textContent = "Shaded: limits of all friction histories. " + data.headline;
+    note.lastElementChild.textContent = typeset(data.sentences.map((text) => text[0].toUpperCase() + text.slice(1).replace(/\.$/, "") + ".").join(" "));
+    const first = data.panels.findIndex(hasBand);
+    if (first >= 0 && !hasBand(data.panels[shown.panel])) byId("panel").value = shown.panel = first;
+  }
+  drawResponse();
+}
+
+// The band of a curve; none where no limits are known.
+function limitTraces(number, ink) {
+  const band = limits && limits.panels[shown.panel] && limits.panels[shown.panel][number];
+  if (!band) return [];
+  const line = { color: ink, width: 0.8, dash: "dot" }, shared = { mode: "lines", x: band.frequency, line, hoverinfo: "skip" };
+  return [{ ...shared, y: band.lower }, { ...shared, y: band.upper, fill: "tonexty", fillcolor: ink + "2e" }];
 }
 
 function fillPanels() {
@@ -67,6 +89,7 @@ function drawResponse() {
     if (!shown.levels[group.level]) return;
     const ink = colours[group.level], name = responses.levels[group.level] + ({ 1: ", up", "-1": ", down" }[group.sweep] || "");
     const faded = shown.level !== null && shown.level !== group.level ? 0.45 : 1;
+    traces.push(...limitTraces(number, ink));
     if (byId("runs").checked) {
       for (const run of group.runs) traces.push({ mode: "lines", x: run.frequency, y: run.amplitude, line: { color: ink, width: 0.7 }, opacity: 0.5 * faded, hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + ", " + run.name + "</extra>" });
     }
@@ -78,6 +101,14 @@ function drawResponse() {
   });
   Plotly.react("response", traces, layoutOf(panel, there, kind), CONFIG);
   drawMoved();
+}
+
+// Numbers at a logarithmic axis, as many as there is room for.
+function logTicks([low, high]) {
+  const steps = high - low < 1.2 ? [1, 1.5, 2, 3, 4, 5, 7] : high - low < 2.5 ? [1, 2, 5] : [1], values = [];
+  for (let decade = Math.floor(low); decade <= high; decade++) values.push(...steps.map((step) => step * 10 ** decade));
+  const seen = values.filter((value) => Math.log10(value) >= low && Math.log10(value) <= high);
+  return { tickvals: seen, ticktext: seen.map((value) => digits(value)) };
 }
 
 function layoutOf(panel, there, kind) {
@@ -92,7 +123,7 @@ function layoutOf(panel, there, kind) {
   return layout({
     height: 520, margin: { l: 70, r: 14, t: 8, b: 44 }, shapes,
     xaxis: axis({ title: "frequency [Hz]", anchor: "y2" }),
-    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? { dtick: "D2", exponentformat: "power" } : {}) }),
+    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? logTicks(range.range) : {}) }),
     yaxis2: axis({ title: words, domain: [0, 0.29], zeroline: true, zerolinecolor: colour("line"), nticks: 6 }),
   });
 }

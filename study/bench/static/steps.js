@@ -32,6 +32,7 @@ function drawHistory(steps) {
     if (step.diff.length) item.append(make("details", {}, make("summary", { text: "what changed in the case" }), make("pre", { textContent: step.diff.join("\n"), tabIndex: 0 })));
     return item;
   }));
+  if (!steps.length) byId("history").append(make("li", { className: "pale", text: "Nothing yet. What Diagnose finds, and what Add and Calibrate write into the case, is listed here." }));
   byId("undo").dataset.possible = steps.some((step) => step.back) ? "yes" : "";
 }
 

@@ -1,10 +1,11 @@
 """Measured families over predictions with residuals, the map of the misfit, and what the comparison says in words."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from correlation.campaign.measurement import Suspicion
 from correlation.metric.misfit import whole
 from correlation.prediction import Points
 from figure.style import choose_family_colours
@@ -13,7 +14,7 @@ from study.compare.curve import Coefficients, Drawing, Panel, find_rows, joined
 from study.compare.result import Compared
 from study.compare.section.misfit import misfit_sections
 from study.compare.section.response import response_sections
-from study.compare.sentence import summarise
+from study.compare.sentence import Summary, summarise
 from study.page.number import round_list
 
 #: Significant digits of the lines, and of their slopes.
@@ -40,19 +41,23 @@ def show_comparison(compared: Compared, lines: Mapping[str, Lines]) -> dict[str,
         shown["sensor"] = panel.key[0]
         for group, curve in zip(shown["groups"], _lines(panel, _by_free(lines)[free]), strict=True):
             group |= curve
-    summary = summarise(compared)
     return {
-        "verdict": {
-            "title": compared.title,
-            "campaign": compared.campaign.title,
-            "tone": summary.tone,
-            "tag": summary.tag,
-            "sentences": list(summary.sentences),
-            "cards": [list(card) for card in summary.cards],
-            "suspicions": [{"where": item.where, "sentence": item.sentence} for item in compared.suspicions],
-        },
+        "verdict": show_summary(compared.title, compared.campaign.title, summarise(compared), compared.suspicions),
         "responses": data,
         "map": dict(misfit.data),
+    }
+
+
+def show_summary(title: str, campaign: str, summary: Summary, suspicions: Sequence[Suspicion]) -> dict[str, Any]:
+    """Verdict of a comparison with the titles of case and campaign, and suspicious measurements."""
+    return {
+        "title": title,
+        "campaign": campaign,
+        "tone": summary.tone,
+        "tag": summary.tag,
+        "sentences": list(summary.sentences),
+        "cards": [list(card) for card in summary.cards],
+        "suspicions": [{"where": item.where, "sentence": item.sentence} for item in suspicions],
     }
 
 

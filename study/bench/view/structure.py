@@ -1,67 +1,128 @@
-"""The structure in space: nodes, sensors, contact lines and mode shapes; rows alone where there is no geometry."""
+"""The structure in space: bodies, sensors, contact lines and moving shapes; rows alone where there is no geometry."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.model import LineSensor, LoadCell, Model, Sensor
 from fe.dense_modes import compute_dense_modes
+from figure.style import CONTACT_STATES
+from study.bench.view.operation import Operation
+from study.case.surface import BodySurface
 from study.page.number import round_list
 
 #: Modes that are shown, and the length of the largest displacement, as a share of the structure's size [-].
 MODES, SHOWN = 6, 0.12
 #: Nodes of a body are a chain if none is further off their line than this share of its length [-].
 STRAIGHT = 0.05
+#: Digits of shapes.
+DIGITS = 4
 AXES = "xyz"
+#: Names of the states 0, 1 and 2 of a contact.
+STATES = ("stuck", "slipping", "separated")
 #: Kinds of sensors of forces, in words.
 FORCES: Mapping[type, str] = {LineSensor: "force of a line", LoadCell: "load cell"}
 
 Place = Float[NDArray[np.float64], "3"]
 
 
-def show_structure(model: Model) -> dict[str, Any]:
-    """Structure of a model as its degrees of freedom tell it.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Body:
+    """A body, or marks on it, as they are drawn.
+
+    Parameters
+    ----------
+    name
+        As the degrees of freedom call it; of marks the name of the sensor or contact line.
+    points
+        Shape (p, 3) [m].
+    motion
+        Displacement of the points by the coordinates of the structure, shape (p, 3, r) [- and m].
+    triangles
+        On its outside, shape (t, 3) [-]; none of a chain or cloud of nodes.
+    """
+
+    name: str
+    points: Float[NDArray[np.float64], "p 3"]
+    motion: Float[NDArray[np.float64], "p 3 r"]
+    triangles: Int[NDArray[np.int64], "t 3"] = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
+
+
+def show_structure(
+    model: Model, surfaces: Mapping[str, BodySurface] | None = None, operations: Sequence[Operation] = ()
+) -> dict[str, Any]:
+    """Structure of a model.
+
+    Parameters
+    ----------
+    model
+        The model; its degrees of freedom tell where their nodes are.
+    surfaces
+        Outsides of bodies, by name; nodes are drawn where they are not known.
+    operations
+        Steady states whose shapes are shown.
 
     Returns
     -------
-    "nodes" with coordinates [m] and places along their "bodies", which are chains or clouds; "marks" of sensors,
-    contact lines and the load; "modes" with frequencies [Hz] and displacements of the nodes [m]. All empty but "rows"
-    without coordinates.
+    "bodies" with coordinates [m]: surfaces, chains or clouds; "marks" of sensors, contact lines and the load; "modes"
+    with frequencies [Hz] and "operations", whose "shape" holds displacements of each body and then of each mark [m],
+    enlarged; and the "state_colours" of contacts. All empty but "rows" without coordinates.
     """
-    nodes = _list_nodes(model)
-    if not nodes:
-        return {"nodes": [], "bodies": [], "marks": [], "modes": [], "rows": _list_rows(model)}
-    points = np.array([point for _, point in nodes.values()])
-    number = {node: place for place, node in enumerate(nodes)}
+    bodies = _list_bodies(model, surfaces or {})
+    if not bodies:
+        return {"bodies": [], "marks": [], "modes": [], "operations": [], "rows": _list_rows(model)}
+    size = float(np.ptp(np.concatenate([body.points for body in bodies]), axis=0).max())
+    marks = _list_marks(model)
+    moving = [*bodies, *(mark for _, mark in marks)]
     return {
-        "nodes": [
-            {"body": body, "point": round_list(point), "order": place}
-            for place, (body, point) in enumerate(nodes.values())
-        ],
         "bodies": [
-            {"name": name, "is_chain": _is_chain(np.array([point for body, point in nodes.values() if body == name]))}
-            for name in dict.fromkeys(body for body, _ in nodes.values())
+            {
+                "name": body.name,
+                "points": _columns(body.points),
+                "triangles": body.triangles.T.tolist(),
+                "is_chain": not len(body.triangles) and _is_chain(body.points),
+            }
+            for body in bodies
         ],
-        "marks": _list_marks(model),
-        "modes": _list_modes(model, number, float(np.ptp(points, axis=0).max())),
+        "marks": [{"kind": kind, "name": mark.name, "points": _columns(mark.points)} for kind, mark in marks],
+        "modes": _list_modes(model, moving, size),
+        "state_colours": [CONTACT_STATES[name] for name in STATES],
+        "operations": [_show_operation(operation, moving, size) for operation in operations],
         "rows": _list_rows(model),
     }
 
 
-def _list_nodes(model: Model) -> dict[tuple[str, int], tuple[str, Place]]:
-    """Body and coordinates of each node, by body and number, along the longest side of each body."""
-    found = {
-        (dof.body, dof.node): (dof.body, np.asarray(dof.coordinates))
-        for dof in model.dofs
-        if dof.coordinates is not None
-    }
-    if not found:
-        return {}
-    axis = int(np.ptp([point for _, point in found.values()], axis=0).argmax())
-    return dict(sorted(found.items(), key=lambda item: (item[1][0], item[1][1][axis])))
+def _list_bodies(model: Model, surfaces: Mapping[str, BodySurface]) -> list[Body]:
+    """Surfaces where they are known, and nodes along the longest side of each other body."""
+    n_dof = model.system.n_dof
+    bodies = [
+        Body(name=name, points=each.points, triangles=each.triangles, motion=each.motion)
+        for name, each in surfaces.items()
+        if each.motion.shape[2] == n_dof
+    ]
+    if bodies:
+        return bodies
+    nodes: dict[str, dict[int, Place]] = {}
+    for dof in model.dofs:
+        if dof.coordinates is not None:
+            nodes.setdefault(dof.body, {})[dof.node] = np.asarray(dof.coordinates)
+    if not nodes:
+        return []
+    axis = int(np.ptp([point for body in nodes.values() for point in body.values()], axis=0).argmax())
+    for name, body in nodes.items():
+        ordered = sorted(body, key=lambda node: body[node][axis])
+        number = {node: place for place, node in enumerate(ordered)}
+        motion = np.zeros((len(ordered), 3, n_dof))
+        for column, dof in enumerate(model.dofs):
+            if dof.body == name and dof.coordinates is not None and dof.direction in AXES:
+                motion[number[dof.node], AXES.index(dof.direction), column] = 1.0
+        points = np.array([body[node] for node in ordered])
+        bodies.append(Body(name=name, points=points, motion=motion))
+    return bodies
 
 
 def _is_chain(points: Float[NDArray[np.float64], "n 3"]) -> bool:
@@ -72,48 +133,69 @@ def _is_chain(points: Float[NDArray[np.float64], "n 3"]) -> bool:
     return bool(size[1] <= STRAIGHT * size[0])
 
 
-def _list_modes(model: Model, number: Mapping[tuple[str, int], int], size: float) -> list[dict[str, Any]]:
+def _list_modes(model: Model, bodies: Sequence[Body], size: float) -> list[dict[str, Any]]:
     modes = compute_dense_modes(model.system.mass, model.system.stiffness)
-    frequency = modes.frequency
-    result = []
-    for column in range(min(MODES, len(frequency))):
-        shape = np.zeros((len(number), 3))
-        for dof, value in zip(model.dofs, modes.mode_shapes[:, column], strict=True):
-            if dof.coordinates is not None and dof.direction in AXES:
-                shape[number[dof.body, dof.node], AXES.index(dof.direction)] = value
-        largest = np.linalg.norm(shape, axis=1).max()
-        if largest:
-            shape *= SHOWN * size / largest
-        result.append({"frequency": float(frequency[column]), "shape": [round_list(row) for row in shape]})
-    return result
-
-
-def _list_marks(model: Model) -> list[dict[str, Any]]:
-    """Sensors, contacts and the load where their rows are."""
-    marks = [
-        {"kind": "sensor", "name": sensor.name, "points": _point(model, sensor.row)}
-        for sensor in model.sensors
-        if not isinstance(sensor, LineSensor)
+    return [
+        {"frequency": float(modes.frequency[mode]), **_shape(bodies, modes.mode_shapes[:, mode].astype(complex), size)}
+        for mode in range(min(MODES, len(modes.frequency)))
     ]
-    for line, members in model.lines.items():
-        points = [point for name in members for point in _point(model, model.contact(name).normal)]
-        marks.append({"kind": "contact line", "name": line, "points": points})
-    load = np.abs(model.system.dynamic).sum(axis=0)
-    marks.append({"kind": "load", "name": "load", "points": _point(model, load)})
-    return [mark for mark in marks if mark["points"]]
 
 
-def _point(model: Model, row: Float[NDArray[np.float64], " r"]) -> list[list[float | None]]:
-    """Where a row acts: the mean of its nodes, weighted by its size; none if it acts on no point."""
-    there = [
-        (abs(float(value)), dof.coordinates)
-        for dof, value in zip(model.dofs, row, strict=False)
-        if value and dof.coordinates is not None and dof.direction in AXES
+def _show_operation(operation: Operation, bodies: Sequence[Body], size: float) -> dict[str, Any]:
+    facts = {"label": operation.label, "states": {name: rows.tolist() for name, rows in operation.states.items()}}
+    return {**facts, **_shape(bodies, operation.motion, size)}
+
+
+def _shape(bodies: Sequence[Body], motion: Complex[NDArray[np.complex128], " r"], size: float) -> dict[str, Any]:
+    """Real and imaginary parts of the displacement of each body, enlarged to what is seen; and how much [-]."""
+    fields = [body.motion @ motion for body in bodies]
+    largest = max(float(np.linalg.norm(np.abs(field), axis=1).max()) for field in fields)
+    factor = SHOWN * size / largest if largest else 0.0
+    parts = [[_columns(factor * field.real), _columns(factor * field.imag)] for field in fields]
+    is_real = not any(field.imag.any() for field in fields)
+    return {"shape": [[real] if is_real else [real, imaginary] for real, imaginary in parts], "enlarged": factor}
+
+
+def _columns(values: Float[NDArray[np.float64], "p 3"]) -> list[list[float | None]]:
+    return [round_list(column, DIGITS) for column in values.T]
+
+
+def _list_marks(model: Model) -> list[tuple[str, Body]]:
+    """Sensors, contacts and the load where their rows are, each with its kind."""
+    rows = [("sensor", each.name, [each.row]) for each in model.sensors if not isinstance(each, LineSensor)]
+    rows += [
+        ("contact line", line, [model.contact(name).normal for name in members])
+        for line, members in model.lines.items()
     ]
-    if not there:
-        return []
-    weights, points = zip(*there, strict=True)
-    return [round_list(np.average(np.array(points), axis=0, weights=weights))]
+    rows.append(("load", "load", [np.abs(model.system.dynamic).sum(axis=0)]))
+    marks = []
+    for kind, name, listed in rows:
+        found = [mark for row in listed if (mark := _find_mark(model, row)) is not None]
+        if found:
+            points, motion = (np.array(part) for part in zip(*found, strict=True))
+            marks.append((kind, Body(name=name, points=points, motion=motion)))
+    return marks
+
+
+def _find_mark(
+    model: Model, row: Float[NDArray[np.float64], " r"]
+) -> tuple[Place, Float[NDArray[np.float64], "3 r"]] | None:
+    """Where a row acts and how that moves: the mean of its nodes, weighted by its size; None if it acts nowhere."""
+    weights: dict[tuple[str, int], float] = {}
+    places: dict[tuple[str, int], Place] = {}
+    for dof, value in zip(model.dofs, row, strict=False):
+        if value and dof.coordinates is not None and dof.direction in AXES:
+            node = dof.body, dof.node
+            weights[node] = weights.get(node, 0.0) + abs(float(value))
+            places[node] = np.asarray(dof.coordinates)
+    if not weights:
+        return None
+    total = sum(weights.values())
+    motion = np.zeros((3, model.system.n_dof))
+    for column, dof in enumerate(model.dofs):
+        if dof.coordinates is not None and dof.direction in AXES:
+            motion[AXES.index(dof.direction), column] = weights.get((dof.body, dof.node), 0.0) / total
+    return np.sum([weights[node] / total * place for node, place in places.items()], axis=0), motion
 
 
 def _list_rows(model: Model) -> list[dict[str, Any]]:

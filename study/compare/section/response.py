@@ -1,6 +1,6 @@
 """Measured and predicted responses with residuals, one panel per sensor and harmonic."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.metric.response import amplitude_error, phase_error
+from correlation.model import DERIVATIVE, Sensor
 from figure.style import choose_family_colours
-from study.compare.curve import Curve, Drawing, Panel
+from study.compare.curve import Curve, Drawing, Panel, stands_out
 from study.compare.result import Compared
 from study.compare.section.section import Section
+from study.compare.sentence import DIFFERS
 from study.page.number import round_list
 
 Numbers = NDArray[np.float64]
@@ -31,19 +33,54 @@ def response_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]
     """One section for all sensors."""
     runs = _Runs(compared.campaign)
     levels = drawing.levels
-    panels = [
-        _panel(runs, drawing.misfit[free], free, panel, levels)
-        for free, listed in drawing.panels.items()
-        for panel in listed
-        if panel.curves
-    ]
+    drawn = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
+    panels = [_panel(runs, drawing.misfit[free], free, panel, levels) for free, panel in drawn]
     held_out = dict.fromkeys(drawing.held_out, " (held out)")
     words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]
     thinned = "" if runs.step == 1 else f" One run in {runs.step} is drawn, since there are so many."
-    # The page begins where the model fails most.
-    worst = max(range(len(panels)), key=lambda number: panels[number]["size"], default=0)
-    data = {"levels": words, "colours": choose_family_colours(len(words)), "panels": panels, "first": worst}
+    first = choose_first_panel(drawn, drawing.misfit)
+    data = {"levels": words, "colours": choose_family_colours(len(words)), "panels": panels, "first": first}
     yield Section(title="Measured and predicted responses", text=TEXT + thinned, element="responses", data=data)
+
+
+def choose_first_panel(drawn: Sequence[tuple[bool, Panel]], misfit: Mapping[bool, Misfit]) -> int:
+    """Number of the panel that a page begins with.
+
+    It is the one where the model fails most, of those that are more than noise. Where it fails nowhere, it is the
+    fundamental of the sensor that moves most.
+
+    Parameters
+    ----------
+    drawn
+        Panels with curves, each with whether the contacts are absent.
+    misfit
+        Misfits by whether the contacts are absent.
+    """
+    numbers = range(len(drawn))
+    heard = [number for number in numbers if stands_out(misfit[drawn[number][0]], drawn[number][1].key)]
+    sizes = {number: _size(misfit[drawn[number][0]], drawn[number][1]) for number in heard}
+    worst = max(heard, key=lambda number: sizes[number], default=0)
+    if sizes.get(worst, 0.0) > DIFFERS:
+        return worst
+    return max(numbers, key=lambda number: _motion(*drawn[number]), default=0)
+
+
+def _size(misfit: Misfit, panel: Panel) -> float:
+    """Misfit of a panel, root mean square [standard deviations]."""
+    rows = np.concatenate([curve.rows for curve in panel.curves])
+    return float(np.nan_to_num(np.sqrt(np.nanmean(misfit.standardised[rows] ** 2))))
+
+
+def _motion(free: bool, panel: Panel) -> tuple[bool, float]:
+    """Largest displacement of a fundamental, and before it whether the contacts are there; zero of all else [m]."""
+    if panel.key[1] != 1 or not isinstance(panel.sensor, Sensor):
+        return not free, 0.0
+    order = DERIVATIVE[panel.sensor.quantity]
+    amplitudes = [
+        np.abs(curve.measured) * (curve.level if panel.per_level else 1.0) / (2 * np.pi * curve.frequency) ** order
+        for curve in panel.curves
+    ]
+    return not free, float(np.nanmax(np.concatenate(amplitudes))) / panel.scale
 
 
 class _Runs:
@@ -88,7 +125,6 @@ class _Runs:
 def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Numbers) -> dict[str, Any]:
     sensor, harmonic = panel.key
     words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
-    rows = np.concatenate([curve.rows for curve in panel.curves])
     return {
         "configuration": configuration(free),
         "label": f"{sensor}, {words}",
@@ -96,7 +132,6 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Number
         "static": panel.is_static,
         "harmonic": harmonic,
         "phase": runs.has_phase(sensor) and not panel.is_static,
-        "size": float(np.nan_to_num(np.sqrt(np.nanmean(misfit.standardised[rows] ** 2)))),
         "feature": _feature(panel),
         "groups": [
             {

@@ -22,6 +22,7 @@ from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
+from study.case.surface import make_surface
 from study.kind.blade.model import (
     THICKNESS_DIRECTION,
     BladeModel,
@@ -104,6 +105,7 @@ def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
         result.rom,
         result.mesh.points,
         base=base,
+        surfaces=lambda: {"blade": make_surface(result.mesh, result.rom)},
         loss_factor=opened.case.structure.damping.loss_factor,
         places=places,
         harmonic_force=unit_force(result.rom).coefficients,

@@ -30,6 +30,7 @@ from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahe
 from reduction.rom import ReducedModel
 from study.case.model_doubt import warn_of_size
 from study.case.structure import Structure, make_mesh_base_motion, make_reduced_structure
+from study.case.surface import make_surface
 from study.case.tables import Case
 from study.kind.part.material import find_part_material
 from study.kind.part.places import Places, check_names, places
@@ -135,6 +136,7 @@ def make_part_structure(opened: OpenCase, run: RunContext) -> Structure:
         stations,
         stored=stored,
         base=base,
+        surfaces=lambda: {"part": make_surface(model.places.mesh, rom)},
         loss_factor=0.0 if damping is None else damping.loss_factor,
     )
 

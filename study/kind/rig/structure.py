@@ -22,6 +22,7 @@ from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motion
 from reduction.seat import seated
 from reduction.static_contact import StaticState
 from study.case.structure import Structure
+from study.case.surface import BodySurface, make_surface
 from study.case.tables import Case
 from study.kind.rig.contact import WirePull, dead_weights, make_line_pairs
 from study.kind.rig.model import RigModel, Y, Z, in_tetrahedra
@@ -197,6 +198,7 @@ def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         suspension=suspension(reduction),
         loss_factor=case.structure.damping.loss_factor,
         histories=partial(friction_histories, resting.rest, resting.joined),
+        surfaces=partial(_surfaces, reduction),
         details=resting,
     )
 
@@ -268,6 +270,15 @@ def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
         first = -share[item.name] * (item.limit_at_rest / item.tangential_stiffness)
         result.append(np.array([first, *[0.0] * (len(item.tangents) - 1)]))
     return np.concatenate(result)
+
+
+def _surfaces(reduction: RigReduction) -> dict[str, BodySurface]:
+    """Outside of each body."""
+    assembly = reduction.assembly
+    return {
+        body: make_surface(reduction.meshes[body], rom, assembly.columns(body), assembly.n_dof)
+        for body, rom in assembly.bodies.items()
+    }
 
 
 def _row(reduction: RigReduction, body: str, name: str, direction: int = Y) -> Row:

@@ -1,4 +1,7 @@
-"""A bench as a user starts it, and a browser that notes what a page must not do."""
+"""A bench as a user starts it, and a browser that notes what a page must not do.
+
+A server and its worker take some ten seconds to start, so the tests of a file share one.
+"""
 
 import os
 import shutil
@@ -9,9 +12,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import pytest
+
+from benchmarks.two_masses import TWO_MASSES, write_two_masses
+from study.diagnose.history import history_file, read_text
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 #: Software drawing, so that the structure is drawn without a graphics card.
@@ -19,14 +26,31 @@ ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--ena
 #: Longest wait for a computation on a machine that does much else [s].
 PATIENCE = 300.0
 
+#: Where the two masses are: the page draws them.
+PLACED = TWO_MASSES.replace(
+    "# kg, N/m\n",
+    """# kg, N/m
+
+[[structure.dof]]
+direction = "z"
+coordinates = ["0 mm", "0 mm", "0 mm"]
+
+[[structure.dof]]
+node = 1
+direction = "z"
+coordinates = ["100 mm", "0 mm", "0 mm"]
+""",
+)
+HIDDEN = {"mass at tip": 0.006}
+
 Started = Callable[..., Any]
 
 
 class RunningBench:
-    """A process of ``stickslip bench`` and its address."""
+    """A process of ``stickslip bench``, its address, case and campaign."""
 
-    def __init__(self, process: "subprocess.Popen[str]", address: str) -> None:
-        self.process, self.address = process, address
+    def __init__(self, process: "subprocess.Popen[str]", address: str, case: Path, campaign: Path) -> None:
+        self.process, self.address, self.case, self.campaign = process, address, case, campaign
 
     def end(self, number: int = signal.SIGINT) -> int:
         """End it, and return its exit code."""
@@ -39,20 +63,60 @@ def running(case: Path, campaign: Path, *words: str) -> Iterator[RunningBench]:
     """A bench with a cache beside the case."""
     command = [sys.executable, "-m", "stickslip", "bench", str(case), str(campaign), "--no-browser"]
     command += ["--cache", str(case.parent / "cache"), *words]
-    log = case.parent / "bench.err"
-    with log.open("w") as stream:
+    with NamedTemporaryFile("w", dir=case.parent, suffix=".err", delete=False) as stream:
         process = subprocess.Popen(command, stdout=stream, stderr=stream, text=True, env=os.environ.copy())
+    log = Path(stream.name)
     try:
         end = time.monotonic() + 60
         while "http://" not in log.read_text() and process.poll() is None and time.monotonic() < end:
             time.sleep(0.05)
         text = log.read_text()
         assert "http://" in text, text
-        yield RunningBench(process, "http://" + text.split("http://")[1].split()[0])
+        yield RunningBench(process, "http://" + text.split("http://")[1].split()[0], case, campaign)
     finally:
         if process.poll() is None:
             process.kill()
         process.wait(30)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningBench, str]]:
+    """The bench of two masses that all tests of a file share, and the text of its case as drawn."""
+    case = write_two_masses(tmp_path_factory.mktemp("bench"), HIDDEN, case=PLACED)
+    with running(case, case.parent / "campaign") as bench:
+        yield bench, read_text(case)
+        assert bench.process.poll() is not None or bench.end() == 0
+
+
+@pytest.fixture
+def bench(served: tuple[RunningBench, str]) -> RunningBench:
+    """The shared bench, whose case is as drawn and has no history."""
+    bench, drawn = served
+    bench.case.write_text(drawn, encoding="utf-8")
+    history_file(bench.case).unlink(missing_ok=True)
+    return bench
+
+
+def children(pid: int) -> list[int]:
+    """Processes of a process that compute: Python's own helper for shared resources is none."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parent = int(stat.read_text().rpartition(")")[2].split()[1])
+            words = (stat.parent / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if parent == pid and b"spawn_main" in words:
+            found.append(int(stat.parent.name))
+    return found
+
+
+def await_end(processes: list[int]) -> None:
+    """Wait until processes are gone, which look for their parent each second."""
+    end = time.monotonic() + PATIENCE
+    while any(Path(f"/proc/{number}").exists() for number in processes):
+        assert time.monotonic() < end
+        time.sleep(0.1)
 
 
 def until(page: Any, expression: str, patience: float = PATIENCE) -> None:
@@ -87,7 +151,10 @@ def open_page(chromium: Any) -> Iterator[Started]:
     contexts = []
 
     def start(address: str, width: int = 1280, scheme: str = "light", *, expects_errors: bool = False) -> Any:
-        context = chromium.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        # Without a graphics card each picture of a moving structure takes the processor that the bench computes on.
+        context = chromium.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
+        )
         contexts.append(context)
         page, own = context.new_page(), address.split("/")[2]
         page.set_default_timeout(1e3 * PATIENCE)

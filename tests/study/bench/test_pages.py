@@ -1,15 +1,99 @@
-"""Pages in bad circumstances: one sentence at the top, and nothing is lost."""
+"""Pages in the browser: the story, and bad circumstances that are one sentence at the top and lose nothing.
 
+The story: see the misfit, add the top effect, watch the error fall, drag, undo, export, repeat.
+"""
+
+import json
+import os
+import re
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
-from study.diagnose.history import history_of, read_text
-from tests.study.bench.conftest import Started, press, running, until
-from tests.study.conftest import TwoMasses
+import pytest
 
-HIDDEN = {"mass at tip": 0.006}
-IDLE = "state.waiting && !state.busy && !state.waiting.length && versions.candidates && !fetching"
+from benchmarks.two_masses import TWO_MASSES
+from study.beam.case import write_beam_case
+from study.diagnose.history import history_of, read_text
+from tests.slow import slow
+from tests.study.bench.conftest import PLACED, RunningBench, Started, await_end, children, press, running, until
+from transient.virtual_bench.campaign import CampaignPoints
+from transient.virtual_bench.hidden_effect import make_campaign
+
+#: Every third of the beam's frequencies and three levels: a diagnosis takes some twenty seconds.
+USUAL = CampaignPoints()
+POINTS = CampaignPoints(
+    levels=(1.0, 5.0, 10.0), frequencies=USUAL.frequencies[::3], free_frequencies=USUAL.free_frequencies[::4]
+)
+#: Kinds that take the longest to fit, of effects that are not hidden.
+WITHOUT = ("spring", "dashpot", "cubic", "gap", "air damping", "density")
+
+
+def test_the_story_by_keyboard_ends_in_a_script_with_the_same_numbers(bench: RunningBench, open_page: Started) -> None:
+    tell_story(bench, open_page)
+
+
+@slow
+def test_the_story_of_a_beam_between_contacts_is_the_same(tmp_path: Path, open_page: Started) -> None:
+    case = write_beam_case(tmp_path)
+    make_campaign(tmp_path / "campaign", seed=3, kind="mass", place="tip", strength=2e-4, points=POINTS)
+    with running(case, tmp_path / "campaign", "--without", *WITHOUT) as bench:
+        tell_story(bench, open_page)
+        assert bench.end() == 0
+
+
+def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: RunningBench, open_page: Started) -> None:
+    page = open_page(bench.address)
+    wait(page)
+    assert page.is_visible("#structure")
+    bench.case.write_text(read_text(bench.case).replace(PLACED, TWO_MASSES), encoding="utf-8")
+    assert bench.case.name in message(page, "note")
+    page.wait_for_selector("#structure", state="hidden")
+    assert page.locator("#rows tr").count() == 2
+    wait(page)
+    edits = page.evaluate("state.log.filter((entry) => entry.name === 'edit').length")
+    assert page.locator("#log li", has_text="edited by hand").count() == edits > 0
+    page.close()
+
+
+def test_pages_of_two_servers_do_not_write_over_each_other_and_one_that_is_killed_loses_nothing(
+    bench: RunningBench, open_page: Started
+) -> None:
+    case, drawn = bench.case, read_text(bench.case)
+    with running(case, bench.campaign) as other:
+        one, two = open_page(bench.address), open_page(other.address, expects_errors=True)
+        for page in (one, two):
+            wait(page)
+        edits = "state.log.filter((entry) => entry.name === 'edit').length"
+        before = one.evaluate(edits)
+        press(one, "#candidates button.add >> nth=0")
+        until(two, f"{edits} === 1")
+        assert case.name in message(two, "note")
+        for page in (two, one):
+            wait(page)
+        press(two, "#undo")
+        until(one, f"{edits} === {before + 1}")
+        for page in (one, two):
+            wait(page)
+        assert [step.what for step in history_of(case).steps] == ["add", "undo"]
+        press(two, "#diagnose")
+        two.wait_for_selector("#candidates tbody.named")
+        workers = children(other.process.pid)
+        assert workers
+        other.end(signal.SIGKILL)
+        assert "stickslip bench" in message(two, "error")
+        press(two, "#candidates button.add >> nth=0")
+        two.wait_for_timeout(500)
+        assert two.is_visible("#message.error")
+        # What it computed is stored: whoever screens the case next shows it without a click on Diagnose.
+        one.evaluate("call('screen')")
+        one.wait_for_selector("#candidates tbody.named")
+        await_end(workers)
+        for page in (one, two):
+            page.close()
+    assert read_text(case) == drawn
 
 
 def message(page: Any, of: str) -> str:
@@ -18,67 +102,101 @@ def message(page: Any, of: str) -> str:
     return str(page.inner_text("#message"))
 
 
-def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(
-    two_masses: TwoMasses, open_page: Started
-) -> None:
-    case = two_masses(HIDDEN).resolve()
-    with running(case, Path("campaign").resolve()) as bench:
-        page = open_page(bench.address)
-        until(page, IDLE)
-        assert page.locator("#rows tr").count() == 2
-        assert page.is_hidden("#structure")
-        case.write_text(read_text(case) + "# mine\n")
-        assert case.name in message(page, "note")
-        until(page, IDLE)
-        assert "edited by hand" in page.inner_text("#log li >> nth=2")
-        page.close()
-
-
-def test_pages_of_two_servers_on_one_case_do_not_write_over_each_other(
-    two_masses: TwoMasses, open_page: Started
-) -> None:
-    case = two_masses(HIDDEN).resolve()
-    with running(case, Path("campaign").resolve()) as bench, running(case, Path("campaign").resolve()) as other:
-        one, two = open_page(bench.address), open_page(other.address)
-        for page in (one, two):
-            until(page, IDLE)
-        press(one, "#candidates button.add >> nth=0")
-        until(two, "state.log.some((entry) => entry.name === 'edit')")
-        assert case.name in message(two, "note")
-        until(two, IDLE)
-        until(one, IDLE)
-        press(two, "#undo")
-        until(one, "state.log.some((entry) => entry.name === 'edit')")
-        for page in (one, two):
-            until(page, IDLE)
-            page.close()
-    assert [step.what for step in history_of(case).steps] == ["add", "undo"]
-
-
-def test_a_fit_goes_on_without_its_page_and_a_new_one_shows_it(two_masses: TwoMasses, open_page: Started) -> None:
-    case = two_masses(HIDDEN).resolve()
-    with running(case, Path("campaign").resolve()) as bench:
-        page = open_page(bench.address)
-        until(page, IDLE)
-        press(page, "#diagnose")
-        until(page, "state.busy !== null")
-        page.close()
-        page = open_page(bench.address, 1920, "dark")
-        page.wait_for_selector("#candidates tbody.named")
-        assert "mass at tip" in page.inner_text("#candidates tbody.named")
-        page.close()
-
-
-def test_a_server_that_is_gone_is_told_in_the_page(two_masses: TwoMasses, open_page: Started) -> None:
-    case = two_masses(HIDDEN).resolve()
-    drawn = read_text(case)
-    with running(case, Path("campaign").resolve()) as bench:
-        page = open_page(bench.address, expects_errors=True)
-        until(page, IDLE)
-        bench.end(signal.SIGKILL)
-        assert "stickslip bench" in message(page, "error")
-        press(page, "#candidates button.add >> nth=0")
-        page.wait_for_timeout(500)
-        assert page.is_visible("#message.error")
-        page.close()
+def tell_story(bench: RunningBench, open_page: Started) -> None:
+    """What a user does first; the hidden effect is a mass at the tip."""
+    case, drawn = bench.case, read_text(bench.case)
+    page = open_page(bench.address)
+    page.wait_for_selector("#verdict.missing")
+    see_the_misfit(page)
+    page.wait_for_selector("#candidates tbody tr")
+    assert bars(page) > 0
+    wait(page)
+    see_a_mode_move(page)
+    # The fit goes on without its page, and another one shows it.
+    press(page, "#diagnose")
+    until(page, "state.busy !== null")
+    page.close()
+    page = open_page(bench.address, 1920, "dark")
+    page.wait_for_selector("#candidates tbody.named")
+    assert "mass at tip" in page.inner_text("#candidates tbody.named")
+    wait(page)
+    # The chart shows what is proposed: as drawn, calibrated, with the mass.
+    assert (bars(page), proposed(page)) == (3, True)
+    press(page, "#candidates tbody.named button.add")
+    page.wait_for_selector("#verdict.nothing")
+    wait(page)
+    assert read_text(case) != drawn
+    assert [step.what for step in history_of(case).steps] == ["diagnosis", "add"]
+    assert (bars(page), proposed(page)) == (3, False)
+    drag_a_parameter(page)
+    press(page, "#undo")
+    page.wait_for_selector("#verdict.missing")
+    wait(page)
     assert read_text(case) == drawn
+    state = page.evaluate("state.log")
+    with page.expect_download() as download:
+        press(page, "#export")
+    script = case.parent / "repeat.py"
+    download.value.save_as(script)
+    page.close()
+    compare_with_script(script, state, case.parent / "cache")
+    assert read_text(case) == drawn
+
+
+def see_the_misfit(page: Any) -> None:
+    """The worst place is a button, which goes to its sensor, level and frequency."""
+    button = page.locator("#worst button").first
+    name, frequency = re.match(r"(\w+) · .* at ([\d.]+) Hz", button.inner_text()).groups()  # type: ignore[union-attr]
+    press(page, "#worst button >> nth=0")
+    assert page.evaluate("responses.panels[shown.panel].sensor") == name
+    assert page.evaluate("shown.frequency") == pytest.approx(float(frequency))
+
+
+def see_a_mode_move(page: Any) -> None:
+    """A shape that is chosen moves until another choice ends it."""
+    assert page.is_visible("#structure canvas")
+    place = "JSON.stringify(byId('structure').data[0].z)"
+    before = page.evaluate(place)
+    page.focus("#mode")
+    page.keyboard.press("ArrowDown")
+    until(page, f"{place} !== {json.dumps(before)}")
+    page.keyboard.press("ArrowUp")
+    until(page, f"{place} === {json.dumps(before)}")
+
+
+def drag_a_parameter(page: Any) -> None:
+    """The dashed curve follows the slider by sensitivities, and then becomes the exact one near it."""
+    slider = page.locator("input[data-parameter=E]")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    curve = "JSON.stringify(byId('response').data[movedTraces[0].index].y)"
+    line = "JSON.stringify(responses.panels[shown.panel].groups[0].line.amplitude)"
+    near, drawn = (json.loads(page.evaluate(each)) for each in (curve, line))
+    until(page, "exactLines() !== null")
+    exact = json.loads(page.evaluate(curve))
+    moved = max(abs(a - b) for a, b in zip(exact, drawn, strict=True))
+    # A step of the slider is small beside the width of the resonance: sensitivities tell nine tenths of it.
+    assert 0 < max(abs(a - b) for a, b in zip(exact, near, strict=True)) < 0.1 * moved
+
+
+def compare_with_script(script: Path, log: list[dict[str, Any]], cache: Path) -> None:
+    """Every number of the page is printed again."""
+    environment = {**os.environ, "STICKSLIP_CACHE": str(cache)}
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, env=environment)
+    printed = [json.loads(line) for line in done.stdout.splitlines()]
+    assert printed == [entry["numbers"] for entry in log]
+
+
+def bars(page: Any) -> int:
+    """Number of steps in the chart of errors."""
+    return int(page.evaluate("errors ? errors.length : 0"))
+
+
+def proposed(page: Any) -> bool:
+    """Whether the last step of the chart is one that was not taken yet."""
+    return bool(page.evaluate("errors[errors.length - 1].proposed"))
+
+
+def wait(page: Any) -> None:
+    """Until nothing runs or waits, and all of it is drawn."""
+    until(page, "versions.candidates && !state.busy && !state.waiting.length && !fetching")

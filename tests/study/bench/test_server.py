@@ -1,4 +1,4 @@
-"""The server as a process: it answers its page alone, and neither a kill nor a taken port loses anything."""
+"""The server as a process: it answers its page alone, writes what was seen alone, and is cancelled at once."""
 
 import json
 import signal
@@ -17,12 +17,7 @@ from study.bench import server
 from study.bench.server import open_socket, serve_bench, write_palette
 from study.bench.work import Place
 from study.diagnose.history import history_of, read_text
-from tests.study.bench.conftest import RunningBench, running
-from tests.study.conftest import TwoMasses
-
-#: Longest wait for the small computations of these tests [s].
-PATIENCE = 120.0
-HIDDEN = {"mass at tip": 0.006}
+from tests.study.bench.conftest import PATIENCE, RunningBench, children
 
 
 def ask(bench: RunningBench, path: str, headers: Mapping[str, str] | None = None, body: object = None) -> bytes:
@@ -54,98 +49,62 @@ def is_idle(state: dict[str, Any]) -> bool:
     return state["busy"] is None and not state["waiting"]
 
 
-def children(pid: int) -> list[int]:
-    """Processes of a process that compute: Python's own helper for shared resources is none."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parent = int(stat.read_text().rpartition(")")[2].split()[1])
-            words = (stat.parent / "cmdline").read_bytes()
-        except OSError:
-            continue
-        if parent == pid and b"spawn_main" in words:
-            found.append(int(stat.parent.name))
-    return found
+def test_cancel_ends_the_process_that_computes_and_the_same_click_goes_on(bench: RunningBench) -> None:
+    state_of(bench, lambda state: state["busy"] is not None)
+    assert len(children(bench.process.pid)) == 1
+    assert is_idle(click(bench, "cancel"))
+    assert children(bench.process.pid) == []
+    click(bench, "compare")
+    assert state_of(bench, is_idle)["log"][-1]["name"] == "compare"
 
 
-def test_other_origins_other_hosts_and_other_tokens_get_nothing(two_masses: TwoMasses) -> None:
-    with running(two_masses(HIDDEN).resolve(), Path("campaign").resolve()) as bench:
-        assert b"<title>" in ask(bench, "")
-        port = bench.address.split("/")[2].split(":")[1]
-        for headers in (
-            {"Origin": "http://evil.example"},
-            {"Host": f"evil.example:{port}"},
-            {"Sec-Fetch-Site": "cross-site"},
-        ):
-            for path in ("", "state", "static/page.js", "script"):
-                with pytest.raises(HTTPError) as refused:
-                    ask(bench, path, headers)
-                assert refused.value.code == 403
-                assert "Access-Control-Allow-Origin" not in refused.value.headers
-        with pytest.raises(HTTPError) as refused:
-            urlopen(f"http://127.0.0.1:{port}/state")
-        assert refused.value.code == 403
-        for path in ("static/..%2f..%2fserver.py", "static/server.py", "view/nothing"):
-            with pytest.raises(HTTPError) as missing:
-                ask(bench, path)
-            assert missing.value.code == 404
-        assert bench.end() == 0
+def test_other_origins_other_hosts_and_other_tokens_get_nothing(bench: RunningBench) -> None:
+    assert b"<title>" in ask(bench, "")
+    port = bench.address.split("/")[2].split(":")[1]
+    for headers in (
+        {"Origin": "http://evil.example"},
+        {"Host": f"evil.example:{port}"},
+        {"Sec-Fetch-Site": "cross-site"},
+    ):
+        for path in ("", "state", "static/page.js", "script"):
+            with pytest.raises(HTTPError) as refused:
+                ask(bench, path, headers)
+            assert refused.value.code == 403
+            assert "Access-Control-Allow-Origin" not in refused.value.headers
+    with pytest.raises(HTTPError) as refused:
+        urlopen(f"http://127.0.0.1:{port}/state")
+    assert refused.value.code == 403
+    for path in ("static/..%2f..%2fserver.py", "static/server.py", "view/nothing"):
+        with pytest.raises(HTTPError) as missing:
+            ask(bench, path)
+        assert missing.value.code == 404
 
 
-def test_a_click_writes_the_case_and_a_page_that_saw_another_one_does_not(two_masses: TwoMasses) -> None:
-    case = two_masses(HIDDEN).resolve()
-    drawn = read_text(case)
-    with running(case, Path("campaign").resolve()) as bench:
-        state_of(bench, is_idle)
-        seen = json.loads(ask(bench, "view/verdict"))["seen"]
-        click(bench, "add", effect="mass at tip", values=["6 g"], seen=seen)
-        state_of(bench, lambda state: is_idle(state) and state["log"][-1]["name"] == "screen")
-        assert 'effect = "mass at tip"' in read_text(case)
-        # The second page has not seen the first one's step.
-        click(bench, "undo", seen=seen)
-        assert state_of(bench, is_idle)["message"]["tone"] == "error"
-        assert [step.what for step in history_of(case).steps] == ["add"]
-        case.write_bytes((read_text(case) + "# mine\n").encode())
-        state_of(bench, lambda state: is_idle(state) and any(entry["name"] == "edit" for entry in state["log"]))
-        click(bench, "undo", seen=json.loads(ask(bench, "view/verdict"))["seen"])
-        state_of(
-            bench,
-            lambda state: is_idle(state) and [entry["name"] for entry in state["log"]][-2:] == ["compare", "screen"],
-        )
-        assert read_text(case) == drawn + "# mine\n"
-        case.write_text("schema = 2\nthis is no case")
-        assert state_of(bench, lambda state: is_idle(state) and (state["message"] or {}).get("tone") == "error")
-        case.write_text(drawn)
-        state_of(bench, lambda state: is_idle(state) and state["log"][-1]["name"] == "screen")
-        assert bench.end(signal.SIGTERM) == 0
-
-
-def test_cancel_ends_the_process_that_computes_and_the_same_click_goes_on(two_masses: TwoMasses) -> None:
-    with running(two_masses(HIDDEN).resolve(), Path("campaign").resolve()) as bench:
-        state_of(bench, lambda state: state["busy"] is not None)
-        assert len(children(bench.process.pid)) == 1
-        assert is_idle(click(bench, "cancel"))
-        assert children(bench.process.pid) == []
-        click(bench, "compare")
-        assert state_of(bench, is_idle)["log"][-1]["name"] == "compare"
-
-
-def test_a_killed_server_takes_its_worker_with_it_and_loses_nothing(two_masses: TwoMasses) -> None:
-    case = two_masses(HIDDEN).resolve()
-    with running(case, Path("campaign").resolve()) as bench:
-        state_of(bench, is_idle)
-        click(bench, "diagnose")
-        state_of(bench, lambda state: is_idle(state) and state["log"][-1]["name"] == "diagnose")
-        workers = children(bench.process.pid)
-        bench.end(signal.SIGKILL)
-        end = time.monotonic() + PATIENCE
-        while any(Path(f"/proc/{worker}").exists() for worker in workers):
-            assert time.monotonic() < end
-            time.sleep(0.1)
-    with running(case, Path("campaign").resolve()) as bench:
-        # The diagnosis is stored, and shown without a click.
-        state = state_of(bench, lambda state: any(entry["name"] == "diagnose" for entry in state["log"]))
-        assert state["log"][-1]["numbers"]["finding"] == "missing"
+def test_a_click_writes_the_case_and_a_page_that_saw_another_one_does_not(bench: RunningBench) -> None:
+    case, drawn = bench.case, read_text(bench.case)
+    click(bench, "screen")
+    state_of(bench, is_idle)
+    seen = json.loads(ask(bench, "view/verdict"))["seen"]
+    click(bench, "add", effect="mass at tip", values=["6 g"], seen=seen)
+    state_of(bench, lambda state: is_idle(state) and state["log"][-1]["name"] == "screen")
+    assert 'effect = "mass at tip"' in read_text(case)
+    # The second page has not seen the first one's step.
+    click(bench, "undo", seen=seen)
+    assert state_of(bench, is_idle)["message"]["tone"] == "error"
+    assert [step.what for step in history_of(case).steps] == ["add"]
+    case.write_bytes((read_text(case) + "# mine\n").encode())
+    state_of(bench, lambda state: is_idle(state) and any(entry["name"] == "edit" for entry in state["log"]))
+    click(bench, "undo", seen=json.loads(ask(bench, "view/verdict"))["seen"])
+    state_of(
+        bench,
+        lambda state: is_idle(state) and [entry["name"] for entry in state["log"]][-2:] == ["compare", "screen"],
+    )
+    assert read_text(case) == drawn + "# mine\n"
+    case.write_text("schema = 2\nthis is no case")
+    assert state_of(bench, lambda state: is_idle(state) and (state["message"] or {}).get("tone") == "error")
+    case.write_text(drawn)
+    state_of(bench, lambda state: is_idle(state) and state["log"][-1]["name"] == "screen")
+    assert bench.end(signal.SIGTERM) == 0
 
 
 def test_a_taken_port_is_a_sentence_with_the_port() -> None:

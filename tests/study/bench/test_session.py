@@ -1,5 +1,6 @@
 """A session: clicks become calls one after another, what others change is noticed, and nothing is lost."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -190,3 +191,47 @@ def test_an_unknown_call_is_refused(opened: Opened) -> None:
     session.ask("_compare", {})
     assert names(worker) == ["compare", "screen"]
     assert session.message is not None
+
+
+def test_the_next_session_shows_what_the_last_did_until_it_has_compared_anew(tmp_path: Path, opened: Opened) -> None:
+    _, _, case = opened
+    place = Place(case=case, folder=case.parent / "campaign", cache=tmp_path / "cache")
+
+    def begin() -> tuple[Session, FakeWorker]:
+        worker = FakeWorker()
+        session = Session(place=place, worker=worker)
+        session.begin()
+        return session, worker
+
+    session, worker = begin()
+    assert not session.views
+    answer(session, worker, verdict={"tag": "ü"})
+    answer(session, worker, candidates={"rows": []}, is_diagnosed=False)
+    session.ask("move", {"values": {"kt": 1.1}})
+    answer(session, worker, moved={})
+    session, worker = begin()
+    assert {name: json.loads(view) for name, (_, view) in session.views.items() if name != "is_diagnosed"} == {
+        "verdict": {"tag": "ü"},
+        "candidates": {"rows": []},
+    }
+    assert session.state["is_last"]
+    answer(session, worker, verdict={"tag": "now"})
+    answer(session, worker, is_diagnosed=False)
+    assert not session.state["is_last"]
+    case.write_text("schema = 2 # mine\n", encoding="utf-8")
+    assert not begin()[0].views
+    for file in (tmp_path / "cache" / "bench").iterdir():
+        file.write_bytes(file.read_bytes()[:-9])
+    case.write_text("schema = 2\n", encoding="utf-8")
+    assert not begin()[0].views
+
+
+def test_limits_of_a_case_that_has_changed_are_taken_off_the_page(opened: Opened) -> None:
+    session, worker, case = opened
+    session.ask("limits", {})
+    answer(session, worker, limits={"panels": []})
+    before = session.state["versions"]["limits"]
+    case.write_text("schema = 2 # mine\n", encoding="utf-8")
+    session.look()
+    answer(session, worker)
+    assert session.views["limits"] == (before + 1, b"null")

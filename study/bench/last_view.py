@@ -1,0 +1,64 @@
+"""What a page showed last: the next bench of the same case shows it at once, while it compares anew."""
+
+import contextlib
+import json
+from collections.abc import Mapping
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+
+from pipeline.output import replace_file
+from study.bench.work import Place
+
+#: Parts of the page that are of a moment alone.
+PASSING = frozenset({"moved"})
+
+
+def read_last_views(place: Place, texts: tuple[str, ...]) -> dict[str, bytes]:
+    """Parts of the page as they were, by name; none if they are of something else, or were never stored.
+
+    Parameters
+    ----------
+    place
+        Case, campaign and folder of stored results.
+    texts
+        What the parts are of: text of the case, its history, signature of the campaign.
+    """
+    file = _file(place)
+    if file is None:
+        return {}
+    try:
+        stored = json.loads(file.read_bytes())
+        if stored["of"] != _sign(place, texts):
+            return {}
+        return {name: _encode(view) for name, view in stored["views"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def store_last_views(place: Place, texts: tuple[str, ...], views: Mapping[str, bytes]) -> None:
+    """Store the parts of a page; where the disk refuses, the next bench begins with an empty page."""
+    file = _file(place)
+    if file is None:
+        return
+    of = json.dumps(_sign(place, texts))
+    listed = ",".join(f"{json.dumps(name)}:{view.decode()}" for name, view in views.items() if name not in PASSING)
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(file, f'{{"of":{of},"views":{{{listed}}}}}')
+
+
+def _file(place: Place) -> Path | None:
+    """One file for each case beside a campaign, so that they do not become many."""
+    if place.cache is None:
+        return None
+    names = [str(place.case.resolve()), str(place.folder.resolve()), *place.without]
+    return place.cache / "bench" / f"{sha256(json.dumps(names).encode()).hexdigest()[:32]}.json"
+
+
+def _sign(place: Place, texts: tuple[str, ...]) -> str:
+    return sha256(json.dumps([version("stickslip"), *place.without, *texts]).encode()).hexdigest()
+
+
+def _encode(view: object) -> bytes:
+    return json.dumps(view, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()

@@ -1,0 +1,24 @@
+"use strict";
+// What a verdict leaves to do: doubts and advice, the recovered law, what to measure next.
+const drawPicture = (picture, alt) => (picture ? [make("figure", {}, make("img", { src: "data:image/png;base64," + picture, alt }))] : []);
+
+function drawDoubts(verdict) {
+  const lines = verdict ? [...(verdict.doubts || []).map((text) => "Doubt: " + text), ...(verdict.advice ? ["Next: " + verdict.advice + "."] : [])] : [];
+  byId("doubts").replaceChildren(...lines.map((text) => make("p", { className: "sub", text })));
+}
+
+function beginLaw(law) {
+  byId("law").hidden = !law;
+  if (!law) return;
+  byId("law").replaceChildren(make("h2", { text: "The missing law, recovered" }), ...law.sentences.map((text) => make("p", { className: "sub", text })), ...drawPicture(law.picture, "Force over displacement and velocity, with its bands"),
+    make("details", {}, make("summary", { text: "as an effect of your own: save it as " + law.file + " and name it in [effects] files" }), make("pre", { textContent: law.text, tabIndex: 0 })));
+}
+
+function beginNextTest(next) {
+  byId("next").hidden = !next;
+  if (!next) return;
+  const rows = next.rows.map((row) => [row.title, digits(100 * row.probability) + " %", Math.round(row.minutes) + " min"]);
+  byId("next").replaceChildren(make("h2", { text: "What to measure next" }), make("p", { text: next.sentence }),
+    ...(rows.length ? [make("p", { className: "sub", text: "Probability that a test tells between " + next.between.join(" and ") + ", and what it takes, roughly." }), drawTable({ head: ["test", "decides", "takes"], rows, words: 1 })] : []),
+    ...(next.remark ? [make("p", { className: "sub", text: next.remark[0].toUpperCase() + next.remark.slice(1) + "." })] : []), ...drawPicture(next.picture, "What each explanation predicts for the advised test"));
+}

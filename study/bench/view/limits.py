@@ -1,0 +1,66 @@
+"""Limits of all friction histories beside the measured families, in the units of the page's panels."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from study.compare.curve import Panel
+from study.compare.families import FamilyComparison
+from study.compare.family_report import family_document
+from study.page.number import round_list
+
+
+def show_limits(comparison: FamilyComparison, panels: Sequence[tuple[bool, Panel]]) -> dict[str, Any]:
+    """Limits for the page.
+
+    Parameters
+    ----------
+    comparison
+        Measured families over their limits.
+    panels
+        Panels of the page, each with whether the contacts are absent.
+
+    Returns
+    -------
+    "panels": of each curve of each panel its limits over frequency [Hz], or None; the verdict as "headline" and, in
+    full, "sentences".
+    """
+    document = family_document(comparison)
+    compared = [item for item in comparison.verdicts if item.n_compared]
+    leaving = sum(item.leaves for item in compared)
+    headline = f"{leaving} of {len(compared)} measured families leave them." if leaving else (
+        "All measured families lie within." if compared else "None were found."
+    )  # fmt: skip
+    return {
+        "headline": headline,
+        "panels": [_list_bands(comparison, free, panel) for free, panel in panels],
+        "sentences": [*document["sentences"], *document["not_compared"]],
+    }
+
+
+def count_limits(comparison: FamilyComparison) -> dict[str, float]:
+    """Named numbers: how many families there are, how many leave their limits, and the readings within."""
+    compared = [item for item in comparison.verdicts if item.n_compared]
+    count = sum(item.n_compared for item in compared)
+    inside = sum(item.coverage * item.n_compared for item in compared)
+    numbers = {
+        "families [-]": float(len(compared)),
+        "families that leave their limits [-]": float(sum(item.leaves for item in compared)),
+    }
+    return numbers | ({"readings within limits [%]": 100 * inside / count} if count else {})
+
+
+def _list_bands(comparison: FamilyComparison, free: bool, panel: Panel) -> list[dict[str, Any] | None]:
+    limits = comparison.limits
+    if free or limits is None or panel.key not in limits.bands:
+        return [None] * len(panel.curves)
+    result: list[dict[str, Any] | None] = []
+    for curve in panel.curves:
+        level = int(np.argmin(np.abs(np.array(limits.levels) - curve.level)))
+        band = limits.bands[panel.key][level]
+        lower, upper = panel.factor(np.full_like(band.frequency, curve.level)) * band.value
+        result.append(
+            {"frequency": round_list(band.frequency, 8), "lower": round_list(lower), "upper": round_list(upper)}
+        )
+    return result

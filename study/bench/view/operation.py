@@ -1,0 +1,81 @@
+"""Operating shapes at the resonances of a comparison, and what each contact does over the period."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Int
+from numpy.typing import NDArray
+
+from correlation.configuration import Configuration
+from correlation.metric.misfit import configuration
+from correlation.model import Model
+from correlation.prediction import Prediction
+from hbsolve.contact_motion import contact_motion
+from hbsolve.state import SteadyState
+
+#: Instants of a period at which the states of contacts are shown.
+INSTANTS = 24
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Operation:
+    """A steady state.
+
+    Parameters
+    ----------
+    label
+        Its level, frequency and configuration.
+    motion
+        Coefficients of e^{i Omega t} of all coordinates, shape (r,) [m].
+    states
+        0 stuck, 1 slipping, 2 separated: of each contact of a line at `INSTANTS` instants of the period, by the name of
+        the line, shape (contact, instant) [-]. The worst counts where a contact has two tangents.
+    """
+
+    label: str
+    motion: Complex[NDArray[np.complex128], " r"]
+    states: Mapping[str, Int[NDArray[np.int64], "contact instant"]]
+
+
+def list_operations(model: Model, prediction: Prediction, unit: str) -> list[Operation]:
+    """The steady state of each configuration and level whose first harmonic is the largest.
+
+    Parameters
+    ----------
+    model
+        Model that is compared.
+    prediction
+        Its states.
+    unit
+        Unit of the levels.
+    """
+    highest: dict[tuple[bool, float], tuple[float, SteadyState]] = {}
+    for (free, level, frequency), state in prediction.states.items():
+        before = highest.get((free, level))
+        if before is None or _size(state) > _size(before[1]):
+            highest[free, level] = frequency, state
+    solvers = {free: Configuration.from_model(model, free, None) for free in {key[0] for key in highest}}
+    return [
+        Operation(
+            label=f"{level:g} {unit}, {frequency:.5g} Hz" + (f", {configuration(free)}" if free else ""),
+            motion=state.coefficients[1],
+            states={} if free else _states(model, solvers[free], state),
+        )
+        for (free, level), (frequency, state) in sorted(highest.items(), key=lambda item: item[0])
+    ]
+
+
+def _size(state: SteadyState) -> float:
+    return float(np.linalg.norm(state.coefficients[1]))
+
+
+def _states(
+    model: Model, solver: Configuration, state: SteadyState
+) -> dict[str, Int[NDArray[np.int64], "contact instant"]]:
+    motions = {motion.name: motion for motion in contact_motion(solver.balance, state)}
+    instants = np.arange(INSTANTS) * solver.balance.n_sample // INSTANTS
+    return {
+        line: np.array([motions[name].status.max(axis=0)[instants] for name in members], dtype=np.int64)
+        for line, members in model.lines.items()
+    }
