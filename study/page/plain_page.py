@@ -18,6 +18,7 @@ def render_plain_page(
     tone: str = "",
     tag: str = "",
     verdict: Sequence[str] = (),
+    tallest: str = "none",
 ) -> str:
     """HTML of a page.
 
@@ -29,6 +30,8 @@ def render_plain_page(
         What follows.
     tone, tag, verdict
         Colour and words of the box on top, and the sentences in it; no box without a tag.
+    tallest
+        Largest height of a picture, as a length of CSS.
     """
     from jinja2 import Environment, StrictUndefined
 
@@ -38,5 +41,5 @@ def render_plain_page(
         policy=content_policy(),
         provenance=page_provenance(), style=STYLE.read_text(encoding="utf-8"),
         version=importlib.metadata.version("stickslip"), title=title, over=over, tone=tone, tag=tag, verdict=verdict,
-        sections=sections,
+        sections=sections, tallest=tallest,
     )  # fmt: skip

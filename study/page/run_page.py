@@ -13,6 +13,8 @@ from study.run_context import Answer
 
 #: Width of what is no plain text [characters].
 WIDTH = 110
+#: Height of a picture that is seen at once on most screens.
+TALLEST = "46rem"
 #: Between the words of the name of a file.
 BETWEEN = "_"
 
@@ -48,7 +50,8 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     # Files are where they are, and no part of the result.
     lines = [line for line in text.splitlines() if line.strip() not in {str(file) for file in files}]
     sections.insert(0, PageSection(title="Result", report="\n".join(lines).rstrip()))
-    replace_file(page, render_plain_page(title=_heading(common), over=f"stickslip {command}", sections=sections))
+    html = render_plain_page(title=_heading(common), over=f"stickslip {command}", sections=sections, tallest=TALLEST)
+    replace_file(page, html)
     return replace(
         answer,
         document={**answer.document, "files": [*files, str(page)]},
