@@ -18,7 +18,17 @@ from benchmarks.two_masses import TWO_MASSES
 from study.beam.case import write_beam_case
 from study.diagnose.history import history_of, read_text
 from tests.slow import slow
-from tests.study.bench.conftest import PLACED, RunningBench, Started, await_end, children, press, running, until
+from tests.study.bench.conftest import (
+    PLACED,
+    WITHOUT,
+    RunningBench,
+    Started,
+    await_end,
+    children,
+    press,
+    running,
+    until,
+)
 from transient.virtual_bench.campaign import CampaignPoints
 from transient.virtual_bench.hidden_effect import make_campaign
 
@@ -27,8 +37,6 @@ USUAL = CampaignPoints()
 POINTS = CampaignPoints(
     levels=(1.0, 5.0, 10.0), frequencies=USUAL.frequencies[::3], free_frequencies=USUAL.free_frequencies[::4]
 )
-#: Kinds that take the longest to fit, of effects that are not hidden.
-WITHOUT = ("spring", "dashpot", "cubic", "gap", "air damping", "density")
 
 
 def test_the_story_by_keyboard_ends_in_a_script_with_the_same_numbers(bench: RunningBench, open_page: Started) -> None:
@@ -39,7 +47,7 @@ def test_the_story_by_keyboard_ends_in_a_script_with_the_same_numbers(bench: Run
 def test_the_story_of_a_beam_between_contacts_is_the_same(tmp_path: Path, open_page: Started) -> None:
     case = write_beam_case(tmp_path)
     make_campaign(tmp_path / "campaign", seed=3, kind="mass", place="tip", strength=2e-4, points=POINTS)
-    with running(case, tmp_path / "campaign", "--without", *WITHOUT) as bench:
+    with running(case, tmp_path / "campaign", *WITHOUT) as bench:
         tell_story(bench, open_page)
         assert bench.end() == 0
 
@@ -62,7 +70,7 @@ def test_pages_of_two_servers_do_not_write_over_each_other_and_one_that_is_kille
     bench: RunningBench, open_page: Started
 ) -> None:
     case, drawn = bench.case, read_text(bench.case)
-    with running(case, bench.campaign) as other:
+    with running(case, bench.campaign, *WITHOUT) as other:
         one, two = open_page(bench.address), open_page(other.address, expects_errors=True)
         for page in (one, two):
             wait(page)
