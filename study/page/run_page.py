@@ -1,5 +1,6 @@
 """The page of a command that draws figures and has no page of its own: its answer, its figures, and its provenance."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from io import StringIO
@@ -43,7 +44,10 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     starts = zip(*(name[:-1] for name in names), strict=False)
     common = [each[0] for each in takewhile(lambda each: len(set(each)) == 1, starts)]
     sections = [
-        PageSection(title=_heading(name[len(common) :]), pictures={file.name: file.read_bytes()})
+        PageSection(
+            title=_heading([*name[len(common) :], *(["film"] if file.suffix == ".gif" else [])]),
+            pictures={file.name: file.read_bytes()},
+        )
         for name, file in zip(names, pictures, strict=True)
     ]
     page = pictures[0].with_name(f"{BETWEEN.join([*common, command])}.html")
@@ -60,7 +64,8 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
 
 
 def _heading(words: Sequence[str]) -> str:
-    text = " ".join(words)
+    """Words of the name of a file as a heading; "mode1" is "Mode 1"."""
+    text = re.sub(r"(?<=[a-z])(?=\d)", " ", " ".join(words))
     return text[:1].upper() + text[1:]
 
 

@@ -16,7 +16,7 @@ from study.run_context import Answer
 @pytest.fixture
 def pictures(tmp_path: Path) -> list[Path]:
     files = [
-        tmp_path / name for name in ("two_masses_response.png", "two_masses_contact_states.png", "two_masses_film.gif")
+        tmp_path / name for name in ("two_masses_response.png", "two_masses_contact_states.png", "two_masses_mode2.gif")
     ]
     for number, file in enumerate(files):
         Image.new("RGB", (2, 2 + number)).save(file)
@@ -34,7 +34,7 @@ def test_the_page_holds_the_answer_and_every_picture(pictures: list[Path]) -> No
     html = page.read_text(encoding="utf-8")
     assert "amplitude [µm]  &lt;b&gt; &amp; more" in html
     assert "a.csv" not in html
-    assert re.findall(r"<h2>(.*?)</h2>", html) == ["Result", "Response", "Contact states", "Film"]
+    assert re.findall(r"<h2>(.*?)</h2>", html) == ["Result", "Response", "Contact states", "Mode 2 film"]
     held = re.findall(r'src="data:image/(\w+);base64,(.*?)"', html)
     assert [kind for kind, _ in held] == ["png", "png", "gif"]
     assert [Image.open(BytesIO(base64.b64decode(data))).height for _, data in held] == [2, 3, 4]
