@@ -27,7 +27,7 @@ COLUMNS = (
 )  # fmt: skip
 #: Label and factor of each parameter.
 SHOWN = {
-    "kt": ("kt [N/um]", 1e-6), "kn": ("kn [N/um]", 1e-6), "mu": ("mu", 1.0), "damping": ("zeta [%]", 100.0),
+    "kt": ("kt [N/um]", 1e-6), "kn": ("kn [N/um]", 1e-6), "mu": ("mu [-]", 1.0), "damping": ("zeta [%]", 100.0),
     "root": ("root [N/um]", 1e-6), "density": ("density [kg/m^3]", 1.0), "shift_left": ("left shift [mm]", 1e3),
     "shift_right": ("right shift [mm]", 1e3), "inclination_left": ("left inclination [deg]", degrees(1.0)),
     "inclination_right": ("right inclination [deg]", degrees(1.0)),
