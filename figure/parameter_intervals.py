@@ -59,7 +59,7 @@ def parameter_intervals_figure(result: ParameterIntervals) -> Figure:
         axes.set_ylim(-0.6, len(names) - 0.4)
         axes.set_yticks([])
         axes.margins(x=0.15)
-        axes.set_title(panel.label, fontsize=10, loc="left")
+        axes.set_xlabel(panel.label)
         open_box(axes, grid="x")
     for axes in grid[count:]:
         axes.set_visible(False)

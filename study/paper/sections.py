@@ -8,6 +8,7 @@ from study.page.table import Table
 from study.paper.by_hand import ByHand
 from study.paper.case import LinearTable, NonlinearTable
 from study.paper.criteria import COVERAGE, DYNAMIC, STATIC_NORMAL, STATIC_TANGENTIAL, Criterion
+from study.paper.interval import LEAST_SQUARES
 from study.paper.nonlinear import NonlinearIteration
 from study.paper.parameters import RigParameters
 
@@ -15,7 +16,8 @@ from study.paper.parameters import RigParameters
 STEP = {
     1: "kt and kn of the linear calibration, mu of the first guess; the alignment as the case has it, which is perfect "
     "symmetry in the paper.",
-    2: "kt, kn, mu and damping tuned to the response; dead weights shifted by the ratio of the static normal forces.",
+    2: "kt, kn, mu and damping tuned to the response; dead weights shifted by the ratio of the static normal forces, "
+    "where they were measured.",
     3: "Dead weights shifted and inclined for the static forces of all levels.",
     4: "The left damper rotated by 0.35 deg: gaps that grow along its line at the blade.",
 }
@@ -25,7 +27,7 @@ COLUMNS = (
 )  # fmt: skip
 #: Label and factor of each parameter.
 SHOWN = {
-    "kt": ("kt [N/um]", 1e-6), "kn": ("kn [N/um]", 1e-6), "mu": ("mu", 1.0), "damping": ("zeta [%]", 100.0),
+    "kt": ("kt [N/um]", 1e-6), "kn": ("kn [N/um]", 1e-6), "mu": ("mu [-]", 1.0), "damping": ("zeta [%]", 100.0),
     "root": ("root [N/um]", 1e-6), "density": ("density [kg/m^3]", 1.0), "shift_left": ("left shift [mm]", 1e3),
     "shift_right": ("right shift [mm]", 1e3), "inclination_left": ("left inclination [deg]", degrees(1.0)),
     "inclination_right": ("right inclination [deg]", degrees(1.0)),
@@ -106,9 +108,13 @@ def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = No
     text = [
         "95 % intervals. Parameters that are fitted to families have the interval within which the profile of the "
         "criterion (minus its log-likelihood, the other parameters of the same fit free) rises by less than 1.92, by a "
-        "quadratic surface through it; what the families do not tell is as wide as the prior of the fit. The density "
-        "follows from the free resonance by least squares, with the root as it is assumed.",
+        "quadratic surface through it; what the families do not tell is as wide as the prior of the fit.",
     ]
+    if any(item.source == LEAST_SQUARES for item in hand.intervals):
+        text.append(
+            "The density follows from the free resonance by least squares, with the root as it is assumed: an error of "
+            "the root is no part of its interval."
+        )
     if held:
         text.append(f"{sum(held)} of {len(held)} intervals hold the truth.")
     head = ["parameter", "value", "interval", "by", *(("truth", "held") if truth is not None else ())]
