@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 from typing import Any
 
 from correlation.campaign.measurement import Campaign
+from correlation.errors import CampaignError
 from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.verdict import Finding
 from geometry.rig import SIDES
@@ -76,10 +78,9 @@ def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, fo
     run
         Output folder, store and progress.
 
-    Raises
-    ------
-    CampaignError
-        Nothing is held out, or there is a single repeat.
+    Returns
+    -------
+    What was found; of a campaign that cannot be diagnosed a round that says why.
     """
     assert run.output is not None
     file = run.output / "own_way" / "iteration_1.toml"
@@ -87,7 +88,12 @@ def find_own_way(model: PaperModel, start: RigParameters, campaign: Campaign, fo
     # The rounds are in the store: the case is edited anew from where it began.
     history_file(file).unlink(missing_ok=True)
     replace_file(file, write_case(model, start))
-    rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
+    try:
+        rounds = diagnose_file(file, campaign, folder, run, auto=True).rounds
+    except CampaignError as error:
+        # A campaign that is too small for a diagnosis, such as that of a quick run, has its by-hand way all the same.
+        refused = OwnRound(sentence=f"no diagnosis: {error}", held_before=nan, held_after=nan)
+        return OwnWay(case=file, rounds=(refused,), values=(), others=())
     values, others = read_values(rounds[-1], start)
     return OwnWay(case=file, rounds=tuple(map(_told, rounds)), values=values, others=others)
 

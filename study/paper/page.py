@@ -18,6 +18,7 @@ from study.paper.sections import (
     linear_section,
     missing_section,
     overview_section,
+    show_known,
 )
 
 #: What the paper reads off its loops and force ratios.
@@ -158,7 +159,7 @@ CAPTION |= {
 def own_way_section(result: Replay, pictures: Mapping[str, bytes]) -> PageSection:
     """What the program finds by itself beside the truth and the by-hand way."""
     path = [
-        [str(number), item.sentence, f"{item.held_before:.1%}", f"{item.held_after:.1%}"]
+        [str(number), item.sentence, show_known(item.held_before, ".1%"), show_known(item.held_after, ".1%")]
         for number, item in enumerate(result.own.rounds, start=1)
     ]
     third, hand, own = (

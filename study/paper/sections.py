@@ -156,13 +156,14 @@ def _scores(item: NonlinearIteration) -> Table:
         threshold = next(score.threshold for score in criterion.scores if score.name == name)
         bound = "at least" if name == COVERAGE else "at most"
         met = all(score.met for scores in own.values() for score in scores)
-        rows.append([name, *(_known(value, ".1%") for value in worst), f"{bound} {threshold:.0%}", yes(met)])
-    rows.append(["tightness of the response", *(_known(v.tightness, ".1f") for v in verdicts.values()), "", ""])
-    rows.append(["interval score of the response", *(_known(v.score, ".2f") for v in verdicts.values()), "", ""])
+        rows.append([name, *(show_known(value, ".1%") for value in worst), f"{bound} {threshold:.0%}", yes(met)])
+    rows.append(["tightness of the response", *(show_known(v.tightness, ".1f") for v in verdicts.values()), "", ""])
+    rows.append(["interval score of the response", *(show_known(v.score, ".2f") for v in verdicts.values()), "", ""])
     return Table(head=["", *(f"{level:g} N" for level in verdicts), "threshold", "met"], rows=rows)
 
 
-def _known(value: float, form: str) -> str:
+def show_known(value: float, form: str) -> str:
+    """A number as it is written; a dash for what is none."""
     return f"{value:{form}}" if isfinite(value) else "-"
 
 
