@@ -19,7 +19,7 @@ from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
 from correlation.feature.reading_noise import LEAST_REPEATED
 from correlation.feature.table import FeatureTable, average_campaign
-from correlation.model import Model
+from correlation.model import Model, Sensor
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
 from fe.dense_modes import compute_dense_modes
@@ -32,6 +32,8 @@ ROUGH = 1e-4
 GROSS, MENDED, MOST_ASKED = 0.7, 0.2, 60
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
+#: Height of a resonance over that of the highest one, below which no test shows it [-].
+FAINT = 0.01
 
 
 def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
@@ -120,12 +122,18 @@ def _wrong_levels(
 
 
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
-    """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
+    """Lowest resonances that the force drives and a sensor sees: contacts stuck, and without those of lines [Hz]."""
     result = []
     for item in (model, model.free()):
         system = item.system
-        frequency = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints)).frequency
-        result.append(frequency[frequency > 0][:N_MODE])
+        modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
+        elastic = modes.frequency > 0
+        frequency, shapes = modes.frequency[elastic], modes.mode_shapes[:, elastic]
+        driven = np.linalg.norm(system.dynamic @ shapes, axis=0)
+        rows = np.array([sensor.row for sensor in item.sensors if isinstance(sensor, Sensor)])
+        seen = np.linalg.norm(rows @ shapes, axis=0) if len(rows) else 1.0
+        height = driven * seen / frequency**2
+        result.append(frequency[height >= FAINT * height.max(initial=0.0)][:N_MODE])
     return np.concatenate(result)
 
 
