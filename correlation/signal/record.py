@@ -113,7 +113,7 @@ def note_rounded_time(time: Samples) -> tuple[str, ...]:
 def _unrounded(time: Samples) -> Samples:
     """The uniform clock of instants that are one but for the digits of a file; others as they are, shape (n,)."""
     steps = np.diff(time)
-    if np.ptp(steps) <= WHOLE * steps.mean():
+    if np.ptp(steps) <= WHOLE * steps.mean() or _lacks_samples(steps):
         return time
     digit = _last_digit(time)
     if not digit.all():
@@ -121,6 +121,19 @@ def _unrounded(time: Samples) -> Samples:
     sample = np.arange(len(time))
     clock = np.polynomial.Polynomial.fit(sample, time, 1, w=1 / digit)(sample)
     return np.asarray(clock) if (np.abs(time - clock) <= HALF * digit).all() else time
+
+
+def _lacks_samples(steps: Samples) -> bool:
+    """Whether all steps are the usual one or a whole multiple of it: samples are missing, and nothing is rounded.
+
+    Rounding makes steps of two neighbouring numbers of digits. Where the usual one is of one digit it cannot be told
+    from samples that are missing, which is likelier than so coarse a clock.
+    """
+    usual = float(np.median(steps))
+    if usual <= 0:
+        return False
+    count = steps / usual
+    return bool(count.min() > 0.5 and np.abs(count - np.round(count)).max() < WHOLE * count.max())
 
 
 def _last_digit(time: Samples) -> Samples:

@@ -46,6 +46,15 @@ def test_a_clock_that_jumps_is_left_as_it_is() -> None:
         uniform_step(clock)
 
 
+def test_a_sample_that_is_missing_is_no_rounding() -> None:
+    clock = np.delete(np.arange(100) / 1000, 60)
+    for written in (clock, np.round(clock, 3)):
+        assert np.array_equal(check_time(written, 99), written)
+        assert not note_rounded_time(written)
+        with pytest.raises(CampaignError, match="steps of time"):
+            uniform_step(check_time(written, 99))
+
+
 def test_a_record_of_a_rounded_time_has_the_clock_of_its_rate(tmp_path: Path) -> None:
     clock = np.arange(500) / 1024
     table = np.stack([np.round(clock, 2), np.cos(clock)], axis=1)
