@@ -26,6 +26,7 @@ SHOWN = {
 }  # fmt: skip
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their packages take the same steps on less data.
 SLOW = {
+    "rig_forced_response.py", "own_step_to_rom.py", "response_control.py",
     "own_joint_law.py", "single_frequency_limits.py", "blade_with_friction.py", "virtual_tests.py",
     "find_the_missing_effect.py", "uncertain_parameters.py", "isolas.py", "backbone.py", "response_limits.py",
     "stability.py", "see_the_missing_law.py", "plan_the_next_test.py",

@@ -25,6 +25,7 @@ from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.joint_law.polynomial_spring import PolynomialSpring
 from reduction.joint_law.power_spring import PowerSpring
+from tests.slow import slow
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
@@ -223,6 +224,7 @@ def test_without_its_kind_it_is_not_that_kind(bench: Bench) -> None:
     assert found.places[0].name == "tip z"
 
 
+@slow
 def test_without_all_that_looks_like_it_something_unknown_is_missing(bench: Bench) -> None:
     found = bench.diagnose(bench.campaign((CUBIC, RATE)), without=["cubic", "air damping"])
     assert found.verdict.finding is Finding.UNKNOWN
@@ -233,6 +235,7 @@ def test_without_all_that_looks_like_it_something_unknown_is_missing(bench: Benc
     assert abs(place.phase) == pytest.approx(180, abs=15)
 
 
+@slow
 def test_a_spring_of_another_power_is_no_cubic_one(bench: Bench, paper: ModuleType) -> None:
     row = bench.small.places["tip z"]
     fifth = PowerSpring(name="hidden", direction=row, stiffness=300.0, reference=1e-2, exponent=5.0)

@@ -24,6 +24,7 @@ from study.case.setup import read_case
 from study.limits.run import run_limits
 from study.run_context import Options, silent_run
 from study.shipped_cases import LIMITS
+from tests.slow import slow
 
 #: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
 CASE = """\
@@ -370,6 +371,7 @@ if __name__ == "__main__":
 WEDGE_TABLE = '[limits]\nfrom = "279 Hz"\nto = "287 Hz"\nstep = "8 Hz"\nlevels = [0.4]\nsamples = 4\nblock = 3\n'
 
 
+@slow
 def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(
     at_home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

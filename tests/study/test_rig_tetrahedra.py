@@ -20,6 +20,7 @@ from study.kind.rig.model import LINES, RigModel, body_tetrahedra, in_tetrahedra
 from study.kind.rig.reduction import reduced_body
 from study.kind.rig.table import RigMeshTable
 from tests.fe.surface import area_vectors
+from tests.slow import slow
 
 needs_tetwild = pytest.mark.skipif(
     importlib.util.find_spec("pytetwild") is None, reason="pytetwild is not installed: pip install stickslip[tets]"
@@ -70,6 +71,7 @@ def test_without_pytetwild_one_sentence_says_what_to_install(monkeypatch: pytest
         body_tetrahedra(Rig(), BODY, 0.005)
 
 
+@slow
 @needs_tetwild
 def test_a_damper_by_tetwild_has_its_stations_and_the_frequencies_of_bricks(model: RigModel) -> None:
     place = body_tetrahedra(model.rig, BODY, 0.005)

@@ -20,6 +20,7 @@ from study.diagnose.run import diagnose_file
 from study.diagnose.screen import screen_case
 from study.diagnose.table import factors
 from study.run_context import silent_run
+from tests.slow import slow
 from tests.study.conftest import TwoMasses
 
 HIDDEN = {"mass at tip": 0.006}
@@ -44,6 +45,7 @@ def test_a_screening_has_the_scores_and_errors_of_the_diagnosis(diagnosed: Calla
     assert errors(screened.drawn) == errors(whole.drawn)
 
 
+@slow
 def test_a_diagnosis_goes_on_from_its_screening(
     diagnosed: Callable[[Store | None], Round], monkeypatch: pytest.MonkeyPatch
 ) -> None:

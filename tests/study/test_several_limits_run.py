@@ -172,6 +172,7 @@ def test_a_sweep_refuses_to_bound_everything(home: Path, capsys: pytest.CaptureF
     assert 'objective = "all" is for `stickslip limits`' in capsys.readouterr().err
 
 
+@slow
 def test_limits_of_different_searches_are_not_joined(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     limits(home, capfd, CASE)
     one = load_several_limits("out/my_limits.nc")[FORCES[0]]
@@ -194,6 +195,7 @@ def wedge(at_home: Path, table: str) -> None:
     (at_home / "wedge_damper.npz").write_bytes(LIMITS.with_suffix(".npz").read_bytes())
 
 
+@slow
 @pytest.mark.usefixtures("home", "undrawn")
 def test_the_limits_of_a_wedge_damper_are_those_of_single_runs(at_home: Path) -> None:
     table = WEDGE.format(samples=30, population=12)

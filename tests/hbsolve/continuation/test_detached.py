@@ -19,6 +19,7 @@ from hbsolve.stability.branch_stability import branch_stability
 from hbsolve.state import slider_start
 from reduction.joint_law.registry import LAWS
 from reduction.jointed_system import CubicSpring, JenkinsElement, Joint, JointedSystem
+from tests.slow import slow
 from transient.state import start_from
 from transient.steady import steady_motion
 
@@ -155,7 +156,9 @@ def test_an_isola_closes_and_is_passed_once(name: str, level: float) -> None:
     assert (steps < 0.4 * np.abs(motion[1:])).all()
 
 
-@pytest.mark.parametrize(("name", "level"), [("absorber", 0.15), ("chain", 0.006), ("oscillator", 0.02)])
+@pytest.mark.parametrize(
+    ("name", "level"), [pytest.param("absorber", 0.15, marks=slow), ("chain", 0.006), ("oscillator", 0.02)]
+)
 def test_time_integration_stays_on_the_stable_side_of_an_isola(name: str, level: float) -> None:
     (isola,) = found(name, level)[1]
     system = SYSTEMS[name][0]()

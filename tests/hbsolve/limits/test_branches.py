@@ -8,11 +8,13 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
+from tests.slow import slow
 from transient.virtual_bench.sweep import SweptBench
 
 LEVEL = 0.3
 
 
+@slow
 def test_a_stable_state_of_integration_in_time_lies_inside_limits_that_were_searched_from_elsewhere() -> None:
     model = random_model(100137)
     assert model is not None

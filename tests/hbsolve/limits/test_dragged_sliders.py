@@ -79,6 +79,7 @@ def test_sliders_that_stick_in_a_test_integrated_in_time_lie_in_the_box_of_its_l
     assert further
 
 
+@slow
 def test_a_load_that_begins_at_once_drags_no_slider_out_of_the_box(variant: JointedSystem) -> None:
     balance, levels = HarmonicBalance(system=variant, n_harmonic=8, n_sample=128), [0.7, 1.0]
     rest = limit_problem(balance, OutputHarmonic(row=0)).box

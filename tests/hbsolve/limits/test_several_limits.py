@@ -15,6 +15,9 @@ from hbsolve.limits.several_limits import SeveralProgress, several_limits
 from reduction.jointed_system import JointedSystem
 from tests.slow import slow
 
+#: The search of all objectives takes half a minute; `tests/study/test_several_limits_run.py` has closed forms.
+pytestmark = slow
+
 OMEGA = 2 * np.pi * 284.0 * np.array([0.97, 0.985, 0.995])
 LEVELS = [1.0, 3.0]
 SETTINGS = LimitSettings(population=8, sample=10, block=3)
@@ -48,7 +51,7 @@ def shared(
     return several_limits(problem, objectives, OMEGA, LEVELS, settings=SETTINGS, store=store)
 
 
-@pytest.mark.parametrize("name", ["tip", *(pytest.param(name, marks=slow) for name in ("static T", "dynamic N"))])
+@pytest.mark.parametrize("name", ["tip", "static T", "dynamic N"])
 def test_they_are_the_limits_of_each_objective_alone(
     balance: HarmonicBalance, objectives: dict[str, Objective], shared: dict[str, ResponseLimits], name: str
 ) -> None:
@@ -87,7 +90,6 @@ def test_no_objective_is_refused(balance: HarmonicBalance) -> None:
         several_limits(problem, {}, OMEGA, LEVELS)
 
 
-@slow
 def test_each_level_is_searched_in_its_own_box(balance: HarmonicBalance, objectives: dict[str, Objective]) -> None:
     problem = limit_problem(balance, objectives["tip"])
     radius = problem.box.radius

@@ -47,6 +47,7 @@ def find_crossings(balance: HarmonicBalance) -> list[tuple[ResponseBranch, ...]]
     return [crossing_branches(balance, branch, each) for each in points if each.kind is Bifurcation.BRANCH_POINT]
 
 
+@slow
 def test_masses_that_need_not_move_alike_have_two_mirrored_branches() -> None:
     balance = HarmonicBalance(system=twins(), n_harmonic=2)
     branch = frequency_response(balance, 0.7, 2.2, step=0.01)
