@@ -177,15 +177,18 @@ def run_data_diagnosis(
     CaseError, CampaignError, EffectError, OutputError
         With what is wrong in the case, the campaign, the kinds or the folders.
     """
-    suspicions = _find_suspicions(_read_setup(case, campaign, run), campaign)
+    setup = _read_setup(case, campaign, run)
+    suspicions = _find_suspicions(setup, campaign)
     for suspicion in suspicions:
         run.warn(str(suspicion))
     for left in reversed(range(MOST_ROUNDS)):
-        found = diagnose_data(case, campaign, folder, run, without)
+        found = _diagnose(case, setup, campaign, folder, run, without, suspicions)
         best = found.diagnosis.verdict.effects[:1]
         if not (auto and left) or found.diagnosis.verdict.finding is not Finding.MISSING:
             break
         add(case, best[0].name, run=run)
+        setup = _read_setup(case, campaign, run)
+        suspicions = _find_suspicions(setup, campaign)
     with run.progress.step("page and figures", expected=5):
         files = _draw(found, case, run)
     for file, content in files.items():
@@ -198,6 +201,13 @@ def diagnose_data(
 ) -> DataDiagnosed:
     """One round of `run_data_diagnosis`, noted in the history of the case, without page and files."""
     setup = _read_setup(case, campaign, run)
+    return _diagnose(case, setup, campaign, folder, run, without, _find_suspicions(setup, campaign))
+
+
+def _diagnose(
+    case: Path, setup: Setup, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str],
+    suspicions: tuple[Suspicion, ...],
+) -> DataDiagnosed:  # fmt: skip
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -207,7 +217,7 @@ def diagnose_data(
         )  # fmt: skip
     result = DataDiagnosed(
         setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,
-        suspicions=_find_suspicions(setup, campaign),
+        suspicions=suspicions,
     )  # fmt: skip
     _record(result, case, folder)
     return result

@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from figure.style import typeset_micro
 from study.json_value import plain
 from study.run_record import current_provenance
 
@@ -35,10 +36,6 @@ def render_page(
     values
         Other values of the template.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"typeset": set_in_type, **filters}
     content = _without_tags(json.dumps(plain(data), ensure_ascii=False, separators=(",", ":")))
     content = content.replace("<", "\\u003c")  # which would end the element that it stands in
     scripts = {
@@ -46,6 +43,29 @@ def render_page(
         "data": f"const DATA = {content};",
         "script": COMMON.read_text(encoding="utf-8") + script.read_text(encoding="utf-8"),
     }
+    return fill_template(template, scripts, filters, **values)
+
+
+def fill_template(
+    template: Path, scripts: Mapping[str, str], filters: Mapping[str, Callable[..., Any]], **values: Any
+) -> str:
+    """One page with style, content policy, provenance and version.
+
+    Parameters
+    ----------
+    template
+        Jinja template.
+    scripts
+        Whole texts of its script elements, by their places in the template.
+    filters
+        Of the template, beside `typeset`.
+    values
+        Other values of the template.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"typeset": set_in_type, **filters}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         version=importlib.metadata.version("stickslip"),
         policy=content_policy(scripts.values()),
@@ -91,7 +111,7 @@ def embed(picture: bytes) -> str:
 def set_in_type(text: str) -> str:
     """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
     text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
-    return re.sub(r"\bum\b", "µm", text).replace(" %", "\u00a0%")
+    return typeset_micro(text).replace(" %", "\u00a0%")
 
 
 def _read_plotly() -> str:

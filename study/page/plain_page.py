@@ -1,10 +1,9 @@
 """A page of sentences, tables and pictures, in one file that loads nothing."""
 
-import importlib.metadata
 from collections.abc import Sequence
 from pathlib import Path
 
-from study.page.html import STYLE, content_policy, embed, page_provenance, set_in_type
+from study.page.html import embed, fill_template
 from study.page.section import PageSection
 
 TEMPLATE = Path(__file__).with_name("plain_page.html.j2")
@@ -33,13 +32,7 @@ def render_plain_page(
     tallest
         Largest height of a picture, as a length of CSS.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"typeset": set_in_type, "embed": embed}
-    return environment.from_string(TEMPLATE.read_text(encoding="utf-8")).render(
-        policy=content_policy(),
-        provenance=page_provenance(), style=STYLE.read_text(encoding="utf-8"),
-        version=importlib.metadata.version("stickslip"), title=title, over=over, tone=tone, tag=tag, verdict=verdict,
-        sections=sections, tallest=tallest,
+    return fill_template(
+        TEMPLATE, {}, {"embed": embed},
+        title=title, over=over, tone=tone, tag=tag, verdict=verdict, sections=sections, tallest=tallest,
     )  # fmt: skip
