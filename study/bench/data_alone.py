@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
-from correlation.data_quality.response import find_response_suspicions
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.fit_parameter import Unknowns
 from study.alike import merge_suspicions
@@ -21,6 +20,7 @@ from study.compare.data import compare_data
 from study.compare.data_run import summarise_data
 from study.compare.data_view import show_data
 from study.compare.section.section import Section
+from study.compare.suspicions import find_all_suspicions
 from study.diagnose.data_run import DataDiagnosed, diagnose_data
 from study.diagnose.history import history_of
 from study.diagnose.table import interval
@@ -39,7 +39,7 @@ def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numb
         data = compare_data(model, campaign.data)
     with run.progress.step("page", expected=4):
         _, sections = show_data(model, campaign.data, data, setup.title)
-    suspicions = merge_suspicions((*campaign.suspicions, *find_response_suspicions(model, campaign.data)))
+    suspicions = merge_suspicions(find_all_suspicions(campaign, model))
     unknowns = Unknowns.from_effects(
         setup.model, [(item, item.deviation) for item in setup.accepted], [item.effect for item in setup.added]
     )
