@@ -289,6 +289,11 @@ class Campaign:
         """Levels that were measured, rising, shape (l,) [N]."""
         return np.unique(self.measurement.level)
 
+    @property
+    def has_data_alone(self) -> bool:
+        """Whether there are typed data and no steady states."""
+        return bool(self.data) and not len(self.measurement)
+
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
         """The same, with more that looks wrong."""
         return replace(self, suspicions=(*self.suspicions, *more))

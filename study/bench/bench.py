@@ -110,7 +110,7 @@ class Bench:
             With what is wrong in them.
         """
         campaign = self._read_campaign()
-        if is_alone(campaign):
+        if campaign.has_data_alone:
             seen = hash_text(read_text(self.case))
             found_alone, shown = compare_alone(self.case, campaign, self.run)
             shown["verdict"]["seen"] = seen
@@ -139,7 +139,7 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
-        if is_alone(read_campaign(self.folder)):
+        if read_campaign(self.folder).has_data_alone:
             return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
@@ -173,7 +173,7 @@ class Bench:
             With what is wrong in them.
         """
         campaign = read_campaign(self.folder)
-        if is_alone(campaign):
+        if campaign.has_data_alone:
             found, alone = diagnose_alone(self.case, campaign, self.folder, self.run, self.without)
             return Result(numbers=found, views=alone)
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
@@ -329,11 +329,6 @@ class Bench:
         return Result(
             numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
         )
-
-
-def is_alone(campaign: Campaign) -> bool:
-    """Whether a campaign has typed data and no steady states."""
-    return bool(campaign.data) and not len(campaign.measurement)
 
 
 def hash_text(text: str) -> str:

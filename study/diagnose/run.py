@@ -83,7 +83,7 @@ def run_diagnose(
     open_case(case)  # mistakes of the file itself come first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
-    if campaign.data and not len(campaign.measurement):
+    if campaign.has_data_alone:
         return run_data_diagnosis(case, campaign, folder, run, without=without, auto=auto)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
     from study.diagnose.page import contents
