@@ -1,4 +1,4 @@
-"""How long does `stickslip compare` take? Processor time and memory of the whole command on four campaigns.
+"""How long does `stickslip compare` take? Processor and elapsed time and memory of the whole command on four campaigns.
 
 Each campaign has 4 levels x 40 frequencies x 2 sweeps x 5 repeats x 4 sensors, drawn from the model itself with
 friction histories, jitter of preload and frequency, and 0.5 % noise.
@@ -23,6 +23,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -213,11 +214,11 @@ def build(name: str, folder: Path) -> tuple[Path, Path]:
 
 
 def run(checkout: Path, case: Path, campaign: Path, out: Path, profile: Path | None = None) -> Mapping[str, float]:
-    """CPU time [s] and largest memory [MB] of one command."""
+    """Processor and elapsed time [s] and largest memory [MB] of one command."""
     threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS")}
     # An installed program has its bytecode, so a run may write it here too.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     with tempfile.TemporaryDirectory() as store:
         words = [sys.executable, *(["-m", "cProfile", "-o", str(profile)] if profile else [])]
         script = Path(store) / "command.py"
@@ -226,12 +227,12 @@ def run(checkout: Path, case: Path, campaign: Path, out: Path, profile: Path | N
             [*words, str(script), "compare", str(case), str(campaign), "--out", str(out), "--cache", store],
             env={**environment, **threads, "PYTHONPATH": str(checkout)}, capture_output=True, text=True, check=False,
         )  # fmt: skip
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    elapsed, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode:
         raise SystemExit(done.stderr)
     print("\n".join(f"    {line}" for line in done.stderr.splitlines() if ": done in" in line))
     spent = sum(getattr(after, kind) - getattr(before, kind) for kind in ("ru_utime", "ru_stime"))
-    return {"seconds": spent, "memory": after.ru_maxrss / 1024}
+    return {"seconds": spent, "elapsed": elapsed, "memory": after.ru_maxrss / 1024}
 
 
 def agreement(one: Path, other: Path) -> str:
@@ -262,7 +263,7 @@ def main() -> None:
             for words, checkout in checkouts.items():
                 print(f"{name}, {words}", flush=True)
                 spent = run(checkout, case, campaign, folder / words, given.profile)
-                print(f"    {spent['seconds']:.1f} s of processor time, {spent['memory']:.0f} MB")
+                print("    {seconds:.1f} s of processor time, {elapsed:.1f} s elapsed, {memory:.0f} MB".format(**spent))
             if given.base is not None:
                 print(agreement(folder / "base", folder / "this"))
 
