@@ -118,7 +118,9 @@ def _values(values: NDArray[Any]) -> tuple[NDArray[Any] | None, tuple[str, ...]]
         since = (values - values[:1]).astype("timedelta64[ns]") if len(values) else values
         return since.astype(np.float64) * 1e-9, ()
     if values.dtype.kind in "biufc":
-        return values.astype(np.complex128 if values.dtype.kind == "c" else np.float64), ()
+        # Damaged numbers of 128 bits have no number of 64: they become NaN, as what a file lacks.
+        with np.errstate(invalid="ignore", over="ignore"):
+            return values.astype(np.complex128 if values.dtype.kind == "c" else np.float64), ()
     if values.dtype.kind in "OUS":
         texts = [str(text) for text in values]
         known = {word: number for number, word in enumerate(dict.fromkeys(texts))}

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -71,8 +72,10 @@ def read_58(dataset: Dataset, units: FileUnits) -> Record58:
         abscissa, ordinate = _text_values(dataset, int(kind), int(count), even=spacing == 1)
     if abscissa is None and len(ordinate) > 1 and not step:
         raise dataset.error(6, "the step of its abscissa is 0; export the file again")
-    even = float(first) + float(step) * np.arange(len(ordinate), dtype=np.float64)
-    x = even if abscissa is None else abscissa
+    begin, by = float(first), float(step)
+    if abscissa is None and not (isfinite(begin) and isfinite(by)):
+        raise dataset.error(6, f"its abscissa begins at {begin:g} with steps of {by:g}; export the file again")
+    x = begin + by * np.arange(len(ordinate), dtype=np.float64) if abscissa is None else abscissa
     axis, number, per = (_axis(dataset, row) for row in (7, 8, 9))
     facts = {f"line {row + 1}": dataset.text(row).strip() for row in range(5)}
     facts = {key: text for key, text in facts.items() if text and text.upper() != "NONE"}

@@ -240,6 +240,7 @@ TEXT, BINARY = example(DOUBLE_COMPLEX, even=True), example(DOUBLE_REAL, even=Fal
         (damaged(TEXT.text(), b"E+01\n", b"E+x1\n"), r'line 14: ".*7\.625.* is no record of 4 numbers'),
         (damaged(TEXT.text(), b"         6         7", b"         3         7"), "type of values 3"),
         (damaged(TEXT.text(), b"    4         0", b"   44         0"), "type of function 44"),
+        (damaged(TEXT.text(), b"  2.50000E-01", b"  2.5000E+999"), "begins at 10 with steps of inf"),
         (BINARY.binary("<")[:-20], r"dataset 1, line 9: 7 values need 112 bytes, the file ends after 99"),
         (damaged(BINARY.binary("<"), b"         7         0", b"         6         0"), "6 values need 96 bytes"),
         (damaged(BINARY.binary("<"), b"b     1", b"b     2"), "line 2: says that its values are big endian"),
