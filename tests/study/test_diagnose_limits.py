@@ -40,7 +40,9 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
 
 def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     # A few candidates are enough to be limited.
-    text = f'{two_masses({}).read_text()}[effects]\nwithout = ["spring", "dashpot", "cubic"]\n'
+    text = (
+        f'{two_masses({}).read_text()}[effects]\nwithout = ["spring", "dashpot", "cubic", "air damping", "density"]\n'
+    )
     case, folder, store = two_masses({"mass at tip": 0.006}, case=text), Path("campaign"), Store(Path("kept"))
     said: list[str] = []
 

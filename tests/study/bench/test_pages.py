@@ -56,6 +56,7 @@ def test_the_story_of_a_beam_between_contacts_is_the_same(tmp_path: Path, open_p
         assert bench.end() == 0
 
 
+@slow
 def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: RunningBench, open_page: Started) -> None:
     page = open_page(bench.address)
     wait(page)
