@@ -18,6 +18,7 @@ from study.spread.band import upper_envelope
 from study.spread.spread import spread
 from study.spread.uncertain import read_uncertain
 from study.sweep.samples import point_model
+from tests.slow import slow
 from tests.study.rubbing_mass import CASE as RUBBING_MASS
 from tests.study.rubbing_mass import LIMITS, write_matrices
 
@@ -120,6 +121,7 @@ def test_derivatives_of_the_peak_equal_differences_of_whole_curves(home: Path) -
         assert found.quantities[number].slope[0] == pytest.approx(difference, rel=0.05)
 
 
+@slow
 def test_the_spread_of_a_linear_oscillator_has_its_closed_form(home: Path) -> None:
     file = write(home, 0.01, TWO)
     # It is linear, and higher harmonics would only take their time.
