@@ -29,7 +29,7 @@ SLOW = {
     "rig_forced_response.py", "own_step_to_rom.py", "response_control.py",
     "own_joint_law.py", "single_frequency_limits.py", "blade_with_friction.py", "virtual_tests.py",
     "find_the_missing_effect.py", "uncertain_parameters.py", "isolas.py", "backbone.py", "response_limits.py",
-    "stability.py", "see_the_missing_law.py", "plan_the_next_test.py",
+    "stability.py", "see_the_missing_law.py", "plan_the_next_test.py", "campaign_from_uff.py", "import_matrices.py",
 }  # fmt: skip
 SLOW_TIMEOUT = 1500  # s
 #: Arguments of those that do less if asked: what they check is the same.

@@ -105,6 +105,7 @@ if __name__ == "__main__":
 """
 
 
+@slow
 def test_a_process_may_die_and_ctrl_c_ends_all_and_keeps_what_is_done(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)

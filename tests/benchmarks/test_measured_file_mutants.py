@@ -12,8 +12,8 @@ from correlation.file.read_file import read_file
 
 
 def test_damaged_files_are_right_or_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    outcomes = run(320, tmp_path)
-    assert sum(outcomes.values()) == 320
+    outcomes = run(128, tmp_path)
+    assert sum(outcomes.values()) == 128
     assert {outcome for _, outcome in outcomes} == {"right", "sentence"}, capsys.readouterr().out
 
 

@@ -13,9 +13,10 @@ from benchmarks.reader_mutants import RESULT, _outcomes, watch
 from benchmarks.reader_process import Watched, damaged_bytes, digest, judge
 from benchmarks.reader_samples import Sample, samples
 from geometry.errors import InputError
+from tests.slow import slow
 
 
-@pytest.mark.parametrize("name", ["MAT of matrices", "INP"])
+@pytest.mark.parametrize("name", [pytest.param("MAT of matrices", marks=slow), "INP"])
 def test_damaged_files_are_right_or_one_sentence(name: str, tmp_path: Path) -> None:
     found = list(watch(name, range(5000, 5030), tmp_path))
     assert [number for number, _, _ in found] == list(range(5000, 5030))

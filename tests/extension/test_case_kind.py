@@ -3,7 +3,6 @@
 import json
 import re
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from geometry.errors import RegistryError
 from study import cli
 from study.case.setup import read_case
 from study.kind.registry import CASE_KINDS, CaseKind, open_case
+from tests.in_this_process import pool_in_this_process
 
 KIND = Path(__file__).with_name("mass_on_wall.py")
 #: Of the kind, of the case, and of the stuck contact.
@@ -57,22 +57,13 @@ samples = 2
 LEVEL, REPEATS, NOISE = 0.1, 5, 2e-3
 
 
-class InThisProcess(Executor):
-    """Processes take longer to start than this search."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        future: Future[Any] = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-
 @pytest.fixture
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A case of the kind, in the folder that the commands run in."""
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda *_: InThisProcess())
+    monkeypatch.setattr("study.limits.stored_search.worker_pool", pool_in_this_process)
     monkeypatch.setattr("study.modes.run.require_egl", lambda: None)
     CASE_KINDS.load(KIND)
     file = tmp_path / "wall.toml"

@@ -19,6 +19,7 @@ from study import cli
 from study.case.setup import read_case
 from study.kind.registry import CASE_KINDS, open_case
 from study.shipped_cases import BLADE
+from tests.slow import slow
 
 HERE = Path(__file__).parent
 FILES = ("mass_on_wall.py", "iwan.py", "part_modulus.py", "nyquist_figure.py", "wedge15.py", "json_mesh.py")
@@ -83,6 +84,7 @@ def test_a_case_names_members_of_every_kind(case: Path, capfd: pytest.CaptureFix
     assert {file.name for file in loaded_files()} >= {*FILES}
 
 
+@slow
 def test_a_reduction_in_another_process_finds_the_element_of_a_case(case: Path, tmp_path: Path) -> None:
     text = BLADE.read_text(encoding="utf-8").replace('"hex20"', '"wedge15"').replace("modes = 150", "modes = 5")
     text = re.sub("elements_through_thickness = .*", "elements_through_thickness = 1", text)

@@ -21,6 +21,7 @@ from figure.scene.deflection_film import deflection_film
 from figure.scene.station_picture import StationStates
 from figure.style import png
 from geometry.errors import InputError, MissingSoftware, OutputError
+from tests.slow import slow
 
 DPI = 160
 COLOURS = np.array([[round(255 * part) for part in to_rgb(colour)] for colour in STATES.values()])
@@ -55,7 +56,9 @@ def test_each_cell_has_the_colour_of_its_state_at_its_place() -> None:
                 assert panel[row, column] == states[station, sample], (station, sample)
 
 
-@pytest.mark.parametrize("counts", [[1], [2], [3, 3], [4, 4], [4, 2]])
+@pytest.mark.parametrize(
+    "counts", [[1], pytest.param([2], marks=slow), pytest.param([3, 3], marks=slow), [4, 4], [4, 2]]
+)
 def test_one_to_eight_lines_of_any_length_are_drawn(counts: list[int]) -> None:
     def line(number: int) -> LineStates:
         return LineStates(name=f"line {number}", states=np.ones((1 + 7 * number, 3 + number), dtype=int))
@@ -204,6 +207,7 @@ def test_a_film_has_its_frames_moves_and_shows_stations_in_the_colours_of_their_
     assert tuple(film[0][0, 0]) == (255, 255, 255)
 
 
+@slow
 @pytest.mark.draws
 def test_a_film_without_stations_is_that_of_the_bodies_alone(tmp_path: Path) -> None:
     mesh = beam()

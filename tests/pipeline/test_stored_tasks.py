@@ -15,6 +15,7 @@ import pytest
 from hbsolve.limits.task import StageProgress
 from pipeline.checkpoint import StoredTasks
 from study.limits.curve import END, WORTH_REPORTING, SearchProgress
+from tests.slow import slow
 
 
 def test_a_result_is_found_by_another_process_bit_by_bit(tmp_path: Path) -> None:
@@ -115,7 +116,7 @@ Path("imported").touch()
 """
 
 
-@pytest.mark.parametrize("moment", ["importing", "imported"])
+@pytest.mark.parametrize("moment", ["importing", pytest.param("imported", marks=slow)])
 def test_a_terminals_interruption_of_a_pool_is_silent_even_while_it_imports(tmp_path: Path, moment: str) -> None:
     (tmp_path / "pool.py").write_text(INTERRUPTED)
     (tmp_path / "slow_import.py").write_text(SLOW_IMPORT)

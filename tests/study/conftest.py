@@ -19,6 +19,7 @@ from study import cli
 from study.case.setup import ReadCase, read_case
 from study.run_context import silent_run
 from study.shipped_cases import BLADE, TABLE1
+from tests.in_this_process import pool_in_this_process
 
 Command = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -176,10 +177,20 @@ def kept_rounds(tmp_path_factory: pytest.TempPathFactory) -> Store:
 def small_pictures() -> Iterator[None]:
     """Pictures that this process draws are small: `tests/figure` looks at them, here they only have to be there."""
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("figure.style.DPI", 60)
         patch.setattr("figure.scene.view.OVERSAMPLING", 1)
         patch.setattr("figure.scene.mode_picture.HEIGHT", 600)
         patch.setattr("figure.scene.mode_picture.FILM_HEIGHT", 450)
         patch.setattr("figure.scene.deflection_film.FILM_HEIGHT", 450)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_processes() -> Iterator[None]:
+    """What a pool would do is done here; `tests/pipeline` and the commands that are killed start processes."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("study.limits.stored_search", "study.sweep.limits", "pipeline.pool"):
+            patch.setattr(f"{module}.worker_pool", pool_in_this_process)
         yield
 
 

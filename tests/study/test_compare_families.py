@@ -15,7 +15,6 @@ from correlation.campaign.write_campaign import write_campaign
 from correlation.family.family import measured_families
 from correlation.family.frequencies import choose_frequencies
 from correlation.model import Model
-from pipeline.parallel import process_pool
 from study import cli
 from study.bench.repeat import open_bench
 from study.case.setup import Setup
@@ -49,11 +48,10 @@ def compared(home: Path, campaign: Campaign, capfdbinary: pytest.CaptureFixture[
 
 @pytest.fixture
 def small_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the measured frequencies alone, in one process."""
+    """At the measured frequencies alone."""
     monkeypatch.setattr(
         "study.compare.families.choose_frequencies", lambda families, most, _: choose_frequencies(families, most, 0)
     )
-    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda modules, _: process_pool(modules, workers=1))
 
 
 @pytest.mark.usefixtures("small_search")

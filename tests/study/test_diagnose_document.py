@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from pipeline.store import Store
 from study import cli
 from study.case.setup import read_case
 from study.diagnose.history import read_text
@@ -18,8 +19,11 @@ ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
 
 
-def test_the_ten_lines_of_the_document_run(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_ten_lines_of_the_document_run(
+    two_masses: TwoMasses, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, kept_rounds: Store
+) -> None:
     case = two_masses({"mass at tip": 0.006}).rename("beam.toml")
+    monkeypatch.setenv("STICKSLIP_CACHE", str(kept_rounds.folder))
     drawn = read_text(case)
     (code,) = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)
     exec(compile(code, "docs/diagnose.md", "exec"), {})

@@ -22,6 +22,7 @@ from study.diagnose.round import bootstrap, diagnose_case
 from study.diagnose.ship_thresholds import ship
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
 from study.shipped_cases import BEAM
+from tests.slow import slow
 
 TwoMasses = Callable[..., Path]
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
@@ -38,9 +39,12 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
     assert entry["layout"]["accepted"] == [item.name for item in setup.accepted]
 
 
+@slow
 def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     # A few candidates are enough to be limited.
-    text = f'{two_masses({}).read_text()}[effects]\nwithout = ["spring", "dashpot", "cubic"]\n'
+    text = (
+        f'{two_masses({}).read_text()}[effects]\nwithout = ["spring", "dashpot", "cubic", "air damping", "density"]\n'
+    )
     case, folder, store = two_masses({"mass at tip": 0.006}, case=text), Path("campaign"), Store(Path("kept"))
     said: list[str] = []
 

@@ -97,6 +97,7 @@ def test_auto_goes_on_until_nothing_is_missing_and_a_second_run_computes_nothing
     assert again["rounds"] == document["rounds"]
 
 
+@slow
 def test_an_interrupted_round_goes_on_where_it_was(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     case = two_masses(HIDDEN)
     campaign, store = read_campaign(Path("campaign")), Store(Path("kept"))

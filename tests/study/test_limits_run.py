@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from study.case.setup import read_case
 from study.limits.run import run_limits
 from study.run_context import Options, silent_run
 from study.shipped_cases import LIMITS
+from tests.in_this_process import InThisProcess
 from tests.slow import slow
 
 #: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
@@ -68,19 +68,9 @@ samples = 4
 STIFFNESS, PAD, DAMPING, LIMIT = 1e6, 0.3e6, 20.0, 0.5 * 20.0 / 2
 
 
-class InThisProcess(Executor):
-    """Processes take longer to start than these searches."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        future: Future[Any] = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-
 @pytest.fixture
-def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def home(at_home: Path) -> Path:
     np.savez(at_home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.diag([DAMPING, 20.0]))
-    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda *_: InThisProcess())
     return at_home
 
 

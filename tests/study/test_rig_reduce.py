@@ -45,6 +45,7 @@ from study.kind.rig.table import make_rig_model
 from study.reduce.report import report_fewer_rig_modes
 from study.run_context import RunContext, silent_run
 from study.shipped_cases import BLADE, RIG
+from tests.slow import slow
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 N_MODE = 40
@@ -445,6 +446,7 @@ def read_all(file: Path) -> None:
     dead_weights(case)
 
 
+@slow
 def test_bodies_that_overlap_are_refused_by_the_command(tmp_path: Path, short_rig: str, stickslip: RigCommand) -> None:
     # A root block so thick that it reaches the lower arms, and contact so low that they reach it.
     blade = '[structure.blade]\ncontact_height = "50 mm"\nroot_thickness = "200 mm"\n'

@@ -25,6 +25,7 @@ from study.kind.rig.forces import compute_rig_forces
 from study.kind.rig.structure import RestingRig
 from study.run_context import silent_run
 from study.solve.model import SolveModel, make_solve_model
+from tests.slow import slow
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 SWEEP = """\
@@ -206,6 +207,7 @@ def normal_force_limits(found: Solved) -> np.ndarray:
     return limits.value.ravel()
 
 
+@slow
 def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: dict[str, Any], store: Path) -> None:
     assert [curve["label"] for curve in document["curves"]] == ["2 N, history 1", "2 N, history 2"]
     assert sum(line["n_closed"] for line in document["rest"].values()) == 28

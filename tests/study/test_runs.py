@@ -39,6 +39,8 @@ def two_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Folders ``a`` and ``b`` of a mass on a spring with 1 and 2 % damping."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    # Figures take longer than these curves.
+    monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
     np.savez("one.npz", M=np.eye(1), K=1e4 * np.eye(1))
     for name, damping in (("a", 1), ("b", 2)):
         Path(f"{name}.toml").write_text(CASE.format(damping=damping))

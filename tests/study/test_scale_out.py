@@ -12,6 +12,7 @@ from pipeline.store import Store
 from study import cli
 from study.diagnose import thresholds
 from study.diagnose.thresholds import simulated_thresholds
+from tests.slow import slow
 from tests.study.rubbing_mass import CASE, LIMITS, write_matrices
 
 distributed = pytest.importorskip("distributed")
@@ -40,7 +41,11 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize(
-    "words", [["sweep", "my.toml", "mu=0.9,1.1", "--no-limits"], ["limits", "my.toml"]], ids=["sweep", "limits"]
+    "words",
+    [
+        pytest.param(["sweep", "my.toml", "mu=0.9,1.1", "--no-limits"], id="sweep", marks=slow),
+        pytest.param(["limits", "my.toml"], id="limits"),
+    ],
 )
 def test_the_files_of_a_scheduler_are_those_of_this_machine(home: Path, address: str, words: list[str]) -> None:
     for out, where in (("here", []), ("there", ["--scheduler", address])):

@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
@@ -63,21 +62,11 @@ FORCES = [
 ]
 
 
-class InThisProcess(Executor):
-    """Processes take longer to start than these searches."""
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        future: Future[Any] = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-
 @pytest.fixture
-def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def home(at_home: Path) -> Path:
     stiffness = np.zeros((3, 3))
     stiffness[:2, :2], stiffness[2, 2] = STIFFNESS, 1e6
     np.savez(at_home / "masses.npz", M=np.eye(3), K=stiffness, C=DAMPING * np.eye(3))
-    monkeypatch.setattr("study.limits.stored_search.worker_pool", lambda *_: InThisProcess())
     return at_home
 
 

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from study import cli
+from tests.slow import slow
 
 #: The nonlinear absorber of `tests/hbsolve/continuation/test_detached.py`.
 CASE = """\
@@ -80,6 +81,7 @@ def test_an_isola_is_a_curve_of_its_own_in_all_results(home: Path, capfd: pytest
     assert (home / "out" / "my_response.png").exists()
 
 
+@slow
 def test_isolas_are_left_out_on_request_and_have_stability_if_it_is_asked_for(
     home: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.store import Store
 from study import cli
 from tests.slow import slow
 
@@ -24,9 +25,12 @@ STORY = [line for line in LINES if line.startswith("stickslip") and "mine/" not 
 DIGITS = re.compile(r"\d+\.\d+")
 
 
-def test_the_story_runs_and_ends_where_it_began(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_story_runs_and_ends_where_it_began(
+    two_masses: TwoMasses, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, kept_rounds: Store
+) -> None:
     """A campaign of seconds stands for that of the tutorial, with the same effect hidden in it."""
     case = two_masses({"mass at tip": 0.006}).rename("beam.toml")
+    monkeypatch.setenv("STICKSLIP_CACHE", str(kept_rounds.folder))
     drawn = case.read_text()
     assert [shlex.split(line)[1] for line in STORY] == ["compare", "diagnose", "add", "compare", "diagnose", "undo"]
     said = []

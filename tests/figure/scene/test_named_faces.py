@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.ndimage
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -67,13 +68,17 @@ def seen(picture: NDArray[np.uint8], colour: str) -> NDArray[np.bool_]:
 
 def test_a_station_on_any_side_and_nodes_are_seen_in_both_pictures(tmp_path: Path, mesh: Mesh) -> None:
     stations = {"front": [0.02, 0.01, 0.015], "within": [0.01, 0.01, 0.015], "below": [0.01, 0.01, 0.0]}
-    for station in stations.values():
-        for eye in (EYE, -EYE):
-            file = named_faces_picture(
-                mesh, {}, np.array([station]), tmp_path / "one.png", title="Block", towards_eye=eye
-            )
-            # A dot of 11 pixels has 95 of them, its rim smoothed.
-            assert 50 < seen(np.asarray(Image.open(file).convert("RGB")), STATION_COLOUR).sum() < 150
+    for eye in (EYE, -EYE):
+        file = named_faces_picture(
+            mesh, {}, np.array([*stations.values()]), tmp_path / "all.png", title="Block", towards_eye=eye
+        )
+        dots, count = scipy.ndimage.label(
+            seen(np.asarray(Image.open(file).convert("RGB")), STATION_COLOUR), np.ones((3, 3))
+        )
+        assert count == len(stations)
+        # A dot of 11 pixels has 95 of them, its rim smoothed.
+        sizes = np.bincount(dots.ravel())[1:]
+        assert ((sizes > 50) & (sizes < 150)).all()
     nodes = {"corners": mesh.points[[0, -1]]}
     file = named_faces_picture(mesh, {}, np.zeros((0, 3)), tmp_path / "nodes.png", title="Block", nodes=nodes)
     # Two dots of 10 pixels have 157 of them.

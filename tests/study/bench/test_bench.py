@@ -24,10 +24,11 @@ from tests.study.conftest import TwoMasses
 HIDDEN = {"mass at tip": 0.006}
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def cache(kept_rounds: Store) -> Path:
     """What one test has computed of the two masses serves the others: they are the same."""
-    return tmp_path_factory.mktemp("cache")
+    assert kept_rounds.folder is not None
+    return kept_rounds.folder
 
 
 @pytest.fixture

@@ -6,9 +6,13 @@ The story: see the misfit, add the top effect, watch the error fall, drag, undo,
 import json
 import os
 import re
+import runpy
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +44,7 @@ POINTS = CampaignPoints(
 
 
 def test_the_story_by_keyboard_ends_in_a_script_with_the_same_numbers(bench: RunningBench, open_page: Started) -> None:
-    tell_story(bench, open_page)
+    tell_story(bench, open_page, run_here)
 
 
 @slow
@@ -48,10 +52,11 @@ def test_the_story_of_a_beam_between_contacts_is_the_same(tmp_path: Path, open_p
     case = write_beam_case(tmp_path)
     make_campaign(tmp_path / "campaign", seed=3, kind="mass", place="tip", strength=2e-4, points=POINTS)
     with running(case, tmp_path / "campaign", *WITHOUT) as bench:
-        tell_story(bench, open_page)
+        tell_story(bench, open_page, run_as_a_user)
         assert bench.end() == 0
 
 
+@slow
 def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: RunningBench, open_page: Started) -> None:
     page = open_page(bench.address)
     wait(page)
@@ -66,6 +71,7 @@ def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: Run
     page.close()
 
 
+@slow
 def test_pages_of_two_servers_do_not_write_over_each_other_and_one_that_is_killed_loses_nothing(
     bench: RunningBench, open_page: Started
 ) -> None:
@@ -110,8 +116,8 @@ def message(page: Any, of: str) -> str:
     return str(page.inner_text("#message"))
 
 
-def tell_story(bench: RunningBench, open_page: Started) -> None:
-    """What a user does first; the hidden effect is a mass at the tip."""
+def tell_story(bench: RunningBench, open_page: Started, run: Callable[[Path, Path], str]) -> None:
+    """What a user does first; the hidden effect is a mass at the tip. Its script is run with a cache."""
     case, drawn = bench.case, read_text(bench.case)
     page = open_page(bench.address)
     page.wait_for_selector("#verdict.missing")
@@ -147,7 +153,9 @@ def tell_story(bench: RunningBench, open_page: Started) -> None:
     script = case.parent / "repeat.py"
     download.value.save_as(script)
     page.close()
-    compare_with_script(script, state, case.parent / "cache")
+    # Every number of the page is printed again.
+    printed = [json.loads(line) for line in run(script, case.parent / "cache").splitlines()]
+    assert printed == [entry["numbers"] for entry in state]
     assert read_text(case) == drawn
 
 
@@ -187,12 +195,19 @@ def drag_a_parameter(page: Any) -> None:
     assert 0 < max(abs(a - b) for a, b in zip(exact, near, strict=True)) < 0.1 * moved
 
 
-def compare_with_script(script: Path, log: list[dict[str, Any]], cache: Path) -> None:
-    """Every number of the page is printed again."""
+def run_as_a_user(script: Path, cache: Path) -> str:
+    """What a script prints in a process of its own."""
     environment = {**os.environ, "STICKSLIP_CACHE": str(cache)}
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, env=environment)
-    printed = [json.loads(line) for line in done.stdout.splitlines()]
-    assert printed == [entry["numbers"] for entry in log]
+    return done.stdout
+
+
+def run_here(script: Path, cache: Path) -> str:
+    """What a script prints in this process, whose imports are there."""
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
+        patch.setenv("STICKSLIP_CACHE", str(cache))
+        runpy.run_path(str(script), run_name="__main__")
+    return printed.getvalue()
 
 
 def bars(page: Any) -> int:
