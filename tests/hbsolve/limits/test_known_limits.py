@@ -81,7 +81,8 @@ def test_patterns_of_open_contacts_give_the_closed_form(wedge: JointedSystem) ->
 def test_the_unbounded_lower_limit_is_the_closed_form(balance: HarmonicBalance, seed: int) -> None:
     problem = limit_problem(balance, OutputHarmonic(row=0), reach=np.inf)
     omega = 2 * np.pi * STUCK * SHARES
-    limits = response_limits(problem, omega, LEVELS, settings=LimitSettings(seed=seed))
+    # Each frequency has its own closed form: none is searched beside those asked for.
+    limits = response_limits(problem, omega, LEVELS, settings=LimitSettings(seed=seed, frequencies=1))
     receptance = limits.lower / np.array(LEVELS)[:, None]
     np.testing.assert_allclose(receptance, np.tile(LEAST, (2, 1)), rtol=1e-4)
     np.testing.assert_allclose(receptance[0], receptance[1], rtol=1e-5)
