@@ -29,6 +29,7 @@ from reduction.jointed_system import (
     QuadraticDamper,
     along,
 )
+from tests.slow import slow
 
 M = np.diag([1.0, 0.5])
 K = np.array([[5e4, -2e4], [-2e4, 2e4]])  # resonances at 20.3 and 43.2 Hz
@@ -123,7 +124,13 @@ def test_a_force_that_rises_evenly_is_answered_exactly() -> None:
 
 @pytest.mark.parametrize(
     ("joints", "tolerance"),
-    [((), 1e-4), ((CUBIC,), 4e-3), ((AIR,), 4e-3), ((CUBIC, AIR), 4e-3), ((STOP,), 4e-3)],
+    [
+        ((), 1e-4),
+        pytest.param((CUBIC,), 4e-3, marks=slow),
+        pytest.param((AIR,), 4e-3, marks=slow),
+        ((CUBIC, AIR), 4e-3),
+        ((STOP,), 4e-3),
+    ],
     ids=["linear", "cubic", "air", "both", "stop"],
 )
 def test_the_march_agrees_with_an_independent_integrator(joints: tuple[Joint, ...], tolerance: float) -> None:

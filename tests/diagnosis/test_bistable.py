@@ -17,12 +17,13 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.weighting import Measured
 from reduction.jointed_system import JointedSystem
+from tests.slow import slow
 
 TRUTH = Oscillator(kind="hardening", frequency=50.0, damping=0.005, strength=0.05)
 OMEGA = 2 * np.pi * 50.0
 #: 3/4 k3 A^2 of a cubic spring is the element of the oscillator.
 CUBIC = TRUTH.strength * OMEGA**2 / 0.75
-LEVELS, GRID, NOISE = (0.3, 0.6, 0.9), np.linspace(48.5, 53.5, 41), 0.005
+LEVELS, GRID, NOISE = (0.3, 0.6, 0.9), np.linspace(48.5, 53.5, 21), 0.005
 #: The model is softer than the structure, and less damped.
 MODULUS, DAMPING = 0.995, 0.9
 
@@ -70,17 +71,19 @@ def found() -> Diagnosis[Arrangement]:
     return diagnose(make_campaign(), model, list_calibration_parameters(model), Budget(model=1e-3))
 
 
+@slow
 def test_the_cubic_is_named_with_its_strength(found: Diagnosis[Arrangement]) -> None:
     assert found.verdict.finding is Finding.MISSING
     (best,) = found.verdict.effects
     assert best.name == "cubic at tip"
-    # Noise of 0.5 % in some 80 readings of either level; the model has the harmonics that the closed form lacks.
+    # Noise of 0.5 % in some 40 readings of either level; the model has the harmonics that the closed form lacks.
     assert best.strength == pytest.approx(CUBIC, rel=0.03)
     zeta, modulus = best.fit.values[:2]
     assert zeta * np.sqrt(MODULUS) == pytest.approx(np.sqrt(MODULUS) / DAMPING, rel=0.03)
     assert modulus == pytest.approx(1 / MODULUS, rel=1e-3)
 
 
+@slow
 def test_the_held_out_level_is_predicted_with_its_jumps(found: Diagnosis[Arrangement]) -> None:
     (best,) = found.verdict.effects
     # Of the error that is left, some is a point or two between a measured and a predicted jump.

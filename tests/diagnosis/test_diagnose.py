@@ -112,6 +112,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
 
 
+@slow
 def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
     """A weaker mass beside seven repeats: chi^2 of the eighth falls by a seventh of what that of the others does."""
     campaign = bench.campaign((WHERE, 6e-4), n_repeat=8, held=(8,))
@@ -213,6 +214,7 @@ def test_progress_rises_from_nothing_to_all(heavy: Diagnosis, told: list[tuple[s
     assert f"fit of {WHERE}" in what
 
 
+@slow
 def test_without_its_kind_it_is_not_that_kind(bench: Bench) -> None:
     found = bench.diagnose(bench.campaign((WHERE, MASS)), without=["mass", "density"])
     kinds = {each.kind for each in found.catalogue.candidates}
@@ -245,6 +247,7 @@ def test_a_spring_of_another_power_is_no_cubic_one(bench: Bench, paper: ModuleTy
     assert "to the power 5" in found.verdict.sentence
 
 
+@slow
 def test_a_play_is_no_cubic_spring(bench: Bench, paper: ModuleType) -> None:
     row = bench.small.places["tip z"]
     play = [ElasticStop(name=f"hidden {side}", direction=side * row, stiffness=500.0, gap=1e-3) for side in (1.0, -1.0)]
@@ -260,6 +263,7 @@ def test_a_play_is_no_cubic_spring(bench: Bench, paper: ModuleType) -> None:
     assert abs(gap - 1000.0) < 2 * of_gap < 100.0
 
 
+@slow
 def test_a_spring_that_is_stiffer_on_one_side_is_told_beside_a_softening_one(bench: Bench, paper: ModuleType) -> None:
     """The fundamental hardly tells them apart."""
     bent = PolynomialSpring(name="hidden", direction=bench.small.places["tip z"], quadratic=1.5e5)
@@ -320,6 +324,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     assert WHERE not in [score.effect.name for score in found.scores]
 
 
+@slow
 def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
     added = [Added(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
     found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)

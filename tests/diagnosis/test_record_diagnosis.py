@@ -24,6 +24,7 @@ from diagnosis.time_record.arrangement import arrange_records, stretch
 from diagnosis.time_record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
 from diagnosis.time_record.gate import named_unit
 from reduction.jointed_system import JointedSystem, along
+from tests.slow import slow
 
 M = np.diag([1.0, 0.5])
 K = np.array([[5e4, -2e4], [-2e4, 2e4]])  # resonances at 20.3 and 43.2 Hz
@@ -95,7 +96,11 @@ def diagnosed(records: list[TimeRecord], **more: object) -> RecordDiagnosis:
 
 @pytest.mark.parametrize(
     ("hidden", "name", "strength"),
-    [("cubic", "cubic at tip", 4e7), ("air", "air damping at exciter", 25.0), ("mass", "mass at tip", 0.02)],
+    [
+        ("cubic", "cubic at tip", 4e7),
+        pytest.param("air", "air damping at exciter", 25.0, marks=slow),
+        pytest.param("mass", "mass at tip", 0.02, marks=slow),
+    ],
 )
 def test_the_hidden_effect_is_named_and_measured(
     records: dict[str, list[TimeRecord]], hidden: str, name: str, strength: float

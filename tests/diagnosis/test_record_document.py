@@ -13,6 +13,7 @@ from correlation.model import Model, Sensor
 from correlation.time_record.prediction import predict_record, prepare_drive
 from diagnosis.candidate.place import with_cubic_spring
 from reduction.jointed_system import JointedSystem
+from tests.slow import slow
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "time_records.md"
 ONE = np.ones(1)
@@ -35,6 +36,7 @@ def record(model: Model, *, held_out: bool) -> TimeRecord:
     )  # fmt: skip
 
 
+@slow
 def test_the_example_finds_what_is_hidden() -> None:
     system = JointedSystem(mass=[[1.0]], damping=[[4.0]], stiffness=[[4e3]], harmonic_force=[[0.0], [1.0]])
     bench = Model(system=system, sensors=(Sensor(name="tip", row=ONE, gain=100.0),), places={"tip": ONE})

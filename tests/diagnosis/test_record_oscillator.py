@@ -17,6 +17,7 @@ from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.time_record.arrangement import about_mean, arrange_records
 from diagnosis.time_record.diagnose import diagnose_records
 from reduction.jointed_system import JointedSystem
+from tests.slow import slow
 
 MASS, DAMPING, STIFFNESS = 5e-6, 2e-4, 0.98  # 70.5 Hz, a damping ratio of 4.5 %
 RATE = 600.0
@@ -76,6 +77,7 @@ def test_a_fit_finds_the_oscillator_exactly() -> None:
     np.testing.assert_allclose(matrices(found.model), [MASS, DAMPING, STIFFNESS], rtol=5e-4)
 
 
+@slow
 def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[0.97 * STIFFNESS]])
     runs = [ring_down(0.1, 0.3, held_out=False), ring_down(0.05, -1.0, held_out=False)]

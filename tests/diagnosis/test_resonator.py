@@ -16,6 +16,7 @@ from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calib
 from diagnosis.resonator import DAMPING, Resonator, find_resonators, list_tunings
 from diagnosis.unknown_force import find_unknown_forces, misfit
 from reduction.jointed_system import along
+from tests.slow import slow
 
 EXACT = Budget(frequency=0.0, compliance=0.0)
 #: Of the absorber, in the tested band; a quarter of a per mille of the mass at the tip.
@@ -117,6 +118,7 @@ def found(small: Model, paper: ModuleType) -> Diagnosis[Arrangement]:
     return diagnose(campaign, small, calibration(small), EXACT)
 
 
+@slow
 def test_it_is_none_of_the_known_effects(found: Diagnosis[Arrangement]) -> None:
     assert found.verdict.finding is Finding.UNKNOWN
     assert "something small that swings by itself at" in found.verdict.sentence

@@ -25,6 +25,7 @@ from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
+from tests.slow import slow
 
 pytestmark = [
     pytest.mark.calculix,
@@ -75,7 +76,9 @@ def test_mass_and_stiffness_of_one_distorted_cell_agree(element: Element, seed: 
         assert difference(ours, theirs) < MATRICES
 
 
-@pytest.mark.parametrize("body", [distorted_block, plain_blade, slotted_blade], ids=lambda body: body.__name__)
+@pytest.mark.parametrize(
+    "body", [distorted_block, plain_blade, pytest.param(slotted_blade, marks=slow)], ids=lambda body: body.__name__
+)
 def test_matrices_and_the_first_ten_frequencies_of_two_materials_agree(
     body: Callable[[Element, BoxMesher], Mesh], element: Element, box: BoxMesher
 ) -> None:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.slow import slow
+
 #: A small function of a package whose compilation is announced, in a process of its own: what is loaded stays loaded.
 SCRIPT = """
 import sys
@@ -60,31 +62,39 @@ def test_a_compilation_is_announced_once_and_where_it_is_stored(run: Runner) -> 
     assert run() == ("1", "")
 
 
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_file_that_a_power_cut_left_is_compiled_again(run: Runner, suffix: str) -> None:
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Runner:
+    """Its code is stored, and whole again after each test."""
+    run = Runner(tmp_path_factory.mktemp("stored"))
     run()
-    for left in (0, 0.5):
-        for file in run.files(suffix):
-            file.write_bytes(file.read_bytes()[: int(left * file.stat().st_size)])
-        hits, said = run()
-        assert hits == "0"
-        assert "damaged" in said
-        assert str(run.store) in said
-    assert run() == ("1", "")
+    return run
+
+
+@pytest.mark.parametrize(
+    ("suffix", "left"),
+    [("nbi", 0.0), ("nbc", 0.5), pytest.param("nbi", 0.5, marks=slow), pytest.param("nbc", 0.0, marks=slow)],
+)
+def test_a_file_that_a_power_cut_left_is_compiled_again(stored: Runner, suffix: str, left: float) -> None:
+    for file in stored.files(suffix):
+        file.write_bytes(file.read_bytes()[: int(left * file.stat().st_size)])
+    hits, said = stored()
+    assert hits == "0"
+    assert "damaged" in said
+    assert str(stored.store) in said
+    assert stored() == ("1", "")
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_file_with_a_changed_bit_is_compiled_again(run: Runner, suffix: str) -> None:
-    run()
-    (file,) = run.files(suffix)
-    for share in (0.0, 0.3, 0.6, 0.999):
-        content = bytearray(file.read_bytes())
-        content[int(share * len(content))] ^= 0x10
-        file.write_bytes(content)
-        hits, said = run()
-        assert hits == "0"
-        assert "damaged" in said
-    assert run() == ("1", "")
+@pytest.mark.parametrize("share", [0.6, *(pytest.param(share, marks=slow) for share in (0.0, 0.3, 0.999))])
+def test_a_file_with_a_changed_bit_is_compiled_again(stored: Runner, suffix: str, share: float) -> None:
+    (file,) = stored.files(suffix)
+    content = bytearray(file.read_bytes())
+    content[int(share * len(content))] ^= 0x10
+    file.write_bytes(content)
+    hits, said = stored()
+    assert hits == "0"
+    assert "damaged" in said
+    assert stored() == ("1", "")
 
 
 def test_where_no_folder_can_be_written_the_remedy_is_named_and_nothing_stays(run: Runner, tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from fe.modal import modes
 from fe.sparse.solver import factorise
 from fe.station_coordinates import make_station_coordinates
 from fe.system import LinearSystem
+from tests.slow import slow
 
 BoxMesher = Callable[..., Mesh]
 SIZE = (1.0, 0.8, 0.6)
@@ -145,7 +146,11 @@ def slab(element: Element, counts: tuple[int, int, int], low: float, high: float
     return mesh_blocks([box], element)
 
 
-@pytest.mark.parametrize(("first", "second"), [(TET10, TET10), (TET10, HEX20), (HEX20, TET10)], ids=lambda e: e.name)
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [(TET10, TET10), pytest.param(TET10, HEX20, marks=slow), pytest.param(HEX20, TET10, marks=slow)],
+    ids=lambda e: e.name,
+)
 def test_a_constant_stress_crosses_a_tied_interface_whose_meshes_do_not_match(first: Element, second: Element) -> None:
     lower, upper = slab(first, (2, 2, 1), 0.0, 0.4), slab(second, (3, 3, 2), 0.4, 1.0)
     # Stations of a 3-point rule, exact to degree 2, on a grid of triangles that both meshes' lines belong to; the two

@@ -10,6 +10,7 @@ from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JointedSystem, along, between
+from tests.slow import slow
 
 
 def wedge_chain(level: float) -> HarmonicBalance:
@@ -48,7 +49,7 @@ def stopped(level: float) -> HarmonicBalance:
     return HarmonicBalance(system=system, n_harmonic=6, level=level)
 
 
-@pytest.mark.parametrize("level", [6.0, 8.0, 14.0])
+@pytest.mark.parametrize("level", [8.0, *(pytest.param(level, marks=slow) for level in (6.0, 14.0))])
 def test_a_branch_passes_the_kinks_of_a_wedge_to_its_last_value(level: float) -> None:
     balance = wedge_chain(level)
     branch = frequency_response(balance, 2 * np.pi * 12, 2 * np.pi * 32)
@@ -61,7 +62,11 @@ def test_a_branch_passes_the_kinks_of_a_wedge_to_its_last_value(level: float) ->
     assert branch.frequency[-1] == pytest.approx(32)
 
 
-@pytest.mark.parametrize("balance", [wedge_chain(4.0), wedge_chain(10.0), stopped(1.0)], ids=["4 N", "10 N", "stop"])
+@pytest.mark.parametrize(
+    "balance",
+    [wedge_chain(4.0), pytest.param(wedge_chain(10.0), marks=slow), stopped(1.0)],
+    ids=["4 N", "10 N", "stop"],
+)
 def test_the_orientation_is_kept_round_folds_and_kinks(balance: HarmonicBalance) -> None:
     # A branch without branch points keeps the sign of its bordered determinant from end to end.
     natural = 1.0 if balance.n_direction == 1 else 2 * np.pi * 16
@@ -80,19 +85,19 @@ def test_the_orientation_is_kept_round_folds_and_kinks(balance: HarmonicBalance)
     assert turns >= 2  # or it says nothing about folds
 
 
-def test_both_directions_of_travel_meet_at_a_stop() -> None:
+@pytest.mark.parametrize("omega", [2.4, pytest.param(0.8, marks=slow)])
+def test_both_directions_of_travel_meet_at_a_stop(omega: float) -> None:
     # Away from its folds a stop has one state a frequency, whichever way the branch came.
     balance = stopped(1.0)
     path = FrequencyPath(balance=balance)
-    for omega in (0.8, 2.4):
-        found = []
-        for first in (0.6, 3.0):
-            continuation = Continuation(path=path, first=first, last=omega)
-            _, state = begin(continuation)
-            while state.stop_reason is None:
-                _, state = continuation.advance(state)
-            assert state.stop_reason is StopReason.REACHED
-            found.append(state.motion)
-        alone = steady_state(balance, omega)
-        np.testing.assert_allclose(found[0], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
-        np.testing.assert_allclose(found[1], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
+    found = []
+    for first in (0.6, 3.0):
+        continuation = Continuation(path=path, first=first, last=omega)
+        _, state = begin(continuation)
+        while state.stop_reason is None:
+            _, state = continuation.advance(state)
+        assert state.stop_reason is StopReason.REACHED
+        found.append(state.motion)
+    alone = steady_state(balance, omega)
+    np.testing.assert_allclose(found[0], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
+    np.testing.assert_allclose(found[1], alone.motion, atol=1e-7 * np.abs(alone.motion).max())

@@ -23,6 +23,7 @@ from reduction.errors import ExchangeError, JointError
 from reduction.joint_law.registry import LAWS, Joint
 from reduction.jointed_system import JointedSystem
 from reduction.pyharm import pyharm_input
+from tests.slow import slow
 from transient.steady import steady_motion
 
 N_HARMONIC, N_SAMPLE, OMEGA = 4, 128, 300.0
@@ -81,7 +82,7 @@ def check_column(exact: NDArray[np.float64], low: JointForces, high: JointForces
     np.testing.assert_allclose(exact, difference, rtol=0, atol=TOLERANCE * np.abs(difference).max() + force)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=slow) for seed in (1, 2))])
 def test_derivatives_equal_central_differences(law: type[Joint], seed: int) -> None:
     for joint in variants(law):
         x, table = motion(joint, seed), joint_table([joint])
@@ -127,7 +128,7 @@ def slopes_of_steps(joint: Joint, x: NDArray[np.float64], slider: NDArray[np.flo
     return result
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=slow) for seed in (1, 2))])
 def test_slopes_of_steps_add_up_to_the_jacobian_of_a_period(law: type[Joint], seed: int) -> None:
     """A change of the motion that repeats every period, carried on by the slopes until sliders repeat as well."""
     samples = sampling(N_HARMONIC, N_SAMPLE)

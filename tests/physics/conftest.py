@@ -19,6 +19,7 @@ from reduction.jointed_system import (
     along,
     between,
 )
+from tests.slow import slow
 
 Matrix = NDArray[np.float64]
 
@@ -233,6 +234,14 @@ WITNESSED = {
 }
 
 
-@pytest.fixture(params=WITNESSED, scope="module")
+#: Those that the tests of time integration and of harmonic balance have in part.
+RARE = {"wedge damper", "jenkins chain", "gapped contact", "duffing oscillator"}
+
+
+@pytest.fixture(
+    params=[pytest.param(name, marks=slow) if name in RARE else name for name in WITNESSED],
+    ids=list(WITNESSED),
+    scope="module",
+)
 def witnessed(request: pytest.FixtureRequest) -> Witnessed:
     return WITNESSED[request.param]()

@@ -26,6 +26,7 @@ from hbsolve.forced_response import HarmonicForce, forced_response
 from reduction.craig_bampton import craig_bampton
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
+from tests.slow import slow
 
 ZETA = 0.002
 N = 10
@@ -95,7 +96,9 @@ def test_with_150_modes_five_frequencies_are_right_to_1e_6_and_ten_to_2e_5(eleme
     assert np.all(np.abs(error) < 2e-5)
 
 
-@pytest.mark.parametrize(("element", "n_mode"), [("hex8", 5), ("hex8", 30), ("hex8", 150), ("hex20", 150)])
+@pytest.mark.parametrize(
+    ("element", "n_mode"), [("hex8", 5), ("hex8", 30), ("hex8", 150), pytest.param("hex20", 150, marks=slow)]
+)
 def test_the_estimated_error_is_the_true_one_within_a_factor_of_three(element: str, n_mode: int) -> None:
     rom = reduced(element, n_mode)
     true, estimate = true_error(element, rom), rom_error(blade(element)[1], rom, N)

@@ -21,6 +21,7 @@ from reduction.memory_estimate import (
     refuse_beyond_memory,
     tetrahedra_memory,
 )
+from tests.slow import slow
 
 N_MODE, N_NODE = 40, 20
 
@@ -36,6 +37,7 @@ from fe.mesher.block import Block, mesh_blocks
 from fe.material import STEEL
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory
+from tests.slow import slow
 
 def held(what):
     return 1024 * int(re.search(what + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
@@ -64,9 +66,9 @@ def bar(counts: tuple[int, int, int]) -> Mesh:
 @pytest.mark.parametrize(
     ("way", "directions", "cell", "counts"),
     [
-        ("assemble", "012", "tetra10", (7, 7, 10)),
+        pytest.param("assemble", "012", "tetra10", (7, 7, 10), marks=slow),
         ("assemble_compact", "012", "hexahedron20", (4, 4, 40)),
-        ("assemble_compact", "02", "tetra10", (7, 7, 10)),
+        pytest.param("assemble_compact", "02", "tetra10", (7, 7, 10), marks=slow),
     ],
 )
 def test_the_peak_of_a_reduction_is_within_the_stated_factor(

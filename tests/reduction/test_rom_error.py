@@ -12,6 +12,7 @@ from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.rom_error import rom_error
+from tests.slow import slow
 
 #: What the estimate promises, and from which true error on.
 FACTOR, FROM = 3.0, 1e-9
@@ -62,7 +63,7 @@ STRUCTURES = {
 BOUNDARIES = {"one": 1, "few": 5, "many": 60}
 
 
-@pytest.mark.parametrize("n_mode", [5, 30, 150])
+@pytest.mark.parametrize("n_mode", [5, 30, pytest.param(150, marks=slow)])
 @pytest.mark.parametrize("n_boundary", BOUNDARIES.values(), ids=BOUNDARIES)
 @pytest.mark.parametrize("structure", STRUCTURES)
 def test_the_estimate_is_within_a_factor_of_three(structure: str, n_boundary: int, n_mode: int) -> None:

@@ -10,6 +10,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.data_quality.channel import find_channel_suspicions
 from correlation.feature.observation import arrange_campaign
 from correlation.feature.settling import find_drifts, is_ordered
+from tests.slow import slow
 
 #: Share of the planted mistakes that must be found: of two hundred campaigns all, two of three, nine of ten, all, and
 #: two of three were; a fixed phase needs a peak inside the band, and settling more than the scatter of the repeats.
@@ -24,7 +25,7 @@ def test_planted_mistakes_are_found_and_clean_campaigns_raise_none() -> None:
         assert found >= LEAST[trait] * of > 0
 
 
-@pytest.mark.parametrize("n_repeat", [4, 5, 6, 7, 8])
+@pytest.mark.parametrize("n_repeat", [4, 6, *(pytest.param(n_repeat, marks=slow) for n_repeat in (5, 7, 8))])
 def test_repeats_without_an_order_seldom_look_ordered(n_repeat: int) -> None:
     draws = np.random.default_rng(1).standard_normal((4000, n_repeat))
     # Frequency and amplitude together stay below 2 %, at the upper end of what 4,000 draws tell.

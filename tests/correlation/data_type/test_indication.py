@@ -15,6 +15,7 @@ from correlation.signal.loop import analyse_loop
 from correlation.signal.ring_down import analyse_ring_down
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.joint_law.jenkins import JenkinsElement
+from tests.slow import slow
 
 STIFFNESS, MASS, RATIO = 5e5, 1.3, 0.004
 STROKE = np.cos(np.linspace(0, 8 * np.pi, 4001))
@@ -74,6 +75,7 @@ def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
     assert name_causes(list(found.values())) == ""
 
 
+@slow
 def test_a_model_that_hardens_as_the_decay_does_shows_the_same(oscillator: Callable[..., Model]) -> None:
     """w = w0 sqrt(1 + 3 k3 A^2 / (4 k)): by 1 % at 1 mm."""
     hardening = CubicSpring(name="cubic", direction=np.ones(1), stiffness=0.02 * STIFFNESS / 0.75 / 1e-6)

@@ -11,6 +11,7 @@ from correlation.feature.branch import find_minority, separate
 from correlation.feature.curve import CurveSet
 from correlation.feature.jump import find_curve_jumps
 from correlation.noise.smoothness import estimate_curve_noise
+from tests.slow import slow
 
 #: Seeds on which no constant was set.
 SEEDS = range(7000, 7008)
@@ -43,7 +44,7 @@ def up_and_down(kind: str, seed: int, n_repeat: int) -> tuple[Response, Response
 
 
 @pytest.mark.parametrize("has_phase", [True, False])
-@pytest.mark.parametrize("n_repeat", [1, 3])
+@pytest.mark.parametrize("n_repeat", [1, pytest.param(3, marks=slow)])
 @pytest.mark.parametrize("kind", ["hardening", "softening", "gap", "linear", "friction"])
 def test_states_with_two_branches_are_split_and_others_are_not(kind: str, n_repeat: int, has_phase: bool) -> None:
     missed = single = wrong = bistable = 0

@@ -8,6 +8,7 @@ from scipy.integrate import quad_vec
 
 from correlation.modal.fit_modes import fit_modes
 from correlation.modal.window import Window, pole_response
+from tests.slow import slow
 
 Array = NDArray[np.float64]
 #: Distance of the lines, and sampling rate [Hz].
@@ -56,7 +57,7 @@ def test_the_response_of_a_pole_is_that_of_its_windowed_decay(power: int) -> Non
     np.testing.assert_allclose(slope, (above - below) / (2 * step), rtol=1e-7)
 
 
-@pytest.mark.parametrize(("lines", "seed"), [(0.5, 1), (2.0, 4)])
+@pytest.mark.parametrize(("lines", "seed"), [(0.5, 1), pytest.param(2.0, 4, marks=slow)])
 def test_a_narrow_mode_under_a_window_stays_one(lines: float, seed: int) -> None:
     random = np.random.default_rng(40_000 + seed)
     modes = system(random, lines)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from correlation.signal.loop import analyse_loop, find_periods
 from correlation.signal.stick_slip import Estimate, estimate_stick_slip
+from tests.slow import slow
 
 Array = NDArray[np.float64]
 STIFFNESS, LIMIT, AMPLITUDE = 2e6, 4.0, 1e-5
@@ -138,8 +139,10 @@ def test_stiffness_and_friction_without_noise_are_exact() -> None:
     assert inside(result.friction_coefficient, LIMIT / 10)
 
 
-@pytest.mark.parametrize("varying", [False, True])
-@pytest.mark.parametrize("n_element", [1, 12])
+@pytest.mark.parametrize(
+    ("n_element", "varying"),
+    [(1, False), (12, True), *(pytest.param(*case, marks=slow) for case in ((1, True), (12, False)))],
+)
 def test_intervals_hold_stiffness_and_friction_of_random_contacts(varying: bool, n_element: int) -> None:
     # 100 of 100 in benchmarks/signal_analysis.py; of 12 with a probability of 0.95, fewer than 9 are 2e-3.
     hits = np.zeros(2)

@@ -26,6 +26,7 @@ from diagnosis.screening import Score, screen
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
 from diagnosis.unknown_force import find_unknown_forces
+from tests.slow import slow
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
 MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8
@@ -104,6 +105,7 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     assert not passes(found.refit, Thresholds(gain=1.0, misfit=1.0))
 
 
+@slow
 def test_an_effect_leaves_less_model_error(
     campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], scores: list[Score]
 ) -> None:

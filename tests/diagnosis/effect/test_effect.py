@@ -21,6 +21,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.elastic_support import ElasticBody, ElasticSupport
 from reduction.jointed_system import CubicSpring, QuadraticDamper
+from tests.slow import slow
 
 LEVEL = 30.0  # N; slips and nearly lifts off
 
@@ -80,7 +81,7 @@ def effect_kind(request: pytest.FixtureRequest) -> EffectKind:
     return EFFECTS[request.param]
 
 
-@pytest.fixture(params=["mass", "preload"])
+@pytest.fixture(params=["preload", pytest.param("mass", marks=slow)])
 def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
     """Some of them: a campaign and its calibration take seconds each."""
     return EFFECTS[request.param]

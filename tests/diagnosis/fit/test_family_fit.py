@@ -95,9 +95,9 @@ def test_the_true_parameters_score_better_than_others() -> None:
 
 
 def test_the_fit_finds_what_was_measured() -> None:
-    fit = fit_families(compose, accepted(), np.ones(2), target(), most=60)
+    fit = fit_families(compose, accepted(), np.ones(2), target(), most=40)
     assert fit.after < 0.2 * fit.before
-    assert fit.n_evaluation <= 60
+    assert fit.n_evaluation <= 40
     for item, value in zip(accepted(), fit.values.tolist(), strict=True):
         # The stiffness is that of the resonance; the friction only of the states that slip.
         assert value == pytest.approx(TRUE[item.name], rel={"kt": 0.02, "mu": 0.05}[item.name])

@@ -22,6 +22,7 @@ from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from diagnosis.threshold.simulation import Simulation
+from tests.slow import slow
 
 #: The finer model is stiffer by this: its resonance is off by a width.
 STIFFER = 0.01
@@ -112,7 +113,7 @@ def test_other_measurements_do_not_move_it(beside_stiffer: Arrangement, small: M
     assert (anew.fit.values != found.fit.values).any()
 
 
-@pytest.mark.parametrize("effect", ["dashpot at root z", "mass at tip z"])
+@pytest.mark.parametrize("effect", ["dashpot at root z", pytest.param("mass at tip z", marks=slow)])
 def test_a_finer_model_that_is_the_model_needs_no_shift(
     effect: str, small: Model, paper: ModuleType, listed: Catalogue
 ) -> None:
@@ -139,6 +140,7 @@ def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign:
     np.testing.assert_allclose(shift, 0, atol=1e-5)
 
 
+@slow
 def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
     found = arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget)

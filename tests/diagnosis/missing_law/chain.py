@@ -15,7 +15,7 @@ from reduction.jointed_system import Joint, JointedSystem, Play
 
 PLACES = {f"m{number}": np.eye(3)[number] for number in range(3)}
 SECOND = PLACES["m1"]
-LEVELS, FREQUENCIES, NOISE = (0.08, 0.2, 0.3, 0.4), np.linspace(12.0, 13.6, 17), 2e-3
+LEVELS, FREQUENCIES, NOISE = (0.08, 0.2, 0.3, 0.4), np.linspace(12.0, 13.6, 13), 2e-3
 #: Clearance [m] and stiffness [N/m] of the play, about half of the largest motion and 5 % of the modal stiffness.
 CLEARANCE, STIFF = 4e-4, 2e3
 

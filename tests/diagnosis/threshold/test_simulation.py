@@ -15,7 +15,7 @@ from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.threshold.simulation import Simulation
 
-DRAWS = 25
+DRAWS = 10
 
 
 @pytest.fixture(scope="module")

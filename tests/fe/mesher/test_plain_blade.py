@@ -24,7 +24,7 @@ def volume(blade: PlainBlade) -> float:
     return blade.length * blade.chord * blade.thickness + blade.root_chord * blade.root_thickness * blade.root_height
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     step=st.tuples(*[st.sampled_from([0.0, 1e-3, 7.3e-3])] * 2),
     length=st.floats(0.05, 0.3),

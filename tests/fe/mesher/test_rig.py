@@ -126,7 +126,7 @@ def test_subdivided_meshes_are_nested(rig: Rig) -> None:
         assert {tuple(point) for point in np.round(cells.points * 1e9).astype(np.int64).tolist()} <= there
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     angle=st.floats(25.0, 60.0),
     thickness=st.floats(0.006, 0.018),
@@ -156,7 +156,7 @@ def test_any_sound_decoupler_is_meshed_conformingly(
     check_closed(cells)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(radius=st.floats(0.004, 0.02), middle=st.floats(0.2, 2.0), angle=st.floats(1.0, 15.0), quarter=st.integers(1, 4))
 def test_any_sound_damper_is_meshed_conformingly(radius: float, middle: float, angle: float, quarter: int) -> None:
     assume(radius - 0.013 * np.tan(radians(angle)) > 0.3 * radius)

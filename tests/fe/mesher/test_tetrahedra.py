@@ -26,6 +26,7 @@ from geometry.part import Part
 from geometry.solid import curved_faces, face_region, plane_faces
 from geometry.solid_skin import SolidSkin
 from tests.fe.surface import area_vectors, boundary, check_closed
+from tests.slow import slow
 
 needs_tetwild = pytest.mark.skipif(
     importlib.util.find_spec("pytetwild") is None, reason="pytetwild is not installed: pip install stickslip[tets]"
@@ -88,6 +89,7 @@ def test_the_surface_is_closed_and_the_volume_that_of_the_solid(mesh: Mesh) -> N
     assert quality.scaled_jacobian.min() > 0.02
 
 
+@slow
 @needs_tetwild
 def test_cells_are_smaller_near_the_face_that_wants_it(mesh: Mesh) -> None:
     finer = mesh_solid(plate(), TetRule(size=0.005, near={"left": 0.002}))

@@ -100,7 +100,7 @@ def test_a_body_that_floats_is_singular_or_passes_and_is_no_failure(box: BoxMesh
         pytest.skip("there is no MKL")
     _, stiffness = assemble(box(HEX20, counts=(14, 4, 4), size=(0.14, 0.04, 0.05), distortion=0.2), STEEL)
     random, told = np.random.default_rng(0), 0
-    for _ in range(20):
+    for _ in range(8):
         beside = sp.diags_array(1 + 1e-14 * random.standard_normal(stiffness.shape[0]))
         try:
             factorise(sp.csr_array(beside @ stiffness @ beside), Definiteness.POSITIVE, backend=Backend.PARDISO)

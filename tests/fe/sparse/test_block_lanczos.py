@@ -22,6 +22,7 @@ from fe.modal import lowest_eigenpairs
 from fe.sparse.block_lanczos import NoConvergence, block_lanczos
 from fe.sparse.solver import Backend, factorise
 from fe.system import LinearSystem
+from tests.slow import slow
 
 BoxMesher = Callable[..., Mesh]
 #: Eigenvalues err by round-off times the condition of the stiffness, below 1e5 for the springs here.
@@ -119,7 +120,7 @@ def test_a_single_frequency_is_found_as_often_as_asked(n_mode: int) -> None:
     np.testing.assert_allclose(found, 3, rtol=1e-14)
 
 
-@pytest.mark.parametrize("n_mode", [5, 80])
+@pytest.mark.parametrize("n_mode", [5, pytest.param(80, marks=slow)])
 @pytest.mark.parametrize("stiffness", [grid(11), identical_chains(24, 100)], ids=["cube", "24 chains"])
 def test_a_limit_of_memory_costs_time_alone(stiffness: sp.csr_array, n_mode: int) -> None:
     free, _ = solve(stiffness, n_mode)

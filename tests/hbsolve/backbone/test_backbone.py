@@ -17,6 +17,7 @@ from reduction.jointed_system import (
     JointedSystem,
     QuadraticDamper,
 )
+from tests.slow import slow
 
 ONE = [1.0]
 
@@ -94,8 +95,15 @@ def test_an_iwan_joint_dissipates_with_its_power() -> None:
     assert slope == pytest.approx(0.6, abs=0.03)  # sliders are 32, and their steps show
 
 
-@pytest.mark.parametrize("couples", [False, True])
-@pytest.mark.parametrize("kind", ["cubic", "slider", "contact"])
+@pytest.mark.parametrize(
+    ("kind", "couples"),
+    [
+        pytest.param("cubic", False, marks=slow),
+        ("contact", True),
+        *(pytest.param(*case, marks=slow) for case in (("cubic", True), ("slider", False), ("slider", True))),
+        pytest.param("contact", False, marks=slow),
+    ],
+)
 def test_peaks_of_the_lightly_damped_system_lie_on_it(kind: str, couples: bool) -> None:
     """Peaks of forced responses, found from the derivative of the amplitude by other equations."""
     row = np.array([1.0, 0.0, 0.0])

@@ -18,8 +18,11 @@ from hbsolve.steady_state import steady_state
 from reduction.base_excitation import BaseExcitation, BaseMotion
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
 from tests.hbsolve.continuation.test_response import chain, duffing, folds, left_over
+from tests.slow import slow
 
 ZETA = 5e-3
+#: A row between two degrees of freedom.
+ACROSS = along(5, {3: 0.8, 4: 0.6})
 
 
 def duffing_level(omega: np.ndarray, a: float) -> np.ndarray:
@@ -102,8 +105,16 @@ def test_an_absolute_acceleration_on_a_shaken_base_needs_the_closed_form() -> No
 # ---- states of the ordinary balance
 
 
-@pytest.mark.parametrize(("damping", "derivative"), [("of the free structure", 0), ("modal", 1), ("coupled", 2)])
-@pytest.mark.parametrize("row", [1, along(5, {3: 0.8, 4: 0.6})])
+@pytest.mark.parametrize(
+    ("damping", "derivative", "row"),
+    [
+        ("of the free structure", 0, 1),
+        ("coupled", 2, ACROSS),
+        *(pytest.param("modal", 1, row, marks=slow) for row in (1, ACROSS)),
+        pytest.param("of the free structure", 0, ACROSS, marks=slow),
+        pytest.param("coupled", 2, 1, marks=slow),
+    ],
+)
 def test_states_under_control_are_states_of_the_balance_at_their_level(
     damping: str, derivative: int, row: int | np.ndarray
 ) -> None:

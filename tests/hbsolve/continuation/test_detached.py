@@ -157,7 +157,8 @@ def test_an_isola_closes_and_is_passed_once(name: str, level: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "level"), [pytest.param("absorber", 0.15, marks=slow), ("chain", 0.006), ("oscillator", 0.02)]
+    ("name", "level"),
+    [pytest.param("absorber", 0.15, marks=slow), pytest.param("chain", 0.006, marks=slow), ("oscillator", 0.02)],
 )
 def test_time_integration_stays_on_the_stable_side_of_an_isola(name: str, level: float) -> None:
     (isola,) = found(name, level)[1]

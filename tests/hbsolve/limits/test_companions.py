@@ -12,6 +12,7 @@ from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
 from study.shipped_cases import LIMITS
 from study.solve.model import make_solve_model
+from tests.slow import slow
 
 #: Upper limits at 257 and 261 Hz lie on a branch that begins at the resonance of the sliding damper.
 ASKED = 2 * np.pi * np.array([257.0, 261.0])
@@ -40,7 +41,7 @@ def test_a_curve_of_enough_frequencies_is_searched_as_it_is(balance: HarmonicBal
     np.testing.assert_array_equal(searched.asked, np.arange(24))
 
 
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("number", [0, pytest.param(1, marks=slow)])
 def test_one_frequency_has_the_limits_of_a_curve(balance: HarmonicBalance, number: int) -> None:
     problem, settings = limit_problem(balance, OutputHarmonic(row=0)), LimitSettings(population=8, sample=0)
     curve = response_limits(problem, 2 * np.pi * np.arange(255.0, 302.0, 2), [1.0], settings=settings)

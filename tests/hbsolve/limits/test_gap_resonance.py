@@ -16,6 +16,7 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import FrictionContact, JointedSystem, along
+from tests.slow import slow
 
 SPRING, TANGENTIAL, NORMAL, DAMPING, GAP = 0.7, 0.3, 0.21, 0.02, 1.0
 OPEN, CLOSED = np.sqrt(SPRING + TANGENTIAL), np.sqrt(SPRING + TANGENTIAL + NORMAL)
@@ -66,6 +67,7 @@ def backbone(level: float) -> tuple[float, float]:
     return float(omega), float(amplitude)
 
 
+@slow
 def test_resonance_drops_with_open_gaps_and_comes_back_with_level() -> None:
     # Slips beyond 60 gaps: never.
     frequency, height = tops(60 * GAP * TANGENTIAL)

@@ -77,11 +77,12 @@ def test_patterns_of_open_contacts_give_the_closed_form(wedge: JointedSystem) ->
     np.testing.assert_allclose(by_pattern["0000"], ALL_STUCK, rtol=1e-5)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=slow)])
 def test_the_unbounded_lower_limit_is_the_closed_form(balance: HarmonicBalance, seed: int) -> None:
     problem = limit_problem(balance, OutputHarmonic(row=0), reach=np.inf)
     omega = 2 * np.pi * STUCK * SHARES
-    limits = response_limits(problem, omega, LEVELS, settings=LimitSettings(seed=seed))
+    # Each frequency has its own closed form: none is searched beside those asked for.
+    limits = response_limits(problem, omega, LEVELS, settings=LimitSettings(seed=seed, frequencies=1))
     receptance = limits.lower / np.array(LEVELS)[:, None]
     np.testing.assert_allclose(receptance, np.tile(LEAST, (2, 1)), rtol=1e-4)
     np.testing.assert_allclose(receptance[0], receptance[1], rtol=1e-5)

@@ -44,6 +44,7 @@ def test_folds_of_a_duffing_curve_are_where_it_turns() -> None:
     assert abs(result.bifurcations[0].multiplier - 1) < 1e-4
 
 
+@slow
 def test_folds_over_the_level_are_near_those_of_one_harmonic() -> None:
     """With H = 1 amplitudes a obey ((k - w^2 + 3/4 c a^2)^2 + (d w)^2) a^2 = F^2; folds are its extrema in F."""
     balance = HarmonicBalance(system=duffing(1.0), n_harmonic=8)
@@ -95,6 +96,7 @@ def test_a_self_excited_oscillator_locks_to_the_load_at_a_neimark_sacker_point()
         assert steady_motion(system, 1.5, start, level, max_period=800).periodic == locked
 
 
+@slow
 def test_a_symmetric_oscillator_loses_its_symmetry_at_a_branch_point() -> None:
     balance = HarmonicBalance(system=duffing(1.0, damping=0.1, cubic=1.0, stiffness=1e-3), n_harmonic=16)
     branch = level_response(balance, 0.6, 0.2, 8.0)

@@ -83,24 +83,24 @@ def test_a_model_without_boundary_or_modes_survives(tmp_path: Path) -> None:
 def test_a_file_cut_short_anywhere_is_refused(saved: Path) -> None:
     whole = saved.read_bytes()
     rng = np.random.default_rng(0)
-    for length in [0, 1, 7, 8, 95, 96, 512, len(whole) - 1, *rng.integers(0, len(whole), 12)]:
+    for length in [0, 1, 7, 8, 95, 96, 512, len(whole) - 1, *rng.integers(0, len(whole), 4)]:
         saved.write_bytes(whole[:length])
         with pytest.raises(RomError, match=f"\\({length} bytes\\) is cut short, damaged or no HDF5 file"):
             load_rom(saved)
 
 
 def test_a_damaged_byte_is_noticed_or_harmless(saved: Path) -> None:
-    whole = saved.read_bytes()
+    whole, rom = saved.read_bytes(), model()
     refused = 0
-    for place in np.random.default_rng(1).integers(0, len(whole), 60):
+    for place in np.random.default_rng(1).integers(0, len(whole), 30):
         saved.write_bytes(whole[:place] + bytes([whole[place] ^ 0x5A]) + whole[place + 1 :])
         try:
             again = load_rom(saved)
         except RomError:
             refused += 1
         else:  # a byte that HDF5 does not use
-            assert all(np.array_equal(getattr(again, name), getattr(model(), name)) for name in ARRAYS)
-    assert refused > 20  # most of the file is contents
+            assert all(np.array_equal(getattr(again, name), getattr(rom, name)) for name in ARRAYS)
+    assert refused > 10  # most of the file is contents
 
 
 def test_damaged_numbers_are_named_as_such(saved: Path) -> None:

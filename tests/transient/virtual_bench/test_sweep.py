@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElement, JointedSystem
+from tests.slow import slow
 from transient.errors import TransientError
 from transient.integrate import integrate
 from transient.joint_arrays import joint_table
@@ -151,7 +152,7 @@ def test_friction_remembers_no_step_of_the_method() -> None:
     np.testing.assert_allclose(rough.force[:, :, 0], fine.force[:, :, 0], rtol=0, atol=0.01)
 
 
-@pytest.mark.parametrize("frequency", [468.0, 475.0, 485.0])
+@pytest.mark.parametrize("frequency", [475.0, *(pytest.param(frequency, marks=slow) for frequency in (468.0, 485.0))])
 def test_friction_is_left_as_a_gently_grown_excitation_leaves_it(frequency: float) -> None:
     beam, n_grow = reduced_beam(), 400
     bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
