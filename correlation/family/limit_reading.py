@@ -23,7 +23,11 @@ from reduction.array_type import Real
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
 SEARCH_ERROR = 5e-4
 #: Samples of the balances that read a limit, and their harmonics one after the other, over those of the search [-].
-SAMPLES, HARMONICS = 16, (1, 2, 4)
+SAMPLES, HARMONICS = 16, (1, 2, 4, 8, 16)
+#: Balances with more unknowns are left out, but for the first three: Newton's method takes seconds there.
+MOST_UNKNOWN, FEWEST_BALANCE = 700, 3
+#: The error of a reading over its last change, where more harmonics would still change it, see `hbsolve.refinement`.
+MARGIN = 3.0
 #: Frequencies to either side that changes by harmonics are taken from.
 NEIGHBOURS = 2
 
@@ -87,8 +91,9 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     slips throughout, but not all motions and contact forces with it.
 
     The numerical error has four parts: that of contact lines to first order, with the sliders of the limit, as far as
-    it does not move the limits along the frequency; what samples leave; the last change by harmonics; and the change of
-    the width of the band, because sliders that are extreme with few harmonics need not be with many.
+    it does not move the limits along the frequency; what samples leave; the last change by harmonics, times `MARGIN`
+    where the state does not stand still by then, because a stiff contact rings at harmonics that are still left out;
+    and the change of the width of the band, because sliders that are extreme with few harmonics need not be with many.
 
     Parameters
     ----------
@@ -105,8 +110,10 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     seen = Configuration.from_model(model, False, None)
     checked = _with_check_sensors(model)
     finely = []
-    for times in HARMONICS:
+    for number, times in enumerate(HARMONICS):
         n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
+        if number >= FEWEST_BALANCE and balance.n_direction * (2 * n_harmonic - 1) > MOST_UNKNOWN:
+            break
         configuration, check = (
             Configuration.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
             for item in (model, checked)
@@ -122,12 +129,13 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             state = _state(balance, curve, at, states.motion[side, at], slider)
             if state is None:
                 continue
-            readings, error = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
+            readings, error, still = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
             if len(readings) < 3:
                 continue
             value[side, at] = readings[-1]
             sampled[side, at] = (readings[1] - readings[0]) / (SAMPLES - 1)
-            last[side, at], moved[side, at] = readings[-1] - readings[-2], readings[-1] - readings[0]
+            last[side, at] = (1.0 if still else MARGIN) * (readings[-1] - readings[-2])
+            moved[side, at] = readings[-1] - readings[0]
             searched[side, at] = error
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
@@ -151,8 +159,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
 def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     configurations: Sequence[tuple[Configuration, Configuration]],
-) -> tuple[list[float], float]:  # fmt: skip
-    """Readings as the search has them, with more samples, with more and more harmonics, and the error allowed.
+) -> tuple[list[float], float, bool]:  # fmt: skip
+    """Readings as the search has them, with more samples, with more and more harmonics; the error allowed, and if met.
 
     The second configuration of each pair has the sensors of `_with_check_sensors`.
     """
@@ -171,9 +179,9 @@ def _refined_readings(
         if len(readings) > 1:
             now = _seen(check, state)
             if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
-                break
+                return readings, error, True
             before = now
-    return readings, error
+    return readings, error, False
 
 
 def _with_check_sensors(model: Model) -> Model:

@@ -40,8 +40,30 @@ def test_a_static_force_in_full_slip_is_read_as_integration_in_time_finds_it(
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
     bench = SweptBench(model.system, {"near": np.eye(model.system.n_dof)[0]}, 4 * STEPS_PER_PERIOD)
-    force = bench.sweep(list(frequency), level).force[:, 0]
+    # The bench's usual tolerance leaves as much as three deviations.
+    force = bench.sweep(list(frequency), level, tolerance=1e-6).force[:, 0]
     # The samples of the search are up to 30 % off. Three deviations hold the error of what is read, which stays below a
     # hundredth of the dynamic force, or three where harmonics go on changing it.
     assert (np.abs(readings.value[0] - force[:, 0].real) < 3 * readings.deviation[0]).all()
     assert (readings.deviation[0] < vague * np.abs(force[:, 1])).all()
+
+
+def test_harmonics_that_ring_in_a_stiff_contact_are_part_of_the_error() -> None:
+    # Four times the harmonics of the search change the motion by 0.4 %, and leave it 1.4 % off.
+    model = random_model(9746)
+    assert model is not None
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+    near = model.sensors[0]
+    problem = limit_problem(balance, objective_of(model, near, 1), reach=1e-9)
+    frequency = frequencies(model)[1:3]
+    omega = 2 * np.pi * frequency
+    found = np.array([steady_state(balance.at_level(1.0), item).motion for item in omega])
+    states = LimitStates(
+        sensor=near.name, harmonic=1, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
+    )
+    curve = LimitCurve(problem=problem, level=1.0, angular_frequency=omega)
+    (readings,) = read_limits(curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states])
+    bench = SweptBench(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
+    motion = np.abs(bench.sweep(list(frequency), 1.0).motion[:, 0, 0])
+    assert (np.abs(readings.value[0] - motion) < 3 * readings.deviation[0]).all()
+    assert (readings.deviation[0] < 0.02 * motion).all()

@@ -131,5 +131,5 @@ def test_places_are_offered_once_and_without_a_sensor() -> None:
     assert set(PLACES) == {"m0", "m1", "m2"}
     points = TEST.make_points()
     assert set(points.sensor.tolist()) == {"at m2", "further sensor at m1"}
-    assert len(points) == 2 * 9
-    assert TEST.minutes == pytest.approx(10 + 9 * 2 / 6)  # a sensor, and 9 states twice at ten seconds
+    assert len(points) == 2 * len(TEST.frequencies)
+    assert TEST.minutes == pytest.approx(10 + len(TEST.frequencies) * 2 / 6)  # a sensor, and states twice at ten seconds
