@@ -132,4 +132,5 @@ def test_places_are_offered_once_and_without_a_sensor() -> None:
     points = TEST.make_points()
     assert set(points.sensor.tolist()) == {"at m2", "further sensor at m1"}
     assert len(points) == 2 * len(TEST.frequencies)
-    assert TEST.minutes == pytest.approx(10 + len(TEST.frequencies) * 2 / 6)  # a sensor, and states twice at ten seconds
+    # A sensor, and states twice at ten seconds.
+    assert TEST.minutes == pytest.approx(10 + len(TEST.frequencies) * 2 / 6)
