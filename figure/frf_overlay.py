@@ -24,6 +24,7 @@ from figure.style import (
     bare_figure,
     choose_family_colours,
     draw_ticks,
+    legend_columns,
 )
 
 
@@ -96,8 +97,8 @@ class FrfOverlay(Headed):
     with_phase: bool
 
 
-#: Width of the longest label of the legend, and height of a row of it [inches].
-LABEL, LEGEND_ROW = 2.3, 0.22
+#: Height of a row of the legend [inches].
+LEGEND_ROW = 0.22
 #: Room for the title above a panel, between its axes, left of them for numbers and label, right of them, and below the
 #: last panel for numbers and label [inches].
 TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.12, 0.55
@@ -134,7 +135,7 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
         ),
         Line2D([], [], color=INK, linewidth=1.4, label="predicted"),
     ]
-    ncols = min(len(handles), int(width // LABEL))
+    ncols = legend_columns(figure, [str(handle.get_label()) for handle in handles], len(handles))
     figure.legend(
         handles=handles, frameon=False, loc="lower left", ncols=ncols, bbox_to_anchor=(LEFT / 2 / width, 0),
         borderaxespad=0.2,

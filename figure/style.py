@@ -137,8 +137,12 @@ def choose_family_colours(count: int, *, dark: bool = False) -> list[str]:
 
 def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
     """Columns of a legend below the axes: at most so many, and as many as the figure is wide enough for."""
-    column = SIGN + LETTER * max(map(len, labels), default=0)
-    return max(1, min(len(labels), most, int(figure.get_figwidth() / column)))
+    for columns in range(min(len(labels), most), 1, -1):
+        # A column is as wide as its own longest label; matplotlib fills one after the other.
+        longest = [max(map(len, part)) for part in np.array_split(np.array(labels, dtype=object), columns)]
+        if sum(SIGN + LETTER * length for length in longest) <= figure.get_figwidth():
+            return columns
+    return 1
 
 
 def add_heading(figure: Figure, result: Headed) -> None:
