@@ -1,9 +1,11 @@
 """Any test file: its format is recognised by its content first, then by its suffix; other text is taken for a table."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
+from correlation.file.decibel import read_decibels
 from correlation.file.format import HEAD, MEASURED_FILES, MeasuredFileFormat
 
 #: Format of text with an unknown suffix.
@@ -44,7 +46,7 @@ def read_file(path: Path) -> MeasuredFile:
     if not (measured.columns or measured.shapes or measured.nodes):
         reasons = "; ".join(f"{name}: {text}" for name, text in measured.facts.items() if text.startswith("not read"))
         raise CampaignError(f"{path.name}: has no numbers ({reasons[:200] or 'no channels'}); give another file")
-    return measured
+    return replace(measured, columns=tuple(read_decibels(column, column.name) for column in measured.columns))
 
 
 def file_format(path: Path) -> MeasuredFileFormat:

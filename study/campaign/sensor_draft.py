@@ -4,6 +4,7 @@ from typing import Any
 
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
 from correlation.file.column import Column, Node
+from correlation.file.decibel import SCALE
 from study.campaign.column_role import MOTION_WORDS, MOTIONS, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
@@ -109,6 +110,9 @@ def reading(
         entry = {"amplitude": column.name}
     else:
         entry = {"column": column.name}
+    if SCALE in column.facts:
+        why = f'"{column.facts[SCALE]}" is taken for 20 lg of an amplitude'
+        entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
     if described is not None and not column.unit and "calibrated" not in described:
         entry["unit"] = _unit(str(plain(described["quantity"])), guess, per)

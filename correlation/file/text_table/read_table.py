@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
+from correlation.file.decibel import read_decibels
 from correlation.file.number import read_number
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
@@ -56,11 +57,12 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         blocks = _Blocks(path.name, dialect)
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
-    names, units = _names_and_units(header, len(dialect.numeric))
-    columns = tuple(
+    names, units, labels = _names_and_units(header, len(dialect.numeric))
+    read = (
         Column(name=name, values=values, unit=unit, words=words, where=f"column {number + 1}")
         for number, (name, unit, (values, words)) in enumerate(zip(names, units, blocks.columns(), strict=True))
     )
+    columns = tuple(read_decibels(column, label) for column, label in zip(read, labels, strict=True))
     facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)])}
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"
@@ -175,18 +177,19 @@ def _commented_header(comments: Sequence[str], dialect: Dialect) -> list[Row]:
     return []
 
 
-def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str]]:
-    """Names of columns, made unique, and their units: in brackets, or in a row of units."""
+def _names_and_units(header: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str]]:
+    """Names of columns, made unique; their units, in brackets or in a row of units; both together as they stand."""
     rows = [fields for _, fields in header]
     of_units = [row for row in rows[1:] if _is_unit_row(row)]
     of_names = [row for row in rows if not any(row is other for other in of_units)]
-    names, units = [], []
+    names, units, labels = [], [], []
     for column in range(width):
         name = " ".join(dict.fromkeys(row[column] for row in of_names if row[column])) or f"column {column + 1}"
         names.append(name)
         below = next((unit_text(row[column], name=name) for row in of_units), "")
         units.append(below or split_label(name)[1])
-    return unique_names(names), units
+        labels.append(" ".join([name, *(row[column] for row in of_units)]))
+    return unique_names(names), units, labels
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:

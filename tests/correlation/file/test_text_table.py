@@ -78,6 +78,24 @@ def test_names_and_units_come_from_the_header(tmp_path: Path, header: str, names
     np.testing.assert_array_equal(measured.columns[1].values, [1.0, 2.0, 3.0])
 
 
+@pytest.mark.parametrize(
+    ("header", "unit", "reference"),
+    [
+        ("f (Hz),tip (dB re 1 m/N)", "m/N", 1.0), ("f,tip_dB", "", 1.0), ("f,tip [dB rel. 1e-6 m/s^2]", "m/s^2", 1e-6),
+        ("f (Hz),tip [dB(mm/N)]", "mm/N", 1.0), ("f,tip\nHz,dB", "", 1.0), ("f,tip\nHz,dB re 2 um", "um", 2.0),
+    ],
+)  # fmt: skip
+def test_decibels_are_read_as_amplitudes(tmp_path: Path, header: str, unit: str, reference: float) -> None:
+    _, tip = read(tmp_path, header + "\n1,-40\n2,0\n3,6.0206\n").columns
+    np.testing.assert_allclose(tip.values, reference * np.array([0.01, 1.0, 2.0]), rtol=1e-6)  # 20 lg 2 = 6.0206
+    assert tip.unit == unit
+
+
+def test_decibels_of_a_power_and_volts_called_dbv_stay(tmp_path: Path) -> None:
+    for name in ("PSD (dB)", "power dB re 1 m^2", "noise (dBV)"):
+        np.testing.assert_array_equal(read(tmp_path, f"f,{name}\n1,-40\n2,0\n").columns[1].values, [-40.0, 0.0])
+
+
 def test_a_column_is_found_without_its_unit_and_a_misspelt_one_is_corrected(tmp_path: Path) -> None:
     measured = read(tmp_path, "time [s],acc [g],acc [m/s^2]\n0,1,2\n1,2,3\n")
     assert measured.column("time").name == "time [s]"
