@@ -5,7 +5,6 @@ phase_unit = "deg" }`` says what the file does not.
 """
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -23,8 +22,6 @@ from correlation.file.column import Column, MeasuredFile
 PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 #: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
 MOST_RADIANS = 8 * math.pi
-#: Words of a column in decibels.
-DECIBEL = re.compile(r"(?<![a-z])d(b|ecibel)(?![a-z])", re.IGNORECASE)
 #: Radians of one unit of a phase.
 PHASE = {"rad": 1.0, "deg": math.pi / 180, "degree": math.pi / 180}
 
@@ -105,12 +102,9 @@ class SignalEntry:
             return np.asarray(factor * (parts["real"].values + 1j * parts["imag"].values))
         if (parts["amplitude"].values < 0).any():
             row = int(np.argmax(parts["amplitude"].values < 0))
-            remedy = "give a signed reading as column"
-            if DECIBEL.search(first.name):
-                remedy = "decibels L are 10^(L / 20) as an amplitude; export amplitudes on a linear scale"
             raise self.problem(
                 f'"{first.name}" is an amplitude and is {first.values[row]:.4g} at row {row + 1}: an amplitude is not '
-                f"negative; {remedy}"
+                "negative; give a signed reading as column"
             )
         if "phase" not in parts:
             return np.asarray(abs(factor) * parts["amplitude"].values, dtype=np.complex128)

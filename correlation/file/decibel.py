@@ -10,8 +10,8 @@ from correlation.file.unit_label import unit_text
 
 #: "tip (dB re 1 m/N)", "FRF_dB" or "decibels", with what follows: the reference and its unit.
 DECIBEL = re.compile(
-    r"(?<![a-z])d(?:b|ecibels?)(?![a-z])[\s:,(\[]*(?:relative|rel|ref|re)?\.?\s*(?:to\s+)?"
-    r"(?P<reference>\d+(?:\.\d*)?(?:e[+-]?\d+)?)?\s*(?P<unit>[^()\[\]]*)",
+    r"(?<![a-z])d(?:b|ecibels?)(?![a-z])[\s:,]*(?:\(?\s*(?:relative|rel|ref|re)\.?\s*(?:to\s+)?)?"
+    r"(?P<reference>\d+(?:\.\d*)?(?:e[+-]?\d+)?)?\s*(?P<unit>(?:[^()\[\]]|\([^()]*\))*)",
     re.IGNORECASE,
 )
 #: Decibels of a power are ten logarithms, and no amplitude.

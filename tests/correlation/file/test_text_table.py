@@ -83,6 +83,7 @@ def test_names_and_units_come_from_the_header(tmp_path: Path, header: str, names
     [
         ("f (Hz),tip (dB re 1 m/N)", "m/N", 1.0), ("f,tip_dB", "", 1.0), ("f,tip [dB rel. 1e-6 m/s^2]", "m/s^2", 1e-6),
         ("f (Hz),tip [dB(mm/N)]", "mm/N", 1.0), ("f,tip\nHz,dB", "", 1.0), ("f,tip\nHz,dB re 2 um", "um", 2.0),
+        ("f,tip dB (re. 1 m)", "m", 1.0), ("f,tip [dB (m/s^2)/N]", "(m/s^2)/N", 1.0),
     ],
 )  # fmt: skip
 def test_decibels_are_read_as_amplitudes(tmp_path: Path, header: str, unit: str, reference: float) -> None:

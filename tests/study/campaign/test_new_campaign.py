@@ -719,13 +719,18 @@ def test_sweeps_up_and_down_in_groups_are_runs_of_one_test(tmp_path: Path) -> No
     assert {*read_campaign(tmp_path).measurement.sweep.tolist()} == {1, -1}
 
 
-def test_amplitudes_in_decibels_are_refused_with_their_remedy(tmp_path: Path) -> None:
+def test_amplitudes_in_decibels_are_drafted_with_their_unit(tmp_path: Path) -> None:
     h = receptance(FREQUENCY)
     write_csv(tmp_path / "frf.csv", "f [Hz],|H| [dB re 1 (m/s^2)/N],phase [deg]", FREQUENCY, 20 * np.log10(abs(h)),
               np.degrees(np.angle(h)))  # fmt: skip
     measured = read_folder(tmp_path)
-    with pytest.raises(CampaignError, match=r"10\^\(L / 20\)"):
-        write_manifest(measured, draft_campaign(measured, Assumptions()))
+    write_manifest(measured, draft_campaign(measured, Assumptions()))
+    text = (tmp_path / "campaign.toml").read_text()
+    manifest = tomllib.loads(text)
+    assert manifest["sensor"][0]["quantity"] == "acceleration"
+    assert "is taken for 20 lg of an amplitude" in text
+    (response,) = read_campaign(tmp_path).data
+    np.testing.assert_allclose(np.abs(response.value[0]), abs(h), rtol=1e-5)
 
 
 def test_a_draft_reads_each_file_once_and_fits_no_decay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
