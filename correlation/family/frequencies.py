@@ -11,6 +11,8 @@ from correlation.family.family import Family, common_points
 
 #: Frequencies that are nearer than this share of the least step of any curve are one.
 MERGED = 0.4
+#: Curves that differ in where they stop, at most: those of the longest steps drag sliders furthest.
+MOST_WAYS = 3
 Values = Float[NDArray[np.float64], " f"]
 
 
@@ -48,6 +50,25 @@ def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Va
         parts[np.argmax(length / parts)] += 1
     pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(measured[:-1], measured[1:], parts, strict=True)]
     return np.concatenate([*pieces, measured[-1:]])
+
+
+def find_stops(families: Sequence[Family], frequency: Values) -> tuple[tuple[int, ...], ...]:
+    """Places in `frequency` at which the curves of some families stop, rising, the longest steps first.
+
+    Parameters
+    ----------
+    families
+        Measured families.
+    frequency
+        As `choose_frequencies` gives them [Hz].
+    """
+    between = (frequency[1:] + frequency[:-1]) / 2
+    ways = {
+        tuple(np.unique(np.searchsorted(between, curve.frequency)).tolist())
+        for family in families
+        for curve in family.curves
+    }
+    return tuple(sorted(ways, key=lambda way: (len(way), way))[:MOST_WAYS])
 
 
 def _points(families: Sequence[Family]) -> Values:

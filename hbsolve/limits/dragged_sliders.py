@@ -20,7 +20,7 @@ from jaxtyping import Float
 
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
-from hbsolve.limits.slider_bounds import N_KIND, ON_BOUND, random_sliders
+from hbsolve.limits.slider_bounds import ON_BOUND, random_sliders
 from reduction.array_type import Real
 
 #: Of the excess in few tests with few harmonics [-].
@@ -29,6 +29,8 @@ MARGIN = 1.25
 OVERSHOOT = 2.0
 #: Steps of slow sweeps from one frequency to the next.
 STEPS = 4
+#: Tests on each way, each from its own sliders.
+N_TEST = 2
 
 
 def dragged_reaches(
@@ -36,17 +38,18 @@ def dragged_reaches(
     angular_frequency: Real,
     levels: Sequence[float],
     *,
-    count: int = N_KIND,
+    stops: Sequence[Sequence[int]] = (),
     seed: int = 0,
     report: Callable[[float, float], None] | None = None,
 ) -> Float[Real, "l s"]:
     """Distance from the centre of the box that sliders reach in some tests at each level, at least that of the box [m].
 
     A test is at one load, which is a level or its overshoot. It begins at rest with sliders in the box, is swept from
-    one end of the frequencies to the other, and back. The box holds no slider back on the way. Half of the tests go
-    from one frequency straight to the next, the others in `STEPS` steps: where a motion grows slowly sliders are
-    dragged along with it, while a long step may end on another branch, with sliders that are dragged less on the one
-    and further on the other.
+    one end of the frequencies to the other, and back. The box holds no slider back on the way. Tests go straight from
+    one frequency to the next, in `STEPS` steps, and as the laboratory's do: how far a slider is left depends on the
+    last motion in which it slips, and so on how long a step is. Where a motion grows slowly sliders are dragged along
+    with it, while a long step may end on another branch, with sliders that are dragged less on the one and further on
+    the other.
 
     Parameters
     ----------
@@ -56,8 +59,8 @@ def dragged_reaches(
         Rising, shape (f,) [rad/s].
     levels
         Levels of the tests, shape (l,) [-].
-    count
-        Tests at each load, half of them swept up first; a multiple of four [-].
+    stops
+        Frequencies at which tests of the laboratory stop on their way, each as rising places in `angular_frequency`.
     seed
         Of their first sliders.
     report
@@ -66,15 +69,16 @@ def dragged_reaches(
     box, line = problem.box, problem.sliders.line
     number = np.arange(len(angular_frequency))
     slowly = np.interp(np.linspace(0, number[-1], STEPS * number[-1] + 1), number, angular_frequency)
-    rising = (range(0, len(slowly), STEPS), range(len(slowly)))
-    ways = [way[::sign] for way in rising for sign in (1, -1)]
+    straight = {tuple(number.tolist()), *(tuple(way) for way in stops)}
+    rising = [*(STEPS * np.array(way) for way in sorted(straight)), np.arange(len(slowly))]
+    ways = [way[::sign].tolist() for way in rising for sign in (1, -1)]
     loads = [factor * level for level in levels for factor in (1.0, OVERSHOOT)]
     excess = np.zeros((len(loads), len(line)))
     done, total = 0, 2 * len(loads) * sum(map(len, ways))
     for row, load in enumerate(loads):
         curve, random = LimitCurve(problem=problem, level=load, angular_frequency=slowly), np.random.default_rng(seed)
         for first, way in enumerate(ways):
-            kinds = range(first, count, len(ways))
+            kinds = range(first, N_TEST * len(ways), len(ways))
             sliders = [box.clip(random_sliders(problem.sliders, box, random, kind)) for kind in kinds]
             states: list[TrialState | None] = [None] * len(sliders)
             for at in (*way, *way[::-1]):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.family.family import Family, measured_families
-from correlation.family.frequencies import choose_frequencies
+from correlation.family.frequencies import choose_frequencies, find_stops
 from correlation.family.frequency_offset import estimate_frequency_offsets
 from correlation.family.level_order import find_earlier_levels
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
@@ -237,12 +237,14 @@ def family_search(
     channels = tuple(dict.fromkeys((family.sensor, family.harmonic) for family in families))
     moving = [family for family in families if sensors[family.sensor].line is None]
     reach = inf if isinstance(table.reach, str) else table.reach
+    frequency = choose_frequencies(moving or families, most, fewest)
     levels = sorted({family.level for family in families})
     return FamilySearch(
         model=model,
         budget=replace(budget, refined=()),
         channels=channels,
-        frequency=choose_frequencies(moving or families, most, fewest),
+        frequency=frequency,
+        stops=find_stops(moving or families, frequency),
         levels=tuple(levels),
         nominal=nominal,
         earlier=find_earlier_levels(campaign, levels),

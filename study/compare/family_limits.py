@@ -58,6 +58,8 @@ class FamilySearch:
         levels that the test has come by drag each slider.
     settings
         Effort of the search.
+    stops
+        Frequencies at which the campaign's curves stop, each as rising places in `frequency`.
     """
 
     model: Model
@@ -69,6 +71,7 @@ class FamilySearch:
     earlier: Bool[NDArray[np.bool_], "l l"]
     reach: float | Float[NDArray[np.float64], "l s"] | None
     settings: LimitSettings
+    stops: tuple[tuple[int, ...], ...] = ()
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
@@ -120,7 +123,7 @@ class FamilySearch:
 @stage("reach of the sliders", ignore=("report",))
 def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> Reaches:
     """How far each level drags each slider from the box of a search, shape (l, s) [m]; see `dragged_reaches`."""
-    return dragged_reaches(rest.problem(), rest.angular_frequency, rest.levels, report=report)
+    return dragged_reaches(rest.problem(), rest.angular_frequency, rest.levels, stops=rest.stops, report=report)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.family_coverage import frequencies, random_model
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.dragged_sliders import MARGIN, dragged_reaches
 from hbsolve.limits.objective import OutputHarmonic
@@ -144,3 +145,21 @@ def test_histories_integrated_in_time_stay_inside_limits_that_are_narrower_than_
             assert (curve < own.upper[0] * 1.005).all()
     assert (widths[0] <= widths[1] + 1e-3 * own.upper[0]).all()  # what two searches leave
     assert widths[0].sum() < 0.98 * widths[1].sum()
+
+
+def test_the_steps_of_the_laboratory_drag_sliders_as_integration_in_time_does() -> None:
+    # Beyond its resonance the motion sticks, with sliders left as the last frequency at which they slip has them.
+    model = random_model(10829)
+    assert model is not None
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+    rest = limit_problem(balance, OutputHarmonic(row=0)).box
+    still = limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
+    measured = frequencies(model)
+    finer = np.interp(np.arange(11) / 2, np.arange(6), measured)
+    (reach,) = dragged_reaches(still, 2 * np.pi * finer, [0.3], stops=[range(0, 11, 2)])
+    (by_half_steps,) = dragged_reaches(still, 2 * np.pi * finer, [0.3])
+    stepped = SweptBench(model.system, {"near": np.eye(6)[0]}, 256).sweep(list(measured), 0.3)
+    drift = np.abs(stepped.slider[-1] - rest.middle)
+    assert stepped.slip_share[-1] == 0
+    assert (drift > by_half_steps).any()
+    assert (drift < reach).all()
