@@ -305,7 +305,10 @@ def imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signa
     """
     if loop.place is None or loop.place not in model.places:
         listed = ", ".join(model.places) or "none"
-        raise CampaignError(f'loop "{loop.name}": the model has no place "{loop.place}"; its places: {listed}')
+        raise CampaignError(
+            f'loop "{loop.name}": the model has no place "{loop.place}"; its places: {listed}. Correct the name, or '
+            f'add a [[place]] with name = "{loop.place}" to the case'
+        )
     row = model.places[loop.place]
     system = model.system
     stiff = stick_at_rest(system.stiffness, system.joints)
