@@ -296,6 +296,7 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
         calibrated=found.calibrated,
         suspicions=found.suspicions,
         sections=[*_sections(found), *sections],
+        kind="Diagnosis",
     )  # fmt: skip
     stem = f"{case.stem}_diagnosis"
     files = {run.output / f"{stem}.html": html.encode()}
