@@ -102,7 +102,7 @@ def _place_row(measured: MeasuredSensor, model: Model, place: str) -> Row:
         listed = ", ".join(model.places) or "none"
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" sits at place "{place}", which the model does not have; '
-            f"its places: {listed}"
+            f'its places: {listed}. Correct the name, or add a [[place]] with name = "{place}" to the case'
         )
     return model.places[place]
 

@@ -13,16 +13,18 @@ FILE = re.compile(r"(?<![\w\].])\w[\w.+-]*\.[A-Za-z]\w{1,4}\b")
 #: Numbers that stand alone: those in names, such as x2, tell sensors apart.
 NUMBER = re.compile(r"(?<![\w\".])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w\"])")
 ENTRY = re.compile(r"\[\d+\]")
+#: Further places of one sentence that are named.
+NAMED = 3
 MANIFEST = "campaign.toml"
 
 
 def merge_alike(sentences: Sequence[str]) -> list[str]:
-    """Sentences that differ by the file and by numbers alone, once each, with the number of further files.
+    """Sentences that differ by the file and by numbers alone, or by what they speak of, once each.
 
     Parameters
     ----------
     sentences
-        One each, in order.
+        One each, in order, such as ``where: what``.
     """
     groups: dict[str, list[str]] = {}
     for sentence in sentences:
@@ -31,10 +33,12 @@ def merge_alike(sentences: Sequence[str]) -> list[str]:
 
 
 def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...]":
-    """Suspicions of files that are alike, once each."""
+    """Suspicions that are alike, once each."""
     groups: dict[str, list[Suspicion]] = {}
     for suspicion in suspicions:
-        groups.setdefault(_kind(str(suspicion)), []).append(suspicion)
+        # What is suspected is named by its place; a remark is not.
+        text = str(suspicion)
+        groups.setdefault(_kind(text) if suspicion.remark or FILE.search(text) else text, []).append(suspicion)
     merged = []
     for first, *others in groups.values():
         whole = _with_count([str(first), *map(str, others)])
@@ -43,10 +47,10 @@ def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...
 
 
 def _kind(sentence: str) -> str:
-    """The sentence without what differs between files; the whole one if it names no file."""
+    """The sentence without what differs between files; without what it speaks of if it names no file."""
     files = [name for name in FILE.findall(sentence) if name != MANIFEST]
     if not files:
-        return sentence
+        return sentence.partition(": ")[2] or sentence
     return NUMBER.sub("#", ENTRY.sub("[]", FILE.sub("FILE", sentence)))
 
 
@@ -55,6 +59,10 @@ def _with_count(members: Sequence[str]) -> str:
     if len(members) == 1:
         return first
     named = [next((name for name in FILE.findall(one) if name != MANIFEST), "") for one in members]
+    if not named[0]:
+        places = list(dict.fromkeys(one.partition(": ")[0] for one in members))[1:]
+        more = f" and {len(places) - NAMED} more" if len(places) > NAMED else ""
+        return f"{first} (and so {', '.join(places[:NAMED])}{more})" if places else first
     others = len(set(named) - {named[0]})
     if not others:
         return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"

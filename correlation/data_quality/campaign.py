@@ -102,7 +102,14 @@ def _constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
-    """Sensors of one quantity that read one point along one axis."""
+    """Sensors of one quantity that read one point along one axis: a remark if no test has two of them."""
+    table = campaign.measurement
+    together = [
+        *({campaign.sensors[each].name for each in np.unique(table.sensor[table.test == test])}
+          for test in range(len(campaign.tests))),
+        *(set(datum.sensors) for datum in campaign.data),
+        *(set(record.channels) for record in campaign.records),
+    ]  # fmt: skip
     groups: dict[tuple[object, ...], list[str]] = {}
     for sensor in campaign.sensors:
         if sensor.quantity in SI_UNIT and sensor.direction:
@@ -112,10 +119,13 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
     for (quantity, spot, direction, *_), names in groups.items():
         if len(names) > 1:
             where = f'at "{spot}"' if isinstance(spot, str) else "at one point"
+            apart = all(len(test.intersection(names)) < 2 for test in together)
+            unless = "they are one sensor in several tests" if apart else "they do stand there"
             yield Suspicion(
                 where=f"sensors {', '.join(names)}",
                 sentence=f"all read the {quantity} {where} along {direction}: give each its own place or "
-                "coordinates, unless they do stand there",
+                f"coordinates, unless {unless}",
+                remark=apart,
             )
 
 

@@ -24,7 +24,8 @@ class Indication:
     quantity
         What it is, such as "frequency of the mode at 122 Hz".
     kind
-        "frequency", "damping", "stiffness", "work" or "play".
+        "frequency", "damping", "stiffness", "work", "growth" of work with the amplitude, "slow growth" of one that is
+        nearer to proportion than to the square, or "play".
     measured, predicted
         Both in words, such as "falls from 122 to 119 Hz".
     difference
@@ -66,8 +67,16 @@ def name_causes(indications: Sequence[Indication]) -> str:
         causes.append("a frequency that falls with the amplitude is a sign of a softening spring or an opening contact")
     elif ("damping", True) in clear:
         causes.append("a damping that rises with the amplitude is a sign of drag or friction")
-    if ("play", True) in clear:
+    plays, slides = ("play", True) in clear, ("slow growth", False) in clear
+    if plays and slides:
+        causes.append(
+            "a force that stays near zero after a reversal, and work that grows nearly in proportion to the amplitude, "
+            "are signs of hysteresis with play: friction that slides behind a backlash"
+        )
+    elif plays:
         causes.append("a force that stays near zero after a reversal is a sign of play (backlash)")
-    if ("work", True) in clear:
+    elif slides:
+        causes.append("work that grows nearly in proportion to the amplitude is a sign of friction that slides")
+    if not slides and ("work", True) in clear:
         causes.append("work that the model does not take up is a sign of friction or damping that it lacks")
     return "; ".join(causes)

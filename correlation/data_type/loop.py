@@ -26,6 +26,7 @@ from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model, Sensor
 from correlation.signal.loop import Loops, Plateau, analyse_loop
 from fe.blas_threads import on_one_blas_thread
+from geometry.plain_number import plain
 from geometry.read_only_array import freeze_fields
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
@@ -49,6 +50,8 @@ FEATURES = (
 LEAST = 0.01
 #: Parts of a stroke that a displacement is read to.
 SAMPLED = 200
+#: Ratio of the largest to the smallest amplitude that tells how work grows, and of frequencies that are several.
+WIDE, SEVERAL = 1.5, 1.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,7 +199,7 @@ def list_loop_motions(model: Model, loop: ForceLoop) -> list[Motion]:
 
 
 def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Indication]:
-    """Play, work per cycle and secant stiffness of all loops together.
+    """Play, work per cycle, its growth with the amplitude, and secant stiffness of all loops together.
 
     Parameters
     ----------
@@ -229,6 +232,7 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
                     predicted=f"{predicted_range} {unit}",
                 )
             )  # fmt: skip
+    indications += _indicate_growth(loops, predicted)
     dwell = np.array([loop.loops.dwell for loop in loops])
     if np.median(dwell):
         of_model = float(np.median([_predict_dwell(model, loop) for loop in loops]))
@@ -247,8 +251,40 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
     return indications
 
 
+def _indicate_growth(loops: Sequence[ForceLoop], predicted: Sequence[Numbers]) -> list[Indication]:
+    """Exponent of the work per cycle over the amplitude: 2 of a linear damper, about 1 of friction that slides.
+
+    The frequency has an exponent of its own, if there are several. Nothing is said of a narrow range of amplitudes.
+    """
+    rows = []
+    for loop, numbers in zip(loops, predicted, strict=True):
+        per_plateau = len(numbers) // max(len(loop.loops.plateaus), 1)
+        for number, plateau in enumerate(loop.loops.plateaus):
+            works = plateau.work[0], float(numbers[per_plateau * number])
+            if min(works) > 0 and np.isfinite(works).all():
+                rows.append((plateau.amplitude[0], loop.frequency, *works))
+    if not rows:
+        return []
+    amplitude, frequency, work, of_model = np.log(np.array(rows)).T
+    columns = [np.ones(len(rows)), amplitude, *([frequency] if np.ptp(frequency) > np.log(SEVERAL) else [])]
+    slopes = np.column_stack(columns)
+    if len(rows) <= len(columns) or np.ptp(amplitude) < np.log(WIDE) or np.linalg.matrix_rank(slopes) < len(columns):
+        return []
+    inverse = np.linalg.inv(slopes.T @ slopes)
+    measured, model = (inverse @ slopes.T @ each for each in (work, of_model))
+    scatter = float(np.sum((work - slopes @ measured) ** 2)) / (len(rows) - len(columns))
+    deviation = float(np.sqrt(max(scatter, LEAST**2) * inverse[1, 1]))
+    return [
+        Indication(
+            quantity="work per cycle over the amplitude", kind="slow growth" if measured[1] < 1.5 else "growth",
+            difference=float(measured[1] - model[1]) / deviation, measured=f"grows with its power {measured[1]:.2f}",
+            predicted=f"with its power {model[1]:.2f}",
+        )
+    ]  # fmt: skip
+
+
 def _range_in_words(numbers: Numbers) -> str:
-    low, high = f"{numbers.min():.3g}", f"{numbers.max():.3g}"
+    low, high = (plain(float(each), 3) for each in (numbers.min(), numbers.max()))
     return low if low == high else f"{low} to {high}"
 
 
@@ -269,7 +305,10 @@ def imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signa
     """
     if loop.place is None or loop.place not in model.places:
         listed = ", ".join(model.places) or "none"
-        raise CampaignError(f'loop "{loop.name}": the model has no place "{loop.place}"; its places: {listed}')
+        raise CampaignError(
+            f'loop "{loop.name}": the model has no place "{loop.place}"; its places: {listed}. Correct the name, or '
+            f'add a [[place]] with name = "{loop.place}" to the case'
+        )
     row = model.places[loop.place]
     system = model.system
     stiff = stick_at_rest(system.stiffness, system.joints)

@@ -6,7 +6,7 @@ The backbone of each mode is read from the decay (`correlation.signal.ring_down`
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -42,6 +42,8 @@ SAME_MODE, STILL = 0.03, 1e-4
 #: Kind of each trend, its name, and the factor and unit that it is written in.
 TRENDS = (("frequency", "frequency", 1.0, "Hz"), ("damping", "damping ratio", 100.0, "%"))
 Numbers = Float[NDArray[np.float64], " m"]
+#: Configuration, unit, and the row that a sensor reads, or its name where the model does not have it.
+_Place: TypeAlias = tuple[str, str, tuple[float, ...] | str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -228,9 +230,10 @@ def list_ring_down_motions(model: Model, decay: FreeDecay) -> list[Motion]:
 def list_ring_down_indications(
     model: Model, decays: Sequence[FreeDecay], predicted: Sequence[Numbers]
 ) -> list[Indication]:
-    """How frequency and damping of each mode change with the amplitude, in all decays of one sensor together.
+    """How frequency and damping of each mode change with the amplitude, in all decays at one place together.
 
-    Decays with contacts and without are two structures, and amplitudes of two sensors have no common scale.
+    Decays with contacts and without are two structures, and amplitudes of two places have no common scale. Channels of
+    one place and quantity have: a recorder may name each of its decays.
 
     Parameters
     ----------
@@ -241,18 +244,18 @@ def list_ring_down_indications(
     predicted
         What it predicts for the features of each.
     """
-    del model
-    trends: dict[tuple[str, str, float], list[list[_Trend]]] = {}
-    units = {decay.sensor: decay.unit for decay in decays}
+    trends: dict[tuple[_Place, float], list[list[_Trend]]] = {}
+    names: dict[_Place, dict[str, str]] = {}
     for decay, numbers in zip(decays, predicted, strict=True):
         first = 0
+        place = _place(model, decay)
+        names.setdefault(place, {})[decay.sensor] = decay.unit
         for mode in decay.modes:
             rows = chosen_rows(mode)
             of_mode = numbers[first : first + 2 * len(rows)].reshape(-1, 2)
             first += 2 * len(rows)
-            at = float(mode.frequency[np.argmin(mode.amplitude)])
-            place = decay.configuration, decay.sensor
-            known = next((key for key in trends if key[:2] == place and abs(at / key[2] - 1) < SAME_MODE), (*place, at))
+            at = float(np.median(mode.frequency[rows]))
+            known = next((key for key in trends if key[0] == place and abs(at / key[1] - 1) < SAME_MODE), (place, at))
             both = [
                 _Trend.of(mode.amplitude[rows], value[rows], np.hypot(deviation[rows], least * value[rows]), of_model)
                 for value, deviation, least, of_model in (
@@ -262,12 +265,21 @@ def list_ring_down_indications(
             ]
             trends.setdefault(known, []).append(both)
     indications = []
-    for (configuration, sensor, frequency), of_decays in trends.items():
+    for (place, frequency), of_decays in trends.items():
+        first_name, *others = names[place]
+        sensor = first_name + (f" and {len(others)} more" if others else "")
         for number, (kind, words, factor, unit_of) in enumerate(TRENDS):
-            quantity = f"{words} of the {configuration} mode at {frequency:.3g} Hz at {sensor}"
+            quantity = f"{words} of the {place[0]} mode at {frequency:.3g} Hz at {sensor}"
             own = [each[number] for each in of_decays]
-            indications.append(_indication(kind, quantity, own, units[sensor], factor, unit_of))
+            indications.append(_indication(kind, quantity, own, names[place][first_name], factor, unit_of))
     return indications
+
+
+def _place(model: Model, decay: FreeDecay) -> _Place:
+    """What has one scale of amplitudes: configuration, unit, and the row that the sensor reads, or its name."""
+    sensor = next((item for item in model.sensors if item.name == decay.sensor), None)
+    reads = tuple((sensor.gain * sensor.row).tolist()) if isinstance(sensor, Sensor) else decay.sensor
+    return decay.configuration, decay.unit, reads
 
 
 class _Trend(NamedTuple):

@@ -110,7 +110,7 @@ def arrange_features(
     CampaignError
         The model lacks what some data speak of, or all data are held out.
     """
-    fitted, tested = _split(data)
+    fitted, tested = split_data(data)
     if not fitted:
         raise CampaignError("all data are held out: leave some to fit")
     train = FeatureComparison.of(fitted)
@@ -122,8 +122,8 @@ def arrange_features(
     )  # fmt: skip
 
 
-def _split(data: Sequence[Datum]) -> tuple[list[Datum], list[Datum]]:
-    """Training data and held-out data."""
+def split_data(data: Sequence[Datum]) -> tuple[list[Datum], list[Datum]]:
+    """Training data and those that test the fit: the held-out ones, or every third; a single one is both."""
     fitted, tested = ([each for each in data if each.held_out is side] for side in (False, True))
     if tested or len(data) < 2:
         return fitted, tested or list(data)

@@ -24,6 +24,8 @@ from diagnosis.time_record.gate import PART, SURE, HeldOutGate
 
 #: As timed on ring-downs and loops.
 SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
+#: Indications that a verdict tells at least, if there are so many.
+TOLD = 4
 
 FeatureDiagnosis: TypeAlias = Diagnosis[FeatureArrangement]
 
@@ -155,8 +157,10 @@ class FeatureGate(HeldOutGate):
 
     def _shows(self, refit: Refit) -> bool:
         after = {(each.kind, each.quantity): each for each in list_indications(refit.fit.model, self.data)}
-        pairs = [(each, after[each.kind, each.quantity]) for each in self.indications if each.is_clear]
-        return all(abs(now.difference) <= max(CLEAR, PART * abs(was.difference)) for was, now in pairs)
+        pairs = [(each, after.get((each.kind, each.quantity))) for each in self.indications if each.is_clear]
+        return all(
+            now is not None and abs(now.difference) <= max(CLEAR, PART * abs(was.difference)) for was, now in pairs
+        )
 
 
 def _judge(
@@ -186,9 +190,17 @@ def _reason(finding: Finding, before: Refit, clear: Sequence[Indication], off: t
     size = f"the held-out features differ from the model by {before.held_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
         return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
-    shown, causes = "; ".join(each.sentence for each in clear) or size, name_causes(clear)
-    more = f" {causes[0].upper()}{causes[1:]}." if causes else ""
+    shown, causes = _most_clear(clear) or size, name_causes(clear)
+    signs = f" {causes[0].upper()}{causes[1:]}." if causes else ""
     if finding is Finding.NOT_CLOSE and off is not None:
         far = f"its resonance near {off[0]:.3g} Hz is {100 * off[1]:+.2g} % off, which nothing known explains"
-        return f"The model is not close enough to be diagnosed: {far}. The data show: {shown}.{more}"
-    return f"Something is missing, and it is none of the known effects: {shown}.{more}"
+        return f"The model is not close enough to be diagnosed: {far}. The data show: {shown}.{signs}"
+    return f"Something is missing, and it is none of the known effects.{signs} The data show: {shown}."
+
+
+def _most_clear(clear: Sequence[Indication]) -> str:
+    """The clearest indication of each kind, and further ones up to the number that a paragraph takes, in words."""
+    first = list({each.kind: each for each in reversed(clear)}.values())
+    told = [*first, *(each for each in clear if each not in first)][: max(TOLD, len(first))]
+    more = len(clear) - len(told)
+    return "; ".join(each.sentence for each in clear if each in told) + (f"; and {more} more signs" if more else "")

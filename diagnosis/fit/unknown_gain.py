@@ -119,8 +119,9 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
     unit = campaign.drive.unit
     fixed = (
         f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be told "
-        "apart from those of the sensors, since the response is proportional to the force as far as the data show: it "
-        "is fixed at 1, and the gains of the sensors are those of sensor and drive together; calibrate one of them"
+        "apart from those of the sensors, since the response of the model is proportional to the force, as far as "
+        "these data show: it is fixed at 1, and the gains of the sensors are those of sensor and drive together; "
+        "calibrate one of them"
     )
     return Gains(parameters=_parameters(search.fit(1.0)[1]), fixed=fixed)
 

@@ -41,7 +41,7 @@ def draft_loops(draft: Draft, judged: JudgedTable) -> None:
     time, force = judged.of_role(Role.TIME)[0], force_column(judged)
     displacement = next(one for one in motions(judged) if judged.columns[one.name].quantity == "displacement")
     assert force is not None
-    for number, rows in enumerate(judged.rows(), start=1):
+    for rows in judged.rows():
         mask = judged.mask(rows)
         columns = {
             "displacement": with_sign(_with_unit(draft, judged, displacement, "m"), direction_sign(displacement)),
@@ -52,7 +52,7 @@ def draft_loops(draft: Draft, judged: JudgedTable) -> None:
             "a loop needs it; for a vibrating structure write line, sensor and level instead of place",
         )  # fmt: skip
         entry: dict[str, Any] = {
-            "name": f"{judged.table.label} {number}" if rows else judged.table.label,
+            "name": _name_loop(judged, rows),
             "file": judged.table.file.path.name,
             "frequency": _cycles(judged, time, displacement, rows, mask),
             "place": place,
@@ -144,6 +144,17 @@ def _with_unit(draft: Draft, judged: JudgedTable, column: Column, si: str) -> st
     if isinstance(entry, str) and not column.unit and si:
         return {"column": column.name, "unit": Marked(value=si, assumed="the file says no unit; SI")}
     return entry
+
+
+def _name_loop(judged: JudgedTable, rows: dict[str, Any]) -> str:
+    """The table's name with the settings that tell its loops apart: ``loops 12.7 mm, 0.5 Hz``."""
+    series = judged.rows()
+    settings = [
+        f"{value:g} {unit}" if (unit := judged.columns[name].unit) else f"{name} {value}"
+        for name, value in rows.items()
+        if any(other[name] != value for other in series)
+    ]
+    return f"{judged.table.label} {', '.join(settings)}".rstrip()
 
 
 def _cycles(

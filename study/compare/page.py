@@ -59,6 +59,7 @@ def render_sections(
     calibrated: Sequence[Calibrated],
     suspicions: Sequence[Suspicion],
     sections: Sequence[Section],
+    kind: str = "Comparison",
 ) -> str:
     """HTML of a verdict and the sections below it.
 
@@ -74,6 +75,8 @@ def render_sections(
         Suspicious data.
     sections
         In the order in which they are read.
+    kind
+        Of what the page is, above its title.
     """
     drawn = {
         "sections": [
@@ -91,4 +94,5 @@ def render_sections(
         calibrated=calibrated,
         suspicions=suspicions,
         sections=sections,
+        kind=kind,
     )

@@ -194,5 +194,6 @@ def require_repeats(campaign: Campaign, folder: Path) -> None:
     if len(repeats) == 1 and not all(any(sensor.noise) for sensor in campaign.sensors):
         raise CampaignError(
             f"{folder / MANIFEST}: all data have repeat = {repeats[0]}: noise cannot be told from effects; measure the "
-            "same once more, and number it by repeat of the [[run]] or the column repeat, or state the noise of sensors"
+            "same once more, and number it by repeat of the [[run]] or the column repeat, or state the noise of "
+            'sensors, as noise = "1 %" of a [[sensor]]'
         )

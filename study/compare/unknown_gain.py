@@ -1,5 +1,6 @@
 """Gains that a campaign does not know, found before its model is compared with it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.observation import find_sweep_directions, take_training_part
 from correlation.model import Model
+from correlation.prediction import Prediction
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -47,6 +49,11 @@ class SetGains:
         """
         unknowns = Unknowns.from_effects(model, [(each, np.inf) for each in self.gains.parameters], ())
         fit = calibrate(comparison, unknowns, unknowns.vanishing, exact=True)
+        missed, scatter = _measure_miss(comparison, fit.prediction, [each.sensor for each in self.gains.parameters])
+        if missed > scatter:
+            # Far from the measurements, least squares follow the few readings of the least noise, and miss all others.
+            kept = np.ones(len(fit.values))
+            return model, self.report(kept, scatter * kept)
         # Where the model is further off than noise says, so are the gains that it gives.
         excess = max(1.0, float(np.sqrt(np.mean(fit.residual**2))))
         return fit.model, self.report(fit.values, excess * fit.deviation)
@@ -57,6 +64,26 @@ class SetGains:
             Calibrated(name=each.name, factor=float(each.start * a), deviation=float(each.start * b))
             for each, a, b in zip(self.gains.parameters, factor, deviation, strict=True)
         )
+
+
+def _measure_miss(comparison: Comparison, prediction: Prediction, sensors: Sequence[str]) -> tuple[float, float]:
+    """By how much the typical reading is off, and the scatter of the readings about that.
+
+    Both are of ln |X_m / X_p| of the fundamentals of the sensors whose gain was fitted, or of all motions where that of
+    the drive alone was: the size of the median, and 1.48 times the median distance from it, which is the standard
+    deviation of a normal distribution [-].
+    """
+    observed = comparison.observed
+    rows = observed.motion & (observed.points.harmonic == 1)
+    own = rows & np.isin(observed.points.sensor, sensors)
+    rows = own if own.any() else rows
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.log(np.abs(observed.value[rows] / prediction.value[rows]))
+    ratio = ratio[np.isfinite(ratio)]
+    if not len(ratio):
+        return 0.0, 0.0
+    middle = float(np.median(ratio))
+    return abs(middle), 1.4826 * float(np.median(np.abs(ratio - middle)))
 
 
 def set_gains(setup: Setup, campaign: Campaign) -> SetGains:

@@ -12,6 +12,7 @@ from correlation.data_type.indication import Indication
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.verdict import Finding
+from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
 from diagnosis.fit.problem import Refit
 from pipeline.output import replace_file
@@ -90,6 +91,12 @@ class DataDiagnosed:
         return f"{' or '.join(named)}{tell}: {falls}."
 
     @property
+    def held_out(self) -> tuple[str, ...]:
+        """Names of the data that no fit has seen."""
+        fitted, tested = split_data(self.campaign.data)
+        return tuple(datum.name for datum in tested if datum not in fitted)
+
+    @property
     def advice(self) -> str:
         """The next step for the user."""
         verdict = self.diagnosis.verdict
@@ -120,12 +127,21 @@ class DataDiagnosed:
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
         before = self.diagnosis.before
         yield f"  error {before.error:.3g}, held out {before.held_error:.3g} standard deviations"
+        yield f"  {self.tested}"
         yield ""
         for refit in self.diagnosis.refits:
             error = f"error {refit.error:.3g}, held out {refit.held_error:.3g}"
             yield f"  with {refit.name}: {error} standard deviations; {_strength(refit)}"
         for left in self.diagnosis.catalogue.untestable:
             yield f"  {left.name} cannot be tested: {left.reason}"
+
+    @property
+    def tested(self) -> str:
+        """Which data test the fit, in words."""
+        if not self.held_out:
+            return "a single datum: what was fitted is also what tests the fit"
+        assumed = "" if any(datum.held_out for datum in self.campaign.data) else ", as the manifest holds none out"
+        return f"held out{assumed}: {'; '.join(self.held_out)}"
 
     def document(self) -> dict[str, Any]:
         """The same for ``--json``."""
@@ -260,7 +276,10 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
     best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
-    compared = compare_data(best.fit.model, found.campaign.data)
+    compared = tuple(
+        replace(item, held_out=item.name in found.held_out)
+        for item in compare_data(best.fit.model, found.campaign.data)
+    )
     title = found.setup.title if best.effect is None else f"{found.setup.title}, with {best.name}"
     drawn, sections = show_data(best.fit.model, found.campaign.data, compared, title)
     verdict = found.diagnosis.verdict
@@ -277,6 +296,7 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
         calibrated=found.calibrated,
         suspicions=found.suspicions,
         sections=[*_sections(found), *sections],
+        kind="Diagnosis",
     )  # fmt: skip
     stem = f"{case.stem}_diagnosis"
     files = {run.output / f"{stem}.html": html.encode()}
@@ -304,7 +324,8 @@ def _sections(found: DataDiagnosed) -> Iterator[Section]:
         before = found.diagnosis.before
         yield Section(
             title="Candidates",
-            text=f"Errors without any: {before.error:.3g}, held out {before.held_error:.3g} standard deviations.",
+            text=f"Errors without any: {before.error:.3g}, held out {before.held_error:.3g} standard deviations. "
+            f"{found.tested[0].upper()}{found.tested[1:]}.",
             table=Table(
                 head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,
                 words=2,

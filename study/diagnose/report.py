@@ -14,7 +14,7 @@ from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
 from geometry.plain_number import plain
 from study.compare.report import side_by_side
-from study.diagnose.doubt import list_doubts
+from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import tell_law
 from study.diagnose.next_test import tell_next_tests
@@ -86,7 +86,7 @@ def headline(result: Round) -> str:
     named.sort(key=lambda row: order.index(row.effect.name))
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
-    fall = held_out_falls(errors(result.diagnosis.before), errors(verdict.effects[0]))
+    fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
     if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
         return f"{listed} is missing, or {verdict.alternative}: {fall}.{verdict.other_laws}"
     if verdict.finding is Finding.AMBIGUOUS:
@@ -99,6 +99,14 @@ def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
     yield row.in_words
     if row.effect.name in chance:
         yield f"probability {plain(100 * chance[row.effect.name])} %"
+
+
+def tell_fall(drawn: Errors, before: Errors, after: Errors) -> str:
+    """Change of the held-out error by an effect, from the model as drawn where calibration alone has gone astray."""
+    if before.held_out > CLEARLY_WORSE * drawn.held_out > CLEARLY_WORSE * after.held_out:
+        error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
+        return f"the held-out error falls from {error} % as drawn to {then} %"
+    return held_out_falls(before, after)
 
 
 def held_out_falls(before: Errors, after: Errors) -> str:

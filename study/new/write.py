@@ -96,6 +96,8 @@ def _write(kind: str, wishes: Wishes, run: RunContext) -> NewCase:
     structure = opened.kind.structure(opened, run)
     frequency, point = _first_mode(structure)
     tables = [] if structure.sensors else [SENSOR.format(name=point.name, keys=point.keys)]
+    if not structure.places:
+        tables.append(PLACE.format(keys=point.keys))
     if structure.harmonic_force is None:
         tables.insert(0, LOAD.format(keys=point.keys))
     tables += [JOINT.format(keys=_commented(point.keys)), SWEEP.format(**_range(frequency))]
@@ -172,6 +174,12 @@ SENSOR = """\
 # What solve draws, and what compare compares with a channel of the same name.
 [[sensor]]
 name = "{name}"
+{keys}
+"""
+PLACE = """\
+# A name for this place, which measurements may refer to and effects may act at. `stickslip campaign new` assumes "tip".
+[[place]]
+name = "tip"
 {keys}
 """
 JOINT = """\

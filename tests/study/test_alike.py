@@ -19,6 +19,17 @@ def test_sentences_of_other_columns_or_without_a_file_are_apart() -> None:
     assert merge_alike(lines) == lines
 
 
+def test_one_sentence_of_many_places_is_printed_once_with_their_names() -> None:
+    lines = [f"decay {number}: instants are rounded" for number in range(1, 7)]
+    assert merge_alike(lines) == [f"{lines[0]} (and so decay 2, decay 3, decay 4 and 2 more)"]
+
+
+def test_remarks_of_many_places_are_one_and_suspected_places_stay_apart() -> None:
+    for remark in (True, False):
+        found = [Suspicion(where=f"decay {number}", sentence="is odd", remark=remark) for number in (1, 2)]
+        assert [each.where for each in merge_suspicions(found)] == ["decay 1"] if remark else ["decay 1", "decay 2"]
+
+
 def test_suspicions_keep_the_place_of_the_first() -> None:
     found = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in (5, 6)]
     (merged,) = merge_suspicions(found)

@@ -72,6 +72,9 @@ def test_a_hidden_mass_is_named_added_and_gone(folder: Path, capfdbinary: pytest
     assert best["strength"] == pytest.approx(0.05, abs=4 * best["deviation"])
     html = (folder / "out" / "chain_diagnosis.html").read_text(encoding="utf-8")
     assert "mass at middle" in html
+    assert "<title>Three masses: diagnosis</title>" in html
+    assert "Held out: 0 4; 1 4; 2 4; 0 5; 1 5; 2 5." in html
+    assert html.count(">held out</td>") == 6
     assert "<script src" not in html
     assert main(["add", "mass at middle", "--case", str(folder / "chain.toml")]) == 0
     # Features have no relative error: their deviations alone count.

@@ -15,7 +15,7 @@ from study.compare.report import side_by_side
 from study.diagnose.add import add
 from study.diagnose.history import Errors, history_of
 from study.diagnose.page import contents
-from study.diagnose.report import document, headline, held_out_falls, in_words
+from study.diagnose.report import document, headline, held_out_falls, in_words, tell_fall
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import stages
@@ -117,6 +117,19 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
 )
 def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, said: str) -> None:
     assert held_out_falls(ERRORS, replace(ERRORS, held_out=held_out, held_out_chi2=chi2)) == said
+
+
+@pytest.mark.parametrize(
+    ("calibrated", "after", "said"),
+    [
+        (4.76, 0.136, "from 83.7 % as drawn to 13.6 %"),
+        (0.9, 0.136, "from 90 to 13.6 %"),
+        (4.76, 0.9, "from 476 to 90 %"),
+    ],
+)
+def test_a_calibration_that_went_astray_makes_no_effect_look_better(calibrated: float, after: float, said: str) -> None:
+    states = (replace(ERRORS, held_out=error) for error in (0.837, calibrated, after))
+    assert tell_fall(*states).endswith(said)
 
 
 def test_titles_that_are_alike_are_told_once() -> None:

@@ -59,6 +59,13 @@ def test_the_case_of_plain_matrices_is_driven_through_its_first_resonance(here: 
         assert float(data.frequency[int(np.argmax(amplitude.data))]) == pytest.approx(first, rel=HALF_STEP)
 
 
+def test_the_place_that_a_campaign_assumes_is_in_the_case(here: Path) -> None:
+    np.savez("chain.npz", M=np.eye(4), K=CHAIN)
+    assert new("plain", "chain.npz") == 0
+    model = read_case("chain.toml").setup.model
+    assert model.places["tip"] == pytest.approx(model.sensors[0].row)
+
+
 def test_the_joint_of_the_comments_is_one_that_the_case_takes(here: Path) -> None:
     np.savez("chain.npz", M=np.eye(4), K=CHAIN)
     new("plain", "chain.npz")

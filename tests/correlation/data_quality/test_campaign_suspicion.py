@@ -122,6 +122,18 @@ def test_few_equal_readings_of_many_are_chance() -> None:
     assert "agree in every digit" not in sentences(with_values(made, value))
 
 
+@pytest.mark.parametrize("together", [True, False])
+def test_sensors_at_one_place_are_suspected_if_a_test_has_two_of_them(together: bool) -> None:
+    made = campaign()
+    here = replace(made, sensors=tuple(replace(each, place="tip") for each in made.sensors))
+    if not together:
+        table = here.measurement
+        tests = tuple(replace(here.tests[0], name=sensor.name) for sensor in here.sensors)
+        here = replace(here, tests=tests, measurement=replace(table, test=table.sensor))
+    (found,) = (each for each in find_suspicions(here) if 'at "tip" along z' in each.sentence)
+    assert found.remark is not together
+
+
 def test_a_missing_level_is_suspected() -> None:
     made = campaign()
     table = made.measurement

@@ -69,6 +69,17 @@ def test_decays_of_two_structures_and_sensors_are_not_averaged(oscillator: Calla
     assert {indication.measured.split()[-1] for indication in indications} == {"m", "m/s^2"}
 
 
+def test_channels_of_one_place_are_one_trend_named_by_its_own_frequency(oscillator: Callable[..., Model]) -> None:
+    """A recorder that names each decay of one sensor anew has not measured several places."""
+    model = oscillator()
+    sensor = model.sensors[0]
+    channels = [replace(decay(0.01, 0.5, seed), sensor=f"v{seed}") for seed in (1, 2, 3)]
+    model = Model(**{**vars(model), "sensors": tuple(replace(sensor, name=each.sensor) for each in channels)})
+    found = list_ring_down_indications(model, channels, [predict_ring_down(model, each) for each in channels])
+    assert [each.kind for each in found] == ["frequency", "damping"]
+    assert all(each.is_clear and "at v1 and 2 more" in each.quantity for each in found)
+
+
 def test_a_linear_decay_shows_nothing(oscillator: Callable[..., Model]) -> None:
     found = trends(oscillator(), softening=0.0, drag=0.0)
     assert not any(indication.is_clear for indication in found.values())
@@ -131,3 +142,21 @@ def test_loops_show_work_and_play_that_the_model_lacks(
     assert indications["play"].measured == "stays near zero over 0.3 mm"
     assert indications["work"].is_clear
     assert "backlash" in name_causes(list(indications.values()))
+
+
+@pytest.mark.parametrize(("play", "sign"), [(0.0, "friction that slides"), (3e-4, "hysteresis with play")])
+def test_work_in_proportion_to_the_amplitude_is_a_sign_of_sliding(
+    oscillator: Callable[..., Model], play: float, sign: str
+) -> None:
+    """W = 4 F (A - F/k - play/2), beside the square of a linear model."""
+    model = oscillator()
+    loops = [loop(slide(size * STROKE, 1e6, 200.0, play), size) for size in (1e-3, 1.5e-3, 2.2e-3)]
+    found = list_loop_indications(model, loops, [predict_loop(model, each) for each in loops])
+    (growth,) = (each for each in found if each.kind == "slow growth")
+    lost = 200.0 / 1e6 + play / 2
+    expected = np.log((2.2e-3 - lost) / (1e-3 - lost)) / np.log(2.2)
+    # The slope of the line through three points of a slightly bent curve is within a few per cent of that of its chord.
+    assert float(growth.measured.split()[-1]) == pytest.approx(expected, rel=0.03)
+    assert growth.predicted == "with its power 2.00"
+    assert growth.is_clear
+    assert sign in name_causes(found)

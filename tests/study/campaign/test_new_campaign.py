@@ -583,6 +583,7 @@ def test_loops_of_several_amplitudes_are_loops_each(tmp_path: Path) -> None:
     write_csv(tmp_path / "damper.csv", "amplitude_mm,time_s,displacement_mm,force_N", *zip(*rows, strict=True))
     _, manifest = drafted(tmp_path)
     assert [loop["rows"] for loop in manifest["loop"]] == [{"amplitude_mm": 1.0}, {"amplitude_mm": 2.0}]
+    assert [loop["name"].split(" ", 1)[1] for loop in manifest["loop"]] == ["1 mm", "2 mm"]
     assert all(float(loop["frequency"].split()[0]) == pytest.approx(1.0, rel=0.01) for loop in manifest["loop"])
 
 
