@@ -107,7 +107,8 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
     together = [
         *({campaign.sensors[each].name for each in np.unique(table.sensor[table.test == test])}
           for test in range(len(campaign.tests))),
-        *(set(datum.sensors) for datum in campaign.data),
+        # A type of data from outside need not say of which sensors it is.
+        *(set(getattr(datum, "sensors", ())) for datum in campaign.data),
         *(set(record.channels) for record in campaign.records),
     ]  # fmt: skip
     groups: dict[tuple[object, ...], list[str]] = {}
