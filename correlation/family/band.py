@@ -104,9 +104,7 @@ class PredictedBand:
         left, right = (np.searchsorted(self.frequency, f[number + step]) for step in (0, 1))
         gap = (right - left > 1) & ~at_node
         # The same half-way from the outermost limit to the ends of the band, where limits are missing there.
-        for end, place in ((f[0], np.flatnonzero(known)[0] - 1), (f[-1], np.flatnonzero(known)[-1] + 1)):
-            if 0 <= place < len(self.frequency):
-                half = abs(self.frequency[place] - end) / 2
-                gap |= (frequency - end) * np.sign(self.frequency[place] - end) > half
+        nearest = np.abs(self.frequency[:, None] - frequency).argmin(axis=0)
+        gap |= ((frequency < f[0]) | (frequency > f[-1])) & ~known[nearest]
         value = np.where(gap, np.nan, np.where(jumps, outer, smooth) + beyond)
         return value, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))

@@ -15,6 +15,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
+from hbsolve.refinement import MARGIN
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, in_harmonics_of, slider_start
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
@@ -26,8 +27,6 @@ SEARCH_ERROR = 5e-4
 SAMPLES, HARMONICS = 16, (1, 2, 4, 8, 16)
 #: Balances with more unknowns are left out, but for the first three: Newton's method takes seconds there.
 MOST_UNKNOWN, FEWEST_BALANCE = 700, 3
-#: The error of a reading over its last change, where more harmonics would still change it, see `hbsolve.refinement`.
-MARGIN = 3.0
 #: Frequencies to either side that changes by harmonics are taken from.
 NEIGHBOURS = 2
 
