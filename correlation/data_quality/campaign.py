@@ -103,14 +103,6 @@ def _constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
 
 def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
     """Sensors of one quantity that read one point along one axis: a remark if no test has two of them."""
-    table = campaign.measurement
-    together = [
-        *({campaign.sensors[each].name for each in np.unique(table.sensor[table.test == test])}
-          for test in range(len(campaign.tests))),
-        # A type of data from outside need not say of which sensors it is.
-        *(set(getattr(datum, "sensors", ())) for datum in campaign.data),
-        *(set(record.channels) for record in campaign.records),
-    ]  # fmt: skip
     groups: dict[tuple[object, ...], list[str]] = {}
     for sensor in campaign.sensors:
         if sensor.quantity in SI_UNIT and sensor.direction:
@@ -120,7 +112,7 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
     for (quantity, spot, direction, *_), names in groups.items():
         if len(names) > 1:
             where = f'at "{spot}"' if isinstance(spot, str) else "at one point"
-            apart = all(len(test.intersection(names)) < 2 for test in together)
+            apart = all(len(test.intersection(names)) < 2 for test in _sensors_together(campaign))
             unless = "they are one sensor in several tests" if apart else "they do stand there"
             yield Suspicion(
                 where=f"sensors {', '.join(names)}",
@@ -128,6 +120,18 @@ def _one_place(campaign: Campaign) -> Iterator[Suspicion]:
                 f"coordinates, unless {unless}",
                 remark=apart,
             )
+
+
+def _sensors_together(campaign: Campaign) -> Iterator[set[str]]:
+    """Names of the sensors of each test, datum and record."""
+    table = campaign.measurement
+    for test in range(len(campaign.tests)):
+        yield {campaign.sensors[each].name for each in np.unique(table.sensor[table.test == test])}
+    for datum in campaign.data:
+        # A type of data from outside need not say of which sensors it is.
+        yield set(getattr(datum, "sensors", ()))
+    for record in campaign.records:
+        yield set(record.channels)
 
 
 def _copies(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator[Suspicion]:

@@ -276,9 +276,9 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
     best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
+    held_out = found.held_out
     compared = tuple(
-        replace(item, held_out=item.name in found.held_out)
-        for item in compare_data(best.fit.model, found.campaign.data)
+        replace(item, held_out=item.name in held_out) for item in compare_data(best.fit.model, found.campaign.data)
     )
     title = found.setup.title if best.effect is None else f"{found.setup.title}, with {best.name}"
     drawn, sections = show_data(best.fit.model, found.campaign.data, compared, title)
