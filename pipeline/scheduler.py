@@ -65,6 +65,7 @@ def _connect(address: str) -> "distributed.Client":
     try:
         import dask
         import distributed
+        from distributed.comm import get_address_host_port
     except ImportError as error:
         raise MissingSoftware(
             f'--scheduler {address} needs dask.distributed, which is not installed: pip install "stickslip[dask]"'
@@ -73,11 +74,14 @@ def _connect(address: str) -> "distributed.Client":
     dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GB"})
     start = f"give the address that `dask scheduler` prints when it starts, such as tcp://{socket.gethostname()}:8786"
     try:
+        # Before there is a client: one that fails leaves a thread, which dask ends when it is collected, and may wait.
+        get_address_host_port(address)
+    except ValueError as error:
+        raise InputError(f"--scheduler {address} is no address: {start}") from error
+    try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions, which are compared below
             client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
-    except ValueError as error:
-        raise InputError(f"--scheduler {address} is no address: {start}") from error
     except OSError as error:
         raise InputError(f"--scheduler {address}: no dask scheduler answers there: {start}") from error
     theirs = client.get_versions()["scheduler"]["packages"]["distributed"]
