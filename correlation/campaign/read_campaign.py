@@ -11,16 +11,20 @@ from correlation.campaign.measured_files import MeasuredFiles
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.campaign.stepped_sine import sorting
 from correlation.data_quality.campaign import find_suspicions
+from correlation.data_type.registry import Analyse, analyse_anew
 from correlation.errors import CampaignError
 
 
-def read_campaign(path: Path) -> Campaign:
+def read_campaign(path: Path, analyse: Analyse = analyse_anew) -> Campaign:
     """Read a campaign in any of `FORMATS`.
 
     Parameters
     ----------
     path
         Folder with ``campaign.toml`` (``docs/campaign.md``), or what another format takes.
+    analyse
+        Calls a function of a module that takes long with its arguments, or gives what it returned for them before; by
+        default nothing is kept.
 
     Returns
     -------
@@ -37,8 +41,8 @@ def read_campaign(path: Path) -> Campaign:
         names = " and ".join(f'"{each.name}"' for each in found)
         raise CampaignError(f'"{path}" is a campaign in the formats {names}: leave one of them out')
     if not found:
-        return _others(path)
-    campaign = _read(found[0], path)
+        return _others(path, analyse)
+    campaign = _read(found[0], path, analyse)
     return campaign.suspected(find_suspicions(campaign))
 
 
@@ -59,20 +63,20 @@ def check_campaign(files: MeasuredFiles) -> Campaign:
     return campaign.suspected(find_suspicions(campaign))
 
 
-def _others(path: Path) -> Campaign:
+def _others(path: Path, analyse: Analyse) -> Campaign:
     """A path that no format knows: what is missing in a folder says the folder's reader."""
     others = [each.holds for each in FORMATS if each.read is not read_folder]
     try:
-        return read_folder(path)
+        return read_folder(path, analyse)
     except CampaignError as error:
         more = f"; or give {', or '.join(others)}" if others else ""
         raise CampaignError(f"{error}{more}") from None
 
 
-def _read(format_: CampaignFormat, path: Path) -> Campaign:
+def _read(format_: CampaignFormat, path: Path, analyse: Analyse) -> Campaign:
     """What a format reads; one from outside may fail, or give what is no campaign."""
     if format_.read is read_folder:
-        return read_folder(path)
+        return read_folder(path, analyse)
     try:
         campaign = format_.read(path)
     except CampaignError:

@@ -6,7 +6,7 @@ the frequency at an amplitude. Each type brings them with unit and standard devi
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -41,6 +41,15 @@ class Datum(Protocol):
         """Whether no calibration may see it."""
 
 
+#: Calls a function of a module with its arguments, or gives what it returned for them before.
+Analyse: TypeAlias = Callable[..., Any]
+
+
+def analyse_anew(compute: Callable[..., Any], *args: Any, **words: Any) -> Any:
+    """Call a function with its arguments: nothing is kept."""
+    return compute(*args, **words)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataContext:
     """What a type needs to read its entry of a manifest.
@@ -53,12 +62,15 @@ class DataContext:
         Those of the manifest.
     units
         Units and conventions of the manifest.
+    analyse
+        Calls a function of a module that takes long with its arguments, or gives what it returned for them before.
     """
 
     files: MeasuredFiles
     sensors: Sequence[MeasuredSensor]
     tests: Sequence[Test]
     units: RunUnits
+    analyse: Analyse
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,6 +6,7 @@ The backbone of each mode is read from the decay (`correlation.signal.ring_down`
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
@@ -111,7 +112,7 @@ def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
     CampaignError
         A key or value that cannot be used, a sensor that is not calibrated, or a record without a decay.
     """
-    return _read(table, context, analyse_ring_down)
+    return _read(table, context, partial(context.analyse, analyse_ring_down))
 
 
 def check_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:

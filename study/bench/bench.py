@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
-from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.metric.misfit import whole
 from correlation.prediction import Points
@@ -47,6 +46,7 @@ from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_t
 from study.diagnose.round import Steps, errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import waterfall
+from study.measured_campaign import read_measured
 from study.run_context import RunContext, silent_run
 
 
@@ -139,7 +139,7 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
-        if read_campaign(self.folder).has_data_alone:
+        if self._read_campaign().has_data_alone:
             return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
@@ -172,7 +172,7 @@ class Bench:
         CaseError, CampaignError, EffectError
             With what is wrong in them.
         """
-        campaign = read_campaign(self.folder)
+        campaign = self._read_campaign()
         if campaign.has_data_alone:
             found, alone = diagnose_alone(self.case, campaign, self.folder, self.run, self.without)
             return Result(numbers=found, views=alone)
@@ -307,8 +307,7 @@ class Bench:
         return _Comparison(text=text, read=read, compared=compared, unknowns=unknowns, values=values, lines=lines)
 
     def _read_campaign(self) -> Campaign:
-        with self.run.progress.step("campaign", expected=1):
-            return read_campaign(self.folder)
+        return read_measured(self.folder, self.run)
 
     def _is_diagnosed(self, setup: Setup) -> bool:
         """Whether a diagnosis of the case as it is now is stored, so that it takes no time."""
@@ -316,7 +315,7 @@ class Bench:
         if not any(step.what == DIAGNOSIS and step.case_key == key for step in history_of(self.case).steps):
             return False
         without = tuple(sorted({*setup.without, *self.without}))
-        return Steps(self.run.store, setup, read_campaign(self.folder), without).is_stored("places")
+        return Steps(self.run.store, setup, self._read_campaign(), without).is_stored("places")
 
     def _require_seen(self, seen: str | None) -> None:
         if seen is not None and hash_text(read_text(self.case)) != seen:

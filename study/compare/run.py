@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
-from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
@@ -45,6 +44,7 @@ from study.compare.result import SWEEP_WORDS, Calibrated, Compared
 from study.compare.suspicions import find_all_suspicions, require_noise
 from study.compare.unknown_gain import SetGains, set_gains
 from study.kind.registry import open_case
+from study.measured_campaign import read_measured
 from study.run_context import RunContext
 
 #: Levels are in the unit beside them, whatever the name of their column says: it is older than shaken bases.
@@ -90,8 +90,7 @@ def run_compare(
     assert run.output is not None
     calibrate, limits = calibrate or onto_families, limits or onto_families
     opened = open_case(case)  # what is wrong with the file itself is reported first
-    with run.progress.step("campaign", expected=1):
-        campaign = read_campaign(folder)
+    campaign = read_measured(folder, run)
     if not len(campaign.measurement):
         if limits:
             option = "--calibrate-families" if onto_families else "--limits"

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from casefile.table import SCHEMA
-from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
@@ -25,7 +24,8 @@ from study.diagnose.history import (
     write_beside,
 )
 from study.kind.registry import open_case
-from study.run_context import RunContext
+from study.measured_campaign import read_measured
+from study.run_context import RunContext, silent_run
 
 #: Largest number of case files that a message lists.
 LISTED = 5
@@ -220,7 +220,7 @@ def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
     """The case, with the sensors of the campaign that it was diagnosed with if that is still there."""
     folder = Path("" if history.last_diagnosis is None else history.last_diagnosis.campaign)
     is_there = history.last_diagnosis is not None and (folder / "campaign.toml").is_file()
-    return read_case(case, read_campaign(folder) if is_there else None, run).setup
+    return read_case(case, read_measured(folder, run or silent_run()) if is_there else None, run).setup
 
 
 def save_step(case: Path, history: History, step: Step, text: str) -> Step:

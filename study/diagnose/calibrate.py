@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import require_held_out, require_repeats
@@ -13,6 +12,7 @@ from study.diagnose.round import errors
 from study.diagnose.screen import Screened, screen_case
 from study.diagnose.table import write_up
 from study.kind.registry import open_case
+from study.measured_campaign import read_measured
 from study.run_context import RunContext
 
 
@@ -52,8 +52,7 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
         With what is wrong in them; a campaign without steady states, repeats or held-out data.
     """
     open_case(case)  # mistakes of the file itself come first
-    with run.progress.step("campaign", expected=1):
-        campaign = read_campaign(folder)
+    campaign = read_measured(folder, run)
     if not len(campaign.measurement):
         raise CampaignError(f"{folder} has no steady states, by which effects are screened: add a test with levels")
     require_held_out(campaign, folder)

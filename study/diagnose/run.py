@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from correlation.campaign.measurement import Campaign
-from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
@@ -24,6 +23,7 @@ from study.diagnose.round import Round, Steps, Watch, diagnose_case, errors
 from study.diagnose.table import write_up
 from study.json_value import plain
 from study.kind.registry import open_case
+from study.measured_campaign import read_measured
 from study.run_context import RunContext
 
 #: Effects that ``--auto`` adds at most.
@@ -81,8 +81,7 @@ def run_diagnose(
     """
     assert run.output is not None
     open_case(case)  # mistakes of the file itself come first
-    with run.progress.step("campaign", expected=1):
-        campaign = read_campaign(folder)
+    campaign = read_measured(folder, run)
     if campaign.has_data_alone:
         return run_data_diagnosis(case, campaign, folder, run, without=without, auto=auto)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)

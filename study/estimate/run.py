@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.campaign.read_campaign import read_campaign
 from correlation.data_type.loop import ForceLoop
 from correlation.errors import CampaignError
 from correlation.model import Model
@@ -24,6 +23,7 @@ from study.estimate.first_estimate import FirstEstimate, choose, contradictions
 from study.estimate.loops import estimate_from_loop
 from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_resonances
 from study.kind.registry import open_case
+from study.measured_campaign import read_measured
 from study.run_context import RunContext
 
 #: What to measure for each parameter.
@@ -129,8 +129,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         With what is wrong in the case or the campaign.
     """
     opened = open_case(case)
-    with run.progress.step("campaign", expected=1):
-        campaign = read_campaign(folder)
+    campaign = read_measured(folder, run)
     setup = read_case(opened, campaign, run).setup
     model, accepted = setup.model, {item.name for item in setup.accepted}
     with run.progress.step("suspicions", expected=2):

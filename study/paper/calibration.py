@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from casefile.table import load_case
-from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from figure.registry import pictures
 from geometry.errors import InputError
@@ -15,6 +14,7 @@ from study.case.setup import read_case
 from study.estimate.first_estimate import FirstEstimate, choose
 from study.estimate.run import estimate_all
 from study.kind.registry import open_case
+from study.measured_campaign import read_measured
 from study.paper.by_hand import ByHand, calibrate_by_hand, make_hand_document
 from study.paper.calibration_page import make_calibration_page
 from study.paper.case import PaperCase
@@ -109,8 +109,7 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
             f'"{KIND}", or calibrate this one with stickslip compare {case} {folder} --calibrate-families'
         )
     paper = quicken(paper) if quick else paper
-    with run.progress.step("campaign", expected=1):
-        campaign = named_by_line(read_campaign(folder))
+    campaign = named_by_line(read_measured(folder, run))
     if not len(campaign.measurement):
         raise CampaignError(f"{folder} has no stepped sines: limits are laid beside amplitudes of steady states")
     opened.kind.structure(opened, run)  # reduced with progress; the models that follow find it in the store

@@ -19,20 +19,27 @@ from correlation.campaign.stepped_sine import find_same, read_csv, sorting
 from correlation.campaign.time_record import TimeRecord, record_of_columns
 from correlation.campaign.toml_table import TomlTable
 from correlation.campaign.write_campaign import write_campaign
-from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Datum
+from correlation.data_type.registry import DATA_TYPES, Analyse, DataContext, DataType, Datum, analyse_anew
 from correlation.errors import CampaignError, Mistakes
 from correlation.row_group import group_rows
 
 
-def read_folder(folder: Path) -> Campaign:
+def read_folder(folder: Path, analyse: Analyse = analyse_anew) -> Campaign:
     """Read the files that ``docs/campaign.md`` describes.
+
+    Parameters
+    ----------
+    folder
+        With ``campaign.toml``.
+    analyse
+        As in `DataContext`.
 
     Raises
     ------
     CampaignError
         One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
-    return _read(MeasuredFiles(folder=folder), lambda kind: kind.read)
+    return _read(MeasuredFiles(folder=folder), lambda kind: kind.read, analyse)
 
 
 def check_folder(files: MeasuredFiles) -> Campaign:
@@ -43,13 +50,19 @@ def check_folder(files: MeasuredFiles) -> Campaign:
     files
         Folder, with those of its files that were read.
     """
-    return _read(files, lambda kind: kind.check or kind.read)
+    return _read(files, lambda kind: kind.check or kind.read, analyse_anew)
 
 
-def _read(files: MeasuredFiles, reader: Callable[[DataType], Callable[[TomlTable, DataContext], Datum]]) -> Campaign:
+def _read(
+    files: MeasuredFiles,
+    reader: Callable[[DataType], Callable[[TomlTable, DataContext], Datum]],
+    analyse: Analyse,
+) -> Campaign:
     folder, manifest = files.folder, read_manifest(files.folder)
     mistakes = Mistakes()
-    context = DataContext(files=files, sensors=manifest.sensors, tests=manifest.tests, units=manifest.units)
+    context = DataContext(
+        files=files, sensors=manifest.sensors, tests=manifest.tests, units=manifest.units, analyse=analyse
+    )
     data = [mistakes.attempt(partial(reader(kind), table, context), None) for kind, table in manifest.data]
     measurement, suspicions = mistakes.attempt(
         partial(_tables, folder, manifest, files, [item for item in data if item is not None]), (join_rows([]), ())
