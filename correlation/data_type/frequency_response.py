@@ -83,10 +83,10 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
     configuration = context.tests[test].configuration if test >= 0 else table.choice("configuration", CONFIGURATIONS)
     suspicions: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    averages, window = None, Window.UNKNOWN
     if "frequency" in own:
         frequency, value, coherence = _read_lines(table, own, signals, coherent, file, sensors, context)
-        suspicions = _suspect_degrees(signals, file)
+        suspicions, averages = _suspect_degrees(signals, file), None
+        window, decay = _read_window(table)
     else:
         estimator = table.choice("estimator", ESTIMATORS) if "estimator" in table.values else "H1"
         with table.reading(file.path.name):
@@ -95,6 +95,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
             result.frequency, result.coherence, result.averages, result.suspicions
         )  # fmt: skip
         value = result.h1 if estimator == "H1" else result.h2
+        window, decay = Window.UNKNOWN, 0.0
         if kind is not Excitation.RANDOM:
             window = Window.NONE
         elif estimator == "H1":  # H2 is the quotient of two smeared spectra
@@ -115,6 +116,7 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         coherence_limit=coherence_limit(averages, value.size),
         held_out=table.take("held_out", bool, False),
         window=window,
+        decay=decay,
         suspicions=suspicions + _find_dead(value[:, there], sensors),
         remarks=remarks + _describe_gaps(value[:, there], sensors),
     )
@@ -122,6 +124,27 @@ def read_frequency_response(table: TomlTable, context: DataContext) -> MeasuredR
         raise table.problem("level", "makes steady states of the response: name their test as well")
     table.finish()
     return read_modes(response, sensors)
+
+
+def _read_window(table: TomlTable) -> tuple[Window, float]:
+    """Window of an analyser, and the rate of its exponential one [1/s]."""
+    window, decay = Window.UNKNOWN, 0.0
+    if "window" in table.values:
+        window = Window(table.choice("window", [each.value for each in Window]))
+    if "exponential_window" in table.values:
+        decay = 1 / table.converted("exponential_window", _time_constant)
+        if "level" in table.values:
+            raise table.problem(
+                "level", "makes steady states of the response, which is one of decays: leave out level", show=False
+            )
+    return window, decay
+
+
+def _time_constant(value: object) -> float:
+    constant = si_quantity(value, "s")
+    if not constant > 0:
+        raise ValueError("is the time in which the window falls to 1/e: give one above zero")
+    return constant
 
 
 def _read_level(table: TomlTable) -> float | None:
@@ -354,24 +377,24 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     system = configured.system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     shapes = modes.mode_shapes
+    # What an exponential window multiplies in time is moved along the real axis in the transform.
     omega = 2 * np.pi * response.frequency * (1 + model.shift.get(response.configuration, 0.0))
+    s = response.decay + 1j * omega
     # Damping that is not modal couples modes; on the diagonal it holds for light damping.
     rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
     loss = np.zeros_like(rate)
     if system.structural_damping is not None:
         loss = np.einsum("rm,rs,sm->m", shapes, system.structural_damping, shapes)
     force = shapes.T @ system.dynamic[1]
-    motion = force[:, None] / (modes.lambda_[:, None] - omega**2 + 1j * (omega * rate[:, None] + loss[:, None]))
+    motion = force[:, None] / (modes.lambda_[:, None] + s**2 + s * rate[:, None] + 1j * loss[:, None])
     sensors = motion_sensors(configured, response.sensors)
     relative = shapes @ motion
     rows = []
     for sensor in sensors:
         moved = sensor.row @ relative
         if configured.base_acceleration is not None and not sensor.relative:
-            moved = moved + (configured.base_acceleration[1] @ sensor.row) / (1j * omega) ** 2
-        rows.append(
-            sensor.gain * moved * (1j * omega) ** DERIVATIVE[sensor.quantity] * np.exp(-1j * omega * sensor.delay)
-        )
+            moved = moved + (configured.base_acceleration[1] @ sensor.row) / s**2
+        rows.append(sensor.gain * moved * s ** DERIVATIVE[sensor.quantity] * np.exp(-s * sensor.delay))
     return np.array(rows)
 
 

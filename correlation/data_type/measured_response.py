@@ -49,6 +49,8 @@ class MeasuredResponse:
         Whether no calibration may see it.
     window
         Window under which it was estimated.
+    decay
+        Rate sigma of an exponential window e^(-sigma t) of force and response, 0 for none [1/s].
     modes
         Modes that the responses show.
     fit
@@ -73,6 +75,7 @@ class MeasuredResponse:
     coherence_limit: float = LEAST_COHERENCE
     held_out: bool = False
     window: Window = Window.UNKNOWN
+    decay: float = 0.0
     modes: tuple[MeasuredMode, ...] = ()
     fit: Modes | None = None
     suspicions: tuple[str, ...] = ()

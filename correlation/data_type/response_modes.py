@@ -78,7 +78,13 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
 def _fit(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> Modes:
     told = response.told
     quantity = [sensor.quantity for sensor in sensors]
-    return fit_modes(response.frequency[told], response.value[:, told], quantity=quantity, window=response.window)
+    return fit_modes(
+        response.frequency[told],
+        response.value[:, told],
+        quantity=quantity,
+        decay=response.decay,
+        window=response.window,
+    )
 
 
 def _fits_conjugate(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) -> str:

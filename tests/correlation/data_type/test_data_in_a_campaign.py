@@ -96,6 +96,39 @@ def test_modes_are_between_zero_and_half_the_sampling_rate(tmp_path: Path, modes
         read_campaign(write(tmp_path, manifest, decay=data))
 
 
+def test_an_exponential_window_is_taken_off_the_damping(tmp_path: Path, oscillator: Callable[..., Model]) -> None:
+    frequency, constant = np.linspace(80, 120, 401), 0.4
+    # Force and response times e^(-t/T): the transform is that of the structure at s + 1/T.
+    s = 2j * np.pi * frequency + 1 / constant
+    response = s**2 / (STIFFNESS + MASS * s**2 + s * 2 * RATIO * np.sqrt(STIFFNESS * MASS))
+    written = response / 9.80665
+    windowed = FRF.format(sign="+").replace(
+        'test = "hammer"\nlevel = 0.5', 'configuration = "jointed"\nwindow = "none"\nexponential_window = "0.4 s"'
+    )
+    windowed = windowed.replace('[[test]]\nname = "hammer"\nconfiguration = "jointed"\n', "")
+    table = columns("f,re,im", frequency, written.real, written.imag)
+    (frf,) = read_campaign(write(tmp_path, windowed, frf=table)).data
+    # Numbers were written with nine digits; the window alone would add 1/(T omega) = 0.4 %.
+    assert [mode.damping for mode in frf.modes] == pytest.approx([RATIO], rel=1e-4)
+    assert predict_linear_response(oscillator(), frf)[0] == pytest.approx(response, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ('exponential_window = "0.4 s"\nlevel = 0.5', r"frf\[1\]\.level.*decays"),
+        ('exponential_window = "0 s"', "1/e"),
+        ('exponential_window = "3 Hz"', "exponential_window.*Hz"),
+        ('window = "hann"', 'did you mean "Hann"'),
+    ],
+)
+def test_a_window_that_cannot_be_is_refused(tmp_path: Path, keys: str, sentence: str) -> None:
+    frequency = np.linspace(80, 120, 41)
+    table = columns("f,re,im", frequency, np.cos(frequency), np.sin(frequency))
+    with pytest.raises(CampaignError, match=sentence):
+        read_campaign(write(tmp_path, FRF.format(sign="+").replace("level = 0.5", keys), frf=table))
+
+
 @pytest.mark.parametrize("sign", ["+", "-"])
 def test_frequency_responses_count_as_steady_states_of_their_level(
     tmp_path: Path, oscillator: Callable[..., Model], sign: str
