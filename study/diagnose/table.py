@@ -20,6 +20,8 @@ from study.diagnose.round import Round, errors
 
 #: Cosine of two effects' changes above which a table calls them alike.
 ALIKE = 0.95
+#: Where half an interval is so many times a value, no digit of the value counts [-].
+UNTOLD = 100.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,7 +113,10 @@ def digits(value: float, count: int) -> str:
 
 
 def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
-    """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"."""
+    """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
+    if np.isfinite(deviation) and INTERVAL * deviation > UNTOLD * abs(value):
+        size, unit = split_unit(INTERVAL * deviation, parameter)
+        return f"0 +- {digits(INTERVAL * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)
     half = INTERVAL * deviation / size
     number = digits(value / size, worth(value / size, half))

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding
 from pipeline.store import Store
@@ -19,7 +20,7 @@ from study.diagnose.report import document, headline, held_out_falls, in_words, 
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import stages
-from study.diagnose.table import rows
+from study.diagnose.table import interval, rows
 from study.run_context import silent_run
 
 TwoMasses = Callable[..., Path]
@@ -130,6 +131,15 @@ def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, 
 def test_a_calibration_that_went_astray_makes_no_effect_look_better(calibrated: float, after: float, said: str) -> None:
     states = (replace(ERRORS, held_out=error) for error in (0.837, calibrated, after))
     assert tell_fall(*states).endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("value", "deviation", "written"),
+    [(5.24e-5, 1.05e-6, "52.4 +- 2.1 mg"), (-1.02e-4, 0.35, "0 +- 690 g"), (2e-3, 0.05, "2 +- 98 g")],
+)
+def test_a_value_has_as_many_digits_as_its_interval_tells(value: float, deviation: float, written: str) -> None:
+    mass = EffectParameter(name="mass", unit="kg", lower=-1.0, upper=1.0, typical=0.01)
+    assert interval(value, deviation, mass) == written
 
 
 def test_titles_that_are_alike_are_told_once() -> None:
