@@ -16,7 +16,7 @@ from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.refinement import MARGIN
-from hbsolve.solution import solve_at
+from hbsolve.solution import newton_from, solve_at
 from hbsolve.state import SteadyState, in_harmonics_of, slider_start
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
 from reduction.array_type import Real
@@ -125,7 +125,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
         by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
-            state = _state(balance, curve, at, states.motion[side, at], slider)
+            state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
             if state is None:
                 continue
             readings, error, still = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
@@ -165,8 +165,11 @@ def _refined_readings(
     """
     readings: list[float] = []
     error, before = 0.0, None
-    for configuration, check in configurations:
-        refined = state if not readings else _state(configuration.balance, curve, at, state.motion, slider)
+    for number, (configuration, check) in enumerate(configurations):
+        refined: SteadyState | None = state
+        if number:
+            alone = number > FEWEST_BALANCE
+            refined = _state(configuration.balance, curve, at, state.motion, slider, alone=alone)
         if refined is None:
             break
         state = refined
@@ -235,13 +238,20 @@ def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64
     return result
 
 
-def _state(balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real) -> SteadyState | None:
-    """The steady state at a limit, in as many harmonics as the balance has; none where there is none."""
+def _state(
+    balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, *, alone: bool
+) -> SteadyState | None:
+    """The steady state at a limit, in as many harmonics as the balance has; none where there is none.
+
+    Newton's method alone does for one that is known in nearly as many: where it fails, further starts take minutes.
+    """
     if not np.isfinite(motion).all():
         return None
     at_level = balance.at_level(curve.level)
     start = in_harmonics_of(at_level, motion)
     condensed, sliders = at_level.at(float(curve.angular_frequency[at])), slider_start(at_level, slider)
+    if alone:
+        return newton_from(at_level, condensed, start, sliders)
     try:
         return solve_at(at_level, condensed, start, sliders)
     except NoSteadyState:

@@ -103,8 +103,11 @@ def dragged_reaches(
 
 
 def _next(point: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None) -> TrialState | None:
-    """The state of a test at its next frequency; `last` is that of another test there."""
+    """The state of a test at its next frequency; `last` is that of another test there.
+
+    One that is not found is missed by one test at one of its frequencies, where each of very many would take seconds.
+    """
     near = None if before is None else point.solve(before.x, w)
     if near is None and last is not None:
         near = point.towards(w, last)
-    return near or point.from_rest(w) or point.from_anywhere(w)
+    return near or point.from_rest(w) or point.from_few_starts(w)

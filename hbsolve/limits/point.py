@@ -18,7 +18,7 @@ from hbsolve.limits.slider_bounds import SliderBox
 from hbsolve.limits.sliders import Cone, SliderTable, cone
 from hbsolve.newton import RELATIVE, apply_receptance, newton_step
 from hbsolve.solution import TOLERANCE, forces_at, ramp
-from hbsolve.steady_state import steady_state
+from hbsolve.steady_state import FEW_STARTS, from_many_starts, steady_state
 from reduction.array_type import Real, Whole
 
 Sliders = Float[Real, " s"]
@@ -150,6 +150,11 @@ class LimitPoint:
             if norm <= TOLERANCE * self.scale:
                 return self.trial(x, w, norm / self.scale)
         return None
+
+    def from_few_starts(self, w: Sliders) -> TrialState | None:
+        """What one of a few starts leads to: enough where a state that is missed costs little."""
+        state = from_many_starts(self.balance, self.condensed, None, _start(w), FEW_STARTS)
+        return None if state is None else self.trial(state.motion, w, state.residual_norm)
 
     def from_anywhere(self, w: Sliders) -> TrialState | None:
         """With all that `steady_state` tries."""
