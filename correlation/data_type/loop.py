@@ -240,11 +240,17 @@ def list_loop_indications(model: Model, loops: Sequence[ForceLoop], predicted: S
         least = stroke / SAMPLED / np.sqrt(len(loops))
         scatter = float(np.std(dwell, ddof=1) / np.sqrt(len(dwell))) if len(dwell) > 1 else 0.0
         unit, factor = length_unit(stroke)
+        # The work of a cycle is done over the rest of the way, there and back.
+        force = [
+            loop.loops.plateaus[-1].work[0] / (2 * (2 * loop.loops.plateaus[-1].amplitude[0] - loop.loops.dwell))
+            for loop in loops
+        ]
         indications.append(
             Indication(
                 quantity="force after a reversal", kind="play",
                 difference=(float(np.median(dwell)) - of_model) / max(least, scatter),
-                measured=f"stays near zero over {factor * float(np.median(dwell)):.2g} {unit}",
+                measured=f"stays near zero over {factor * float(np.median(dwell)):.2g} {unit}, and resists with "
+                f"{plain(float(np.median(force)), 3)} N in the mean over the rest of the way",
                 predicted=f"does so over {factor * of_model:.2g} {unit}",
             )
         )  # fmt: skip
