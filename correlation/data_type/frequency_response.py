@@ -16,8 +16,9 @@ from correlation.campaign.measurement import CONFIGURATIONS, MeasuredSensor, Mea
 from correlation.campaign.measurement_unit import si_quantity
 from correlation.campaign.signal_entry import SignalEntry, read_signal
 from correlation.campaign.toml_table import TomlTable
+from correlation.data_type.linear_response import predict_linear_response
 from correlation.data_type.measured_response import MeasuredResponse
-from correlation.data_type.mode import motion_sensors, predict_mode
+from correlation.data_type.mode import predict_mode
 from correlation.data_type.mode_set import mend_modes
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Panel
 from correlation.data_type.response_modes import read_modes
@@ -32,8 +33,6 @@ from correlation.signal.frequency_response import (
     estimate_frequency_response,
 )
 from correlation.signal.record import note_rounded_time
-from fe.dense_modes import compute_dense_modes
-from reduction.stuck import stick_at_rest
 
 Frequencies = Float[NDArray[np.float64], " f"]
 
@@ -363,39 +362,6 @@ def response_panels(model: Model, response: MeasuredResponse) -> list[Panel]:
         )
         for row, name in enumerate(response.sensors)
     ]
-
-
-def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex[NDArray[np.complex128], "c f"]:
-    """Response of the linear model at level 1, its closed contacts stuck, shape (c, f) [unit per unit of the level].
-
-    Raises
-    ------
-    CampaignError
-        A sensor that the model has not as one of motion.
-    """
-    configured = model.free() if response.configuration == "free" else model
-    system = configured.system
-    modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
-    shapes = modes.mode_shapes
-    # What an exponential window multiplies in time is moved along the real axis in the transform.
-    omega = 2 * np.pi * response.frequency * (1 + model.shift.get(response.configuration, 0.0))
-    s = response.decay + 1j * omega
-    # Damping that is not modal couples modes; on the diagonal it holds for light damping.
-    rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)
-    loss = np.zeros_like(rate)
-    if system.structural_damping is not None:
-        loss = np.einsum("rm,rs,sm->m", shapes, system.structural_damping, shapes)
-    force = shapes.T @ system.dynamic[1]
-    motion = force[:, None] / (modes.lambda_[:, None] + s**2 + s * rate[:, None] + 1j * loss[:, None])
-    sensors = motion_sensors(configured, response.sensors)
-    relative = shapes @ motion
-    rows = []
-    for sensor in sensors:
-        moved = sensor.row @ relative
-        if configured.base_acceleration is not None and not sensor.relative:
-            moved = moved + (configured.base_acceleration[1] @ sensor.row) / s**2
-        rows.append(sensor.gain * moved * s ** DERIVATIVE[sensor.quantity] * np.exp(-s * sensor.delay))
-    return np.array(rows)
 
 
 DATA_TYPES.register(

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from correlation.data_type.frequency_response import predict_linear_response
+from correlation.data_type.linear_response import predict_linear_response
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode, motion_sensors
 from correlation.data_type.mode_set import group_modes

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.data_type.loop import ForceLoop
+from correlation.data_type.measured_loop import ForceLoop
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.signal.stick_slip import Estimate, StickSlip, estimate_stick_slip

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.data_type.loop import ForceLoop
+from correlation.data_type.measured_loop import ForceLoop
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors

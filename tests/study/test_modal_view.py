@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import MeasuredSensor
-from correlation.data_type.frequency_response import predict_linear_response
+from correlation.data_type.linear_response import predict_linear_response
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.response_modes import read_modes

@@ -9,7 +9,8 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.campaign.write_campaign import write_campaign
-from correlation.data_type.frequency_response import predict_linear_response, response_panels
+from correlation.data_type.frequency_response import response_panels
+from correlation.data_type.linear_response import predict_linear_response
 from correlation.data_type.mode import linear_modes
 from correlation.data_type.registry import DATA_TYPES
 from correlation.data_type.ring_down import predict_ring_down, ring_down_features

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from correlation.data_type.indication import Indication, name_causes
-from correlation.data_type.loop import ForceLoop, list_loop_indications, predict_loop
+from correlation.data_type.loop_indication import list_loop_indications
+from correlation.data_type.loop_prediction import predict_loop
+from correlation.data_type.measured_loop import ForceLoop
 from correlation.data_type.ring_down import FreeDecay, list_ring_down_indications, predict_ring_down
 from correlation.model import Model
 from correlation.signal.loop import analyse_loop

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.data_type.loop import ForceLoop, driven_loop, imposed_loop, loop_features, predict_loop
+from correlation.data_type.loop_prediction import driven_loop, imposed_loop, predict_loop
+from correlation.data_type.measured_loop import ForceLoop, loop_features
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
 from correlation.signal.loop import analyse_loop
