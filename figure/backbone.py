@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_heading, choose_family_colours, legend_columns, new_figure, open_box
+from figure.style import INK, Figure, Headed, add_heading, add_legend, choose_family_colours, new_figure, open_box
 
 Values = Float[NDArray[np.float64], " k"]
 
@@ -93,7 +93,6 @@ def backbone_figure(result: Backbones) -> Figure:
     handles, labels = left.get_legend_handles_labels()
     # One entry stands for the model of all modes.
     entries = dict(zip(labels, handles, strict=True))
-    ncols = legend_columns(figure, list(entries), 4)
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=ncols, frameon=False)
+    add_legend(figure, list(entries.values()), list(entries), most=4)
     add_heading(figure, result)
     return figure

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from figure.registry import draws
-from figure.style import INK, PALE, Figure, Headed, add_heading, new_figure, open_box
+from figure.style import INK, PALE, Figure, Headed, add_heading, add_legend, new_figure, open_box
 
 #: Named by the verdict, fitted, and to first order alone.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
@@ -96,7 +96,7 @@ def candidates_figure(result: Candidates) -> Figure:
     colours = {_colour(item) for item in result.candidates}
     words = {NAMED: "named by the verdict", FITTED: "fitted", EXPECTED: "to first order"}
     handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in colours]
-    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
+    add_legend(figure, handles, loc="outside lower left")
     add_heading(figure, result)
     return figure
 

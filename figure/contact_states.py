@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import CONTACT_STATES, Axes, Figure, Headed, add_title, evenly, new_figure
+from figure.style import CONTACT_STATES, Axes, Figure, Headed, add_legend, add_title, evenly, new_figure
 
 #: Labelled places along a curve that turns back.
 N_TICK = 5
@@ -71,7 +71,7 @@ def contact_states_figure(result: ContactStates) -> Figure:
     # Above all panels, where no area is.
     there = {state for line in result.panels for panel in line for state in panel.states}
     patches = [Patch(color=colour, label=name) for name, colour in CONTACT_STATES.items() if name in there]
-    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
+    add_legend(figure, patches)
     add_title(figure, result.title)
     return figure
 

@@ -17,6 +17,7 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
     new_figure,
     open_box,
@@ -203,8 +204,4 @@ def _legend(figure: Figure, result: FamiliesOverLimits, colours: dict[int, str])
         entries[f"repeat {repeat}"] = Line2D([], [], color=colours[repeat], linewidth=3)
     if any(curve.outside.any() for curve in curves):
         entries["outside by more than its uncertainty"] = Line2D([], [], **_ring())
-    width = figure.get_size_inches()[0]
-    figure.legend(
-        list(entries.values()), list(entries), loc="outside lower center", ncols=max(3, int(width / 1.9)),
-        frameon=False, fontsize=9,
-    )  # fmt: skip
+    add_legend(figure, list(entries.values()), list(entries), fontsize=9)

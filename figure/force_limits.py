@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Figure, Headed, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Figure, Headed, add_legend, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -93,6 +93,6 @@ def force_limits_figure(result: LineForceLimits) -> Figure:
         Patch(color=PALE, alpha=0.2, label="between them"),
         Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=result.sampled_label),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
+    add_legend(figure, handles)
     add_title(figure, result.title)
     return figure

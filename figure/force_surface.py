@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import GRID, Axes, Figure, Headed, add_heading, choose_family_colours, legend_columns, new_figure
+from figure.style import GRID, Axes, Figure, Headed, add_heading, add_legend, choose_family_colours, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.colors import LogNorm
@@ -91,8 +91,7 @@ def force_surface_figure(result: ForceSurface) -> Figure:
     )  # fmt: skip
     axes.spines[["top", "right"]].set_visible(False)
     if result.curves:
-        labels = [curve.label for curve in result.curves]
-        figure.legend(frameon=False, loc="outside lower center", ncols=legend_columns(figure, labels, MOST_COLUMNS))
+        add_legend(figure, *axes.get_legend_handles_labels(), most=MOST_COLUMNS)
     add_heading(figure, result)
     return figure
 

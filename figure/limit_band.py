@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Axes, Figure, Headed, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Axes, Figure, Headed, add_legend, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 Flags = Bool[NDArray[np.bool_], "2 f"]
@@ -84,13 +84,13 @@ def limit_band_figure(result: LimitBands) -> Figure:
         grid[bottom, column].set_xlabel("frequency [Hz]")
         grid[bottom, column].tick_params(labelbottom=True)
     figure.supylabel(result.amplitude_label, fontsize=10)
-    add_band_legend(figure, result.bands, result.sampled_label, columns)
+    add_band_legend(figure, result.bands, result.sampled_label)
     add_title(figure, result.title)
     return figure
 
 
-def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str, columns: int) -> None:
-    """A legend of what there is in some bands, below panels in so many columns."""
+def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str) -> None:
+    """A legend of what there is in some bands."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -106,9 +106,7 @@ def add_band_legend(figure: Figure, bands: Sequence[Band], sampled_label: str, c
         entries["jump to another optimum"] = Line2D([], [], **_ring("o"))
     if repaired:
         entries["found by a random history"] = Line2D([], [], **_ring("s"))
-    # Six in one row would touch the edges of two panels.
-    ncols = min(len(entries), 3 if columns == 1 or len(entries) > 5 else 5)
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=ncols, frameon=False)
+    add_legend(figure, list(entries.values()), list(entries))
 
 
 def draw_band(axes: Axes, band: Band) -> None:

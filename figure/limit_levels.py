@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import LIMITS, PALE, Axes, Figure, Headed, add_title, new_figure, open_box
+from figure.style import LIMITS, PALE, Axes, Figure, Headed, add_legend, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def limit_levels_figure(result: LimitsByLevel) -> Figure:
             "markersize": 5,
         }
         handles.append(Line2D([], [], **style, label="at a jump, or at an end of the frequencies"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    add_legend(figure, handles)
     add_title(figure, result.title)
     return figure
 

@@ -44,6 +44,6 @@ def line_force_bands_figure(result: LineForceBands) -> Figure:
     for panel in grid[-1]:
         panel.set_xlabel("frequency [Hz]")
     everything = [band for bands in result.bands.values() for band in bands]
-    add_band_legend(figure, everything, result.sampled_label, min(n_column, 2))
+    add_band_legend(figure, everything, result.sampled_label)
     add_title(figure, result.title)
     return figure

@@ -14,6 +14,7 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
     new_figure,
     open_box,
@@ -124,7 +125,7 @@ def line_forces_figure(result: LineForces) -> Figure:
         over_one_period(axes)
         name_period(axes)
     lines = [Line2D([], [], color=colour, linewidth=LINE, label=label) for label, colour in colours.items()]
-    figure.legend(handles=lines, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
+    add_legend(figure, lines, most=LONGEST_LEGEND)
     add_heading(figure, result)
     return figure
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from figure.period_axis import name_period, over_one_period
 from figure.registry import draws
-from figure.style import CONTACT_STATES, INK, Axes, Figure, Headed, add_heading, new_figure
+from figure.style import CONTACT_STATES, INK, Axes, Figure, Headed, add_heading, add_legend, new_figure
 from geometry.errors import InputError
 
 #: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
@@ -118,7 +118,7 @@ def line_states_figure(result: StateHistories) -> Figure:
     patches = [
         Patch(facecolor=colour, edgecolor="#9aa3ad", linewidth=0.5, label=name) for name, colour in STATES.items()
     ]
-    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
+    add_legend(figure, patches)
     add_heading(figure, result)
     return figure
 

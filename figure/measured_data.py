@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from correlation.data_type.registry import Panel
 from figure.registry import draws
-from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, new_figure, open_box
+from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, add_legend, new_figure, open_box
 
 COLUMNS = 2
 #: A title needs so much [inches].
@@ -34,7 +34,7 @@ def measured_data_figure(result: MeasuredData) -> Figure:
         _draw(axes, panel)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     if labels:
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+        add_legend(figure, handles, labels)
     add_heading(figure, result)
     return figure
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from figure.registry import draws
 from figure.style import (
     LIMITS,
-    LONGEST_LEGEND,
     PALE,
     Axes,
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
     new_figure,
     open_box,
@@ -130,9 +130,7 @@ def draw_missing_law(result: LawDrawing) -> Figure:
         open_box(axes)
         axes.locator_params(nbins=6)
     handles, labels = by_u.get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND - 2), frameon=False
-    )
+    add_legend(figure, handles, labels)
     add_heading(figure, result)
     return figure
 

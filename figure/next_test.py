@@ -16,6 +16,7 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
     new_figure,
     open_box,
@@ -100,6 +101,6 @@ def draw_next_tests(result: NextTests) -> Figure:
     open_box(bars, grid="x")
     open_box(curves)
     handles, labels = curves.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower right", ncols=min(len(labels), 2), frameon=False)
+    add_legend(figure, handles, labels, most=2, loc="outside lower right")
     add_heading(figure, result)
     return figure

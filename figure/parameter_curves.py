@@ -17,7 +17,7 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
-    legend_columns,
+    add_legend,
     new_figure,
     open_box,
 )
@@ -124,5 +124,4 @@ def _legend(figure: Figure, lines: Sequence[str]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=INK, linestyle=LINES[number % len(LINES)]) for number in range(len(lines))]
-    columns = legend_columns(figure, list(lines), 4)
-    figure.legend(handles, list(lines), loc="outside lower center", ncols=columns, frameon=False)
+    add_legend(figure, handles, list(lines), most=4)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, Headed, add_legend, add_title, choose_family_colours, new_figure, open_box
 
 #: Panels in a row.
 COLUMNS = 5
@@ -67,6 +67,6 @@ def parameter_intervals_figure(result: ParameterIntervals) -> Figure:
         *(Line2D([], [], color=colours[name], marker="o", linewidth=3, alpha=0.7, label=name) for name in names),
         Line2D([], [], color=INK, linestyle="--", label="truth"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+    add_legend(figure, handles)
     add_title(figure, result.title)
     return figure

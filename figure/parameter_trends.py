@@ -16,8 +16,8 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
-    legend_columns,
     new_figure,
     open_box,
 )
@@ -131,5 +131,4 @@ def _legend(figure: Figure, result: ParameterTrends, colours: Sequence[str]) -> 
         doubt = Line2D([], [], color=PALE, marker="o", markerfacecolor="white", linestyle="", markersize=4.5)
         doubt.set_label("at an end of the sweep")
         handles.append(doubt)
-    columns = legend_columns(figure, [str(handle.get_label()) for handle in handles], 8)
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+    add_legend(figure, handles)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, legend_columns, new_figure, open_box
+from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, add_legend, new_figure, open_box
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -83,8 +83,7 @@ def response_spread_figure(result: ResponseSpread) -> Figure:
         open_box(axes)
     for axes in grid.flat[len(result.panels) :]:
         axes.set_visible(False)
-    ncols = legend_columns(figure, list(entries), 4)
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=ncols, frameon=False)
+    add_legend(figure, list(entries.values()), list(entries), most=4)
     add_heading(figure, result)
     return figure
 

@@ -14,8 +14,8 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
-    legend_columns,
     new_figure,
     open_box,
 )
@@ -71,6 +71,6 @@ def ring_down_figure(result: DecayDrawing) -> Figure:
     for axes in (above, below):
         open_box(axes)
     handles, labels = below.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=legend_columns(figure, labels, 4), frameon=False)
+    add_legend(figure, handles, labels, most=4)
     add_heading(figure, result)
     return figure

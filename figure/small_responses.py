@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, Headed, add_legend, add_title, choose_family_colours, new_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -67,6 +67,6 @@ def small_responses_figure(result: SmallResponses) -> Figure:
         open_box(axes)
     grid[0].set_ylabel(result.amplitude)
     handles, labels = grid[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    add_legend(figure, handles, labels)
     add_title(figure, result.title)
     return figure

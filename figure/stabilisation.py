@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_heading, new_figure, open_box
+from figure.style import INK, Figure, Headed, add_heading, add_legend, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,6 +63,6 @@ def stabilisation_figure(result: StabilisationDrawing) -> Figure:
     above.set_ylabel(result.response_label)
     handles = [*above.get_legend_handles_labels()[0], *below.get_legend_handles_labels()[0]]
     labels = [*above.get_legend_handles_labels()[1], *below.get_legend_handles_labels()[1]]
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 5), frameon=False)
+    add_legend(figure, handles, labels)
     add_heading(figure, result)
     return figure

@@ -145,6 +145,35 @@ def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
     return 1
 
 
+def add_legend(
+    figure: Figure,
+    handles: Sequence[Any],
+    labels: Sequence[str] | None = None,
+    *,
+    most: int = 8,
+    loc: Literal["outside lower center", "outside lower left", "outside lower right"] = "outside lower center",
+    **style: Any,
+) -> None:
+    """A legend below all panels, in as many columns as the figure is wide enough for.
+
+    Parameters
+    ----------
+    figure
+        With a constrained layout.
+    handles, labels
+        Its entries; by default each handle's own label.
+    most
+        Columns at most.
+    loc
+        Where it stands.
+    style
+        Further words of matplotlib's legend.
+    """
+    labels = [str(handle.get_label()) for handle in handles] if labels is None else labels
+    ncols = legend_columns(figure, labels, most)
+    figure.legend(handles, labels, loc=loc, ncols=ncols, frameon=False, **style)
+
+
 def add_heading(figure: Figure, result: Headed) -> None:
     """Write title and subtitle at the top left, and keep the axes of a constrained layout below them."""
     width, height = figure.get_size_inches()
@@ -175,8 +204,8 @@ def evenly(count: int, most: int) -> list[int]:
     return [int(place) for place in np.unique(places)]
 
 
-def print_micro(figure: Figure) -> None:
-    """Write µm in all words of a figure: case files and tables for computers write um, so that any keyboard has it."""
+def typeset_figure(figure: Figure) -> None:
+    """`typeset` for all words of a figure: files and tables for computers have what any keyboard has."""
     from matplotlib.text import Text
     from matplotlib.ticker import FixedFormatter, FuncFormatter
 
@@ -185,17 +214,19 @@ def print_micro(figure: Figure) -> None:
             # Names at an axis are written anew with each tick.
             if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
                 labels = [label.get_text() for label in axis.get_ticklabels()]
-                if any("um" in label for label in labels):
-                    axis.set_ticks(axis.get_ticklocs(), labels=[typeset_micro(label) for label in labels])
+                if (printed := [typeset(label) for label in labels]) != labels:
+                    axis.set_ticks(axis.get_ticklocs(), labels=printed)
     for text in figure.findobj(Text):
         words = text.get_text()
-        if "um" in words:
-            text.set_text(typeset_micro(words))
+        # Words between dollars are formulas, which matplotlib sets itself.
+        if "$" not in words and (printed_words := typeset(words)) != words:
+            text.set_text(printed_words)
 
 
-def typeset_micro(words: str) -> str:
-    """Words with µm for um."""
-    return re.sub(r"\bum\b", "µm", words)
+def typeset(text: str) -> str:
+    """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
+    text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
+    return re.sub(r"\bum\b", "µm", text)
 
 
 def png(figure: Figure) -> bytes:
@@ -205,7 +236,7 @@ def png(figure: Figure) -> bytes:
     from PIL import Image
 
     figure.set_dpi(DPI)
-    print_micro(figure)
+    typeset_figure(figure)
     canvas, stream = FigureCanvasAgg(figure), BytesIO()
     # Letters as they were designed: moved onto pixels they look no better at this size, and take a third longer.
     with rc_context({"text.hinting": "none"}):

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, Figure, Headed, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, Figure, Headed, add_legend, add_title, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,6 +44,6 @@ def tornado_figure(result: Tornado) -> Figure:
         open_box(axes, grid="x")
     grid[0].set_yticks(place, result.parameters)
     entries = {"a step down": Patch(color=LIMITS[0]), "a step up": Patch(color=LIMITS[1])}
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=2, frameon=False)
+    add_legend(figure, list(entries.values()), list(entries))
     add_title(figure, result.title)
     return figure

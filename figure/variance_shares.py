@@ -15,8 +15,8 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
+    add_legend,
     choose_family_colours,
-    legend_columns,
     new_figure,
     open_box,
 )
@@ -90,9 +90,7 @@ def variance_shares_figure(result: VarianceShares) -> Figure:
         Line2D([], [], color=INK, linewidth=1.0, label="its 95 % interval"),
         Line2D([], [], color=INK, marker="D", markerfacecolor="white", linestyle="", label="to first order"),
     ]
-    entries = [*handles, *signs]
-    ncols = legend_columns(figure, [str(item.get_label()) for item in entries], 8)
-    figure.legend(handles=entries, loc="outside lower center", ncols=ncols, frameon=False)
+    add_legend(figure, [*handles, *signs])
     add_heading(figure, result)
     return figure
 

@@ -7,7 +7,18 @@ from textwrap import fill
 import numpy as np
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, format_three_digits, new_figure, open_box
+from figure.style import (
+    INK,
+    PALE,
+    Axes,
+    Figure,
+    Headed,
+    add_heading,
+    add_legend,
+    format_three_digits,
+    new_figure,
+    open_box,
+)
 
 #: Training and held-out data.
 TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
@@ -83,7 +94,7 @@ def waterfall_figure(result: Waterfall) -> Figure:
     handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
     if any(step.proposed for step in result.steps):
         handles.append(Patch(facecolor="white", edgecolor=PALE, hatch="////", label="proposed"))
-    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
+    add_legend(figure, handles, loc="outside lower left")
     add_heading(figure, result)
     return figure
 

@@ -11,7 +11,7 @@ from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
-from figure.style import choose_family_colours, typeset_micro
+from figure.style import choose_family_colours, typeset
 from study.compare.curve import find_rows, joined, keys, refine_points
 from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.diagnose.round import Round
@@ -57,7 +57,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
                     "sensor": sensor,
                     "harmonic": int(harmonic),
                     "label": f"{sensor}, {words}",
-                    "unit": typeset_micro(per_level_unit(unit, drive) if per_level else unit),
+                    "unit": typeset(per_level_unit(unit, drive) if per_level else unit),
                     "static": not harmonic,
                     "groups": groups,
                 }

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from figure.style import typeset_micro
+from figure.style import typeset
 from study.json_value import plain
 from study.run_record import current_provenance
 
@@ -109,9 +109,8 @@ def embed(picture: bytes) -> str:
 
 
 def set_in_type(text: str) -> str:
-    """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
-    text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
-    return typeset_micro(text).replace(" %", "\u00a0%")
+    """Words as they are printed, with no line's end before %."""
+    return typeset(text).replace(" %", "\u00a0%")
 
 
 def _read_plotly() -> str:

@@ -10,7 +10,7 @@ from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
-from figure.style import choose_family_colours, typeset_micro
+from figure.style import choose_family_colours, typeset
 from study.compare.curve import Curve, Drawing, Panel, stands_out
 from study.compare.result import Compared
 from study.compare.section.section import Section
@@ -128,7 +128,7 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Number
     return {
         "configuration": configuration(free),
         "label": f"{sensor}, {words}",
-        "unit": typeset_micro(panel.unit),
+        "unit": typeset(panel.unit),
         "static": panel.is_static,
         "harmonic": harmonic,
         "phase": runs.has_phase(sensor) and not panel.is_static,
