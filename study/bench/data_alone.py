@@ -11,6 +11,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.fit_parameter import Unknowns
 from study.alike import merge_suspicions
+from study.bench.own_effect import show_own_effects
 from study.bench.view.comparison import show_summary
 from study.bench.view.history import show_history
 from study.bench.view.parameter import show_parameters
@@ -52,6 +53,7 @@ def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numb
         "parameters": show_parameters(setup, unknowns, np.array(values, dtype=np.float64), history),
         "structure": show_structure(model, {} if make_surfaces is None else make_surfaces()),
         "history": show_history(history),
+        "own": show_own_effects(case, setup.model),
     }
     errors = np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
     size = float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")

@@ -72,6 +72,48 @@ def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: Run
 
 
 @slow
+def test_an_effect_of_ones_own_is_written_in_the_page_and_is_a_candidate(
+    bench: RunningBench, open_page: Started
+) -> None:
+    page = open_page(bench.address)
+    wait(page)
+    press(page, "#write-own")
+    assert page.evaluate("document.activeElement.id") == "own-text"
+    source = page.input_value("#own-text")
+    line = next(number for number, text in enumerate(source.splitlines(), 1) if "model.places[PLACE]" in text)
+    page.fill("#own-name", "mine.py")
+    page.fill("#own-text", source.replace("model.places[PLACE]", "model.places[PLACES]"))
+    press(page, "#own-save")
+    # The sentence names the line, and the editor shows it.
+    page.wait_for_selector("#own-note.error")
+    assert f"mine.py, line {line}:" in page.inner_text("#own-note")
+    chosen = "byId('own-text').value.slice(byId('own-text').selectionStart, byId('own-text').selectionEnd)"
+    assert "PLACES" in page.evaluate(chosen)
+    assert not (bench.case.parent / "mine.py").exists()
+    page.fill("#own-text", source)
+    press(page, "#own-save")
+    until(page, "byId('own-file').value === 'mine.py'")
+    assert "own spring at base" in page.inner_text("#own-note")
+    assert (bench.case.parent / "mine.py").read_text(encoding="utf-8") == source
+    wait(page)
+    page.evaluate("showAll = true; drawEffects()")
+    assert page.locator("#candidates b", has_text="own spring at base").count() == 1
+    assert page.locator("#log li", has_text="mine.py was written beside").count() == 1
+    assert "bench.save_effect(file='mine.py'" in page.evaluate("state.log.map((entry) => entry.python).join()")
+    # Another page has the file, and what was typed since is not lost by what is computed.
+    page.fill("#own-text", source + "# more\n")
+    page.evaluate("call('compare')")
+    wait(page)
+    assert page.input_value("#own-text") == source + "# more\n"
+    other = open_page(bench.address)
+    wait(other)
+    other.evaluate("byId('own').open = true")
+    assert other.input_value("#own-text") == source
+    for each in (page, other):
+        each.close()
+
+
+@slow
 def test_pages_of_two_servers_do_not_write_over_each_other_and_one_that_is_killed_loses_nothing(
     bench: RunningBench, open_page: Started
 ) -> None:
