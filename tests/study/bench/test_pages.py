@@ -29,6 +29,7 @@ from tests.study.bench.conftest import (
     Started,
     await_end,
     children,
+    find_faults,
     press,
     running,
     until,
@@ -54,6 +55,37 @@ def test_the_story_of_a_beam_between_contacts_is_the_same(tmp_path: Path, open_p
     with running(case, tmp_path / "campaign", *WITHOUT) as bench:
         tell_story(bench, open_page, run_as_a_user)
         assert bench.end() == 0
+
+
+@slow
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1920, "dark")])
+def test_no_state_of_the_page_has_a_serious_fault_of_accessibility(
+    bench: RunningBench, open_page: Started, axe: str, width: int, scheme: str
+) -> None:
+    page = open_page(bench.address, width, scheme)
+    wait(page)
+    faults = {"compared": find_faults(page, axe)}
+    page.evaluate("byId('own').open = true")
+    page.fill("#own-text", "candidates = None")
+    press(page, "#own-save")
+    page.wait_for_selector("#own-note.error")
+    faults["a mistake"] = find_faults(page, axe)
+    press(page, "#diagnose")
+    until(page, "state.busy !== null")
+    faults["busy"] = find_faults(page, axe)
+    page.wait_for_selector("#candidates tbody.named")
+    wait(page)
+    faults["diagnosed"] = find_faults(page, axe)
+    press(page, "#candidates tbody.named button.add")
+    page.wait_for_selector("#verdict.nothing")
+    wait(page)
+    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    faults["added, all unfolded"] = find_faults(page, axe)
+    assert not [(state, each) for state, listed in faults.items() for each in listed]
+    # What is a fault is found.
+    page.evaluate("byId('own-text').removeAttribute('aria-label')")
+    assert any(fault.startswith("label:") for fault in find_faults(page, axe))
+    page.close()
 
 
 @slow
