@@ -14,8 +14,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
-
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
 from correlation.metric.misfit import whole
@@ -25,8 +23,8 @@ from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 from pipeline.output import prepare_output, replace_file
 from study.bench.case_text import hash_text
 from study.bench.copied_case import name_apart
-from study.bench.data_alone import compare_alone, diagnose_alone, screen_alone
-from study.bench.line import Lines, find_lines, list_unknowns, move_lines
+from study.bench.data_alone import compare_alone, diagnose_alone, move_alone, screen_alone
+from study.bench.line import Lines, find_lines, list_unknowns, move_lines, move_values
 from study.bench.own_effect import OwnFile, save_own_effect, show_own_effects
 from study.bench.view.candidate import show_diagnosis, show_scores
 from study.bench.view.comparison import list_errors, show_comparison, show_moved
@@ -246,7 +244,7 @@ class Bench:
         return self._written(calibrate_case(self.case, self.folder, self.run, self.without))
 
     def move(self, values: Mapping[str, float]) -> Result:
-        """Exact curves with other values of some parameters; the case stays as it is.
+        """Exact curves, or features of typed data, with other values of some parameters; the case stays as it is.
 
         Parameters
         ----------
@@ -258,12 +256,12 @@ class Bench:
         LoopError
             A parameter that the case does not have.
         """
+        campaign = self._read_campaign()
+        if campaign.has_data_alone:
+            numbers_alone, views = move_alone(self.case, campaign, self.run, values)
+            return Result(numbers=numbers_alone, views=views)
         found = self._current()
-        moved = np.array(found.values)
-        for name, value in values.items():
-            if name not in found.unknowns.names:
-                raise LoopError(f'"{name}" is no parameter of {self.case}: there are {", ".join(found.unknowns.names)}')
-            moved[found.unknowns.names.index(name)] = value
+        moved = move_values(found.unknowns, found.values, values, self.case)
         with self.run.progress.step("exact curves", expected=3):
             lines = move_lines(found.compared, found.lines, found.unknowns, moved)
             shown, numbers = show_moved(found.compared, lines)

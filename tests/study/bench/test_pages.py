@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.two_masses import TWO_MASSES
+from benchmarks.two_masses import TWO_MASSES, write_two_masses
 from study.beam.case import write_beam_case
 from study.diagnose.history import history_of, read_text
 from tests.slow import slow
@@ -86,6 +86,34 @@ def test_no_state_of_the_page_has_a_serious_fault_of_accessibility(
     page.evaluate("byId('own-text').removeAttribute('aria-label')")
     assert any(fault.startswith("label:") for fault in find_faults(page, axe))
     page.close()
+
+
+@slow
+def test_beside_typed_data_alone_a_slider_moves_all_that_is_predicted(
+    tmp_path: Path, open_page: Started, axe: str
+) -> None:
+    case = write_two_masses(tmp_path, {}, case=PLACED)
+    campaign = tmp_path / "modal"
+    campaign.mkdir()
+    mode = (
+        '[[mode]]\nname = "first"\nconfiguration = "jointed"\nfrequency = "20.3 Hz"\nfrequency_deviation = "0.01 Hz"\n'
+    )
+    (campaign / "campaign.toml").write_text(f'schema = 1\ntitle = "Modal test"\n{mode}', encoding="utf-8")
+    with running(case, campaign) as bench:
+        page = open_page(bench.address)
+        wait(page)
+        assert page.is_disabled("#calibrate")
+        assert "--calibrate" in page.inner_text("#moved")
+        drawn = page.inner_text("#data")
+        page.focus("input[data-parameter=E]")
+        page.keyboard.press("ArrowRight")
+        until(page, "exactLines() !== null")
+        assert page.inner_text("#data") != drawn
+        assert find_faults(page, axe) == []
+        press(page, "#back")
+        assert page.inner_text("#data") == drawn
+        page.close()
+        assert bench.end() == 0
 
 
 @slow
