@@ -44,7 +44,7 @@ def command_of(entry: Entry, case: Path, folder: Path, without: Sequence[str] = 
     elif entry.name == "screen":
         return f"{_join(['diagnose', str(case), str(folder), *left_out])}  # its screening alone"
     elif entry.name == "move":
-        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: curves alone"
+        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: predictions alone"
     elif entry.name == "edit":
         return f"# {case.name} was edited by hand"
     elif entry.name == "save_effect":
