@@ -10,12 +10,9 @@ The page, its worker process and an exported script make the same calls::
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-
-import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
@@ -24,8 +21,11 @@ from correlation.prediction import Points
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
 from pipeline.output import prepare_output, replace_file
-from study.bench.data_alone import compare_alone, diagnose_alone, screen_alone
-from study.bench.line import Lines, find_lines, list_unknowns, move_lines
+from study.bench.case_text import hash_text
+from study.bench.copied_case import name_apart
+from study.bench.data_alone import compare_alone, diagnose_alone, move_alone, screen_alone
+from study.bench.line import Lines, find_lines, list_unknowns, move_lines, move_values
+from study.bench.own_effect import OwnFile, save_own_effect, show_own_effects
 from study.bench.view.candidate import show_diagnosis, show_scores
 from study.bench.view.comparison import list_errors, show_comparison, show_moved
 from study.bench.view.finding import show_law, show_next_tests
@@ -94,11 +94,16 @@ class Bench:
         Store and progress; by default nothing is stored or shown.
     without
         Kinds of effects to leave out.
+    is_copy
+        Whether the case is one of `study.bench.copied_case.copy_beside`, whose effect files lie apart.
     """
 
-    def __init__(self, case: Path, folder: Path, run: RunContext | None = None, without: Sequence[str] = ()) -> None:
+    def __init__(
+        self, case: Path, folder: Path, run: RunContext | None = None, without: Sequence[str] = (), *,
+        is_copy: bool = False,
+    ) -> None:  # fmt: skip
         self.case, self.folder = Path(case), Path(folder)
-        self.run, self.without = run or silent_run(), tuple(without)
+        self.run, self.without, self.is_copy = run or silent_run(), tuple(without), is_copy
         self._comparison: _Comparison | None = None
 
     def compare(self) -> Result:
@@ -125,6 +130,7 @@ class Bench:
             make_surfaces = found.read.structure.surfaces
             surfaces = {} if make_surfaces is None else make_surfaces()
             views["structure"] = show_structure(compared.model, surfaces, operations)
+            views["own"] = show_own_effects(self.case, found.read.setup.model)
         views["history"] = show_history(history)
         numbers = {"training deviations [-]": whole(compared.train).whitened}
         if compared.held_out is not None:
@@ -238,7 +244,7 @@ class Bench:
         return self._written(calibrate_case(self.case, self.folder, self.run, self.without))
 
     def move(self, values: Mapping[str, float]) -> Result:
-        """Exact curves with other values of some parameters; the case stays as it is.
+        """Exact curves, or features of typed data, with other values of some parameters; the case stays as it is.
 
         Parameters
         ----------
@@ -250,12 +256,12 @@ class Bench:
         LoopError
             A parameter that the case does not have.
         """
+        campaign = self._read_campaign()
+        if campaign.has_data_alone:
+            numbers_alone, views = move_alone(self.case, campaign, self.run, values)
+            return Result(numbers=numbers_alone, views=views)
         found = self._current()
-        moved = np.array(found.values)
-        for name, value in values.items():
-            if name not in found.unknowns.names:
-                raise LoopError(f'"{name}" is no parameter of {self.case}: there are {", ".join(found.unknowns.names)}')
-            moved[found.unknowns.names.index(name)] = value
+        moved = move_values(found.unknowns, found.values, values, self.case)
         with self.run.progress.step("exact curves", expected=3):
             lines = move_lines(found.compared, found.lines, found.unknowns, moved)
             shown, numbers = show_moved(found.compared, lines)
@@ -279,9 +285,41 @@ class Bench:
         panels = [(free, panel) for free, listed in drawing.panels.items() for panel in listed if panel.curves]
         return Result(numbers=count_limits(families), views={"limits": show_limits(families, panels)})
 
+    def save_effect(self, file: str, text: str, seen: str | None = None, before: str | None = None) -> Result:
+        """Write a file of effects of one's own beside the case, which names it; with a mistake nothing is written.
+
+        Parameters
+        ----------
+        file
+            Name of the file: one that the case names, or a new one.
+        text
+            Its source.
+        seen
+            As in `add`.
+        before
+            `hash_text` of the source as it was seen, empty for a new file; by default any is taken.
+
+        Raises
+        ------
+        EffectError
+            The file has a mistake, with its line.
+        LoopError
+            The case or the file is another one than was seen.
+        UntrustedCode
+            Others may change what is in the folder, and the user does not trust them.
+        """
+        self._require_seen(seen)
+        own = OwnFile(case=self.case, name=file, is_copy=self.is_copy)
+        if before is not None and own.hash != before:
+            raise LoopError(
+                f"{own.path} was changed since the page showed it, and nothing was written: reload the page"
+            )
+        numbers, model = save_own_effect(own, text, self._read_campaign(), self.run)
+        return Result(numbers=numbers, views={"own": show_own_effects(self.case, model)})
+
     def edit(self, text: str) -> Result:
         """Replace the case by another text, as an editor does."""
-        replace_file(self.case, text.encode("utf-8"))
+        replace_file(self.case, (name_apart(self.case, text) if self.is_copy else text).encode("utf-8"))
         return Result(numbers={})
 
     def _current(self) -> _Comparison:
@@ -328,8 +366,3 @@ class Bench:
         return Result(
             numbers=list_numbers(step.before, step.after), views={"history": show_history(history_of(self.case))}
         )
-
-
-def hash_text(text: str) -> str:
-    """Hash of the text of a case, by which a page tells whether it is still the one that it shows."""
-    return sha256(text.encode("utf-8")).hexdigest()

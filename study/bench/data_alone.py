@@ -1,22 +1,26 @@
 """A campaign without steady states on the bench: its numbers and pictures, and the diagnosis of these."""
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
+from correlation.model import Model
 from correlation.sensor_placement import with_sensors
-from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.fit_parameter import Unknowns, Values
 from study.alike import merge_suspicions
+from study.bench.line import move_values
+from study.bench.own_effect import show_own_effects
 from study.bench.view.comparison import show_summary
 from study.bench.view.history import show_history
 from study.bench.view.parameter import show_parameters
 from study.bench.view.structure import show_structure
-from study.case.setup import read_case
-from study.compare.data import compare_data
+from study.case.setup import ReadCase, read_case
+from study.compare.data import DataComparison, compare_data
 from study.compare.data_run import summarise_data
 from study.compare.data_view import show_data
 from study.compare.section.section import Section
@@ -30,32 +34,64 @@ Views = dict[str, Any]
 Numbers = dict[str, float | str]
 
 
-def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numbers, Views]:
-    """Numbers and parts of the page of a comparison, as `stickslip compare` makes it."""
-    read, history = read_case(case, campaign, run), history_of(case)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Alone:
+    """A case beside such a campaign, and its parameters."""
+
+    read: ReadCase
+    campaign: Campaign
+    unknowns: Unknowns
+    values: Values
+
+    def compare(
+        self, model: Model, run: RunContext
+    ) -> tuple[Numbers, list[dict[str, Any]], tuple[DataComparison, ...]]:
+        """Numbers, sections and features of a comparison with a model of the case."""
+        model = with_sensors(model, self.campaign)
+        with run.progress.step("comparison", expected=5):
+            data = compare_data(model, self.campaign.data)
+        with run.progress.step("page", expected=4):
+            _, sections = show_data(model, self.campaign.data, data, self.read.setup.title)
+        errors = np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
+        size = float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")
+        return {"difference [standard deviations]": size}, [_show_section(section) for section in sections], data
+
+
+def _read_alone(case: Path, campaign: Campaign, run: RunContext) -> _Alone:
+    read = read_case(case, campaign, run)
     setup = read.setup
-    model = with_sensors(setup.complete, campaign)
-    with run.progress.step("comparison", expected=5):
-        data = compare_data(model, campaign.data)
-    with run.progress.step("page", expected=4):
-        _, sections = show_data(model, campaign.data, data, setup.title)
-    suspicions = merge_suspicions(find_all_suspicions(campaign, model))
     unknowns = Unknowns.from_effects(
         setup.model, [(item, item.deviation) for item in setup.accepted], [item.effect for item in setup.added]
     )
     values = [setup.calibrated.get(item.name, 1.0) for item in setup.accepted]
     values += [float(value) for item in setup.added for value in item.values]
-    make_surfaces = read.structure.surfaces
+    return _Alone(read=read, campaign=campaign, unknowns=unknowns, values=np.array(values, dtype=np.float64))
+
+
+def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numbers, Views]:
+    """Numbers and parts of the page of a comparison, as `stickslip compare` makes it."""
+    alone, history = _read_alone(case, campaign, run), history_of(case)
+    setup, make_surfaces = alone.read.setup, alone.read.structure.surfaces
+    numbers, sections, data = alone.compare(setup.complete, run)
+    model = with_sensors(setup.complete, campaign)
+    suspicions = merge_suspicions(find_all_suspicions(campaign, model))
     views: Views = {
         "verdict": show_summary(setup.title, campaign.title, summarise_data(data), suspicions) | {"is_alone": True},
-        "data": [_show_section(section) for section in sections],
-        "parameters": show_parameters(setup, unknowns, np.array(values, dtype=np.float64), history),
+        "data": sections,
+        "parameters": show_parameters(setup, alone.unknowns, alone.values, history),
         "structure": show_structure(model, {} if make_surfaces is None else make_surfaces()),
         "history": show_history(history),
+        "own": show_own_effects(case, setup.model),
     }
-    errors = np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
-    size = float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")
-    return {"difference [standard deviations]": size}, views
+    return numbers, views
+
+
+def move_alone(case: Path, campaign: Campaign, run: RunContext, values: Mapping[str, float]) -> tuple[Numbers, Views]:
+    """The same comparison with other values of some parameters; the case stays as it is."""
+    alone = _read_alone(case, campaign, run)
+    moved = move_values(alone.unknowns, alone.values, values, case)
+    numbers, sections, _ = alone.compare(alone.unknowns.compose(alone.unknowns.clipped(moved)), run)
+    return numbers, {"moved": {"values": dict(values), "data": sections}}
 
 
 def screen_alone() -> Views:

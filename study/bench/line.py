@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Complex
@@ -19,6 +20,7 @@ from study.case.setup import Setup
 from study.compare.curve import LINE_TOLERANCE, joined, refine_points
 from study.compare.result import Compared
 from study.compare.unknown_gain import set_gains
+from study.diagnose.add import LoopError
 
 #: Step of a difference for a parameter that moves points, as a share of its size [-].
 STEP = 0.02
@@ -62,6 +64,22 @@ def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
     values = [setup.calibrated.get(item.name, 1.0) for item in setup.accepted]
     values += [float(value) for item in setup.added for value in item.values]
     return unknowns, np.array(values, dtype=np.float64)
+
+
+def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], case: Path) -> Values:
+    """Values of the parameters of a case with some of them replaced, shape (p,).
+
+    Raises
+    ------
+    LoopError
+        A parameter that the case does not have.
+    """
+    moved = np.array(values)
+    for name, value in given.items():
+        if name not in unknowns.names:
+            raise LoopError(f'"{name}" is no parameter of {case}: there are {", ".join(unknowns.names)}')
+        moved[unknowns.names.index(name)] = value
+    return moved
 
 
 @stage("lines that move", ignore=("compared", "unknowns", "values"))

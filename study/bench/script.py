@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 #: Keys of a call that say nothing of what is done.
-PRIVATE = frozenset({"seen"})
+PRIVATE = frozenset({"seen", "before"})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,9 +44,11 @@ def command_of(entry: Entry, case: Path, folder: Path, without: Sequence[str] = 
     elif entry.name == "screen":
         return f"{_join(['diagnose', str(case), str(folder), *left_out])}  # its screening alone"
     elif entry.name == "move":
-        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: curves alone"
+        return f"# {', '.join(f'{name} = {value:.6g}' for name, value in given['values'].items())}: predictions alone"
     elif entry.name == "edit":
         return f"# {case.name} was edited by hand"
+    elif entry.name == "save_effect":
+        return f"# {given['file']} was written beside {case.name}, which names it in [effects] files"
     elif entry.name in {"compare", "limits"}:
         words = ["compare", str(case), str(folder), *(["--limits"] if entry.name == "limits" else [])]
     else:
@@ -61,8 +63,9 @@ def python_of(entry: Entry) -> str:
 
 
 def script_of(
-    entries: Sequence[Entry], case: Path, folder: Path, without: Sequence[str], text: str, history: str
-) -> str:
+    entries: Sequence[Entry], case: Path, folder: Path, without: Sequence[str], text: str, history: str,
+    effects: Mapping[str, str] | None = None,
+) -> str:  # fmt: skip
     """Script that repeats all entries on a copy of the case, and prints their numbers.
 
     Parameters
@@ -73,6 +76,8 @@ def script_of(
         As in `study.bench.bench.Bench`.
     text, history
         Case file and its history as they were before the first entry.
+    effects
+        Effect files that were written since, as they were before, by name.
     """
     calls = "".join(f"        show({python_of(entry)})\n" for entry in entries)
     return f'''\
@@ -83,18 +88,20 @@ Run it with the Python of stickslip. What was computed then is found in the cach
 
 from pathlib import Path
 
-from study.bench.repeat import copy_beside, open_bench, show
+from study.bench.copied_case import copy_beside
+from study.bench.repeat import open_bench, show
 
 CASE = Path({str(case.resolve())!r})
 CAMPAIGN = Path({str(folder.resolve())!r})
 WITHOUT = {tuple(without)!r}
 TEXT = {text!r}
 HISTORY = {history!r}
+EFFECTS = {dict(effects or {})!r}
 
 # Below, because some cases are computed in several processes, which read this file as well.
 if __name__ == "__main__":
-    with copy_beside(CASE, TEXT, HISTORY) as case:
-        bench = open_bench(case, CAMPAIGN, WITHOUT)
+    with copy_beside(CASE, TEXT, HISTORY, EFFECTS) as case:
+        bench = open_bench(case, CAMPAIGN, WITHOUT, is_copy=True)
 {calls}'''
 
 

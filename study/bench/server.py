@@ -16,6 +16,7 @@ from study.bench.guard import HEADERS, NAMES, find_refusal
 from study.bench.session import Session
 from study.bench.work import Place
 from study.bench.worker import Worker
+from study.page.html import LOG_SCALE
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -84,6 +85,8 @@ class Door:
         name = request.match_info["name"]
         if name == "plotly.js":
             return _answer_file(find_plotly())
+        if name == LOG_SCALE.name:
+            return _answer_file(LOG_SCALE)
         from aiohttp import web
 
         if name == "palette.css":

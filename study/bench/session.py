@@ -19,7 +19,7 @@ from study.diagnose.history import history_file
 
 #: Calls that write the case, and those whose answers are of the case as it was when they began.
 WRITING, READING = (
-    frozenset({"add", "undo", "calibrate"}),
+    frozenset({"add", "undo", "calibrate", "save_effect"}),
     frozenset({"compare", "screen", "diagnose", "move", "limits"}),
 )
 #: Calls after which the page shows the case as it is.
@@ -84,6 +84,7 @@ class Session:
         self._began = self.clock()
         self._text = self._text_of_call = self._first = read_text(self.place.case) or ""
         self._first_history = read_text(history_file(self.place.case)) or ""
+        self._first_effects: dict[str, str] = {}
         self._campaign = sign_folder(self.place.folder)
         self.views = {name: (1, view) for name, view in read_last_views(self.place, self._shown_texts).items()}
         self.is_last = bool(self.views)
@@ -128,7 +129,7 @@ class Session:
         elif self.running is not None and message["number"] == self.running.number:
             self.running, self.steps = None, []
             if kind == "failed":
-                self._tell("error", message["sentence"])
+                self._tell("error", message["sentence"], message["name"])
                 self.queue = [call for call in self.queue if call.name in WRITING]
             else:
                 self._take(message)
@@ -183,7 +184,9 @@ class Session:
     def script(self) -> str:
         """Script that repeats what was done."""
         place = self.place
-        return script_of(self.entries, place.case, place.folder, place.without, self._first, self._first_history)
+        return script_of(
+            self.entries, place.case, place.folder, place.without, self._first, self._first_history, self._first_effects
+        )
 
     @property
     def _shown_texts(self) -> tuple[str, ...]:
@@ -207,6 +210,8 @@ class Session:
         if name == "move" and self.entries and self.entries[-1].name == "move":
             self.entries.pop()
         self.entries.append(entry)
+        if name == "save_effect":
+            self._keep_first_effect(message["arguments"]["file"])
         for part, document in views.items():
             encoded = json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
             self.views[part] = (self.views.get(part, (0, b""))[0] + 1, encoded)
@@ -220,6 +225,15 @@ class Session:
             self._again()
         elif name == "screen" and views["is_diagnosed"]:
             self._ask("diagnose", {})
+
+    def _keep_first_effect(self, name: str) -> None:
+        """Keep an effect file as it was shown before it was written for the first time, for the script."""
+        if sum(each.name == "save_effect" and each.arguments["file"] == name for each in self.entries) > 1:
+            return
+        _, shown = self.views.get("own", (0, b'{"files": []}'))
+        self._first_effects |= {
+            each["name"]: each["text"] for each in json.loads(shown)["files"] if each["name"] == name
+        }
 
     def _again(self) -> None:
         """Ask anew for what depends on case and campaign."""
@@ -242,8 +256,8 @@ class Session:
         now = datetime.now().astimezone().isoformat(timespec="seconds")
         return Entry(name=name, arguments=arguments, numbers=numbers, when=now)
 
-    def _tell(self, tone: str, text: str) -> None:
-        self.message = {"tone": tone, "text": text}
+    def _tell(self, tone: str, text: str, of: str = "") -> None:
+        self.message = {"tone": tone, "text": text, "of": of}
         self._bump()
 
     def _bump(self) -> None:

@@ -22,7 +22,7 @@ EVERY = 0.25
 #: How often the worker looks whether its server is still there [s].
 LOOK_EVERY = 1.0
 #: Calls of `study.bench.bench.Bench` that a page may ask for.
-CALLS = frozenset({"compare", "screen", "diagnose", "add", "undo", "calibrate", "move", "limits"})
+CALLS = frozenset({"compare", "screen", "diagnose", "add", "undo", "calibrate", "save_effect", "move", "limits"})
 
 Send = Callable[[Mapping[str, Any]], None]
 
@@ -37,12 +37,15 @@ class Place:
         As in `study.bench.bench.Bench`.
     cache
         Folder of stored results.
+    trust
+        Whether the user has said ``--trust``.
     """
 
     case: Path
     folder: Path
     without: tuple[str, ...] = ()
     cache: Path | None = None
+    trust: bool = False
 
 
 def serve_calls(connection: Connection, place: Place, parent: int) -> None:
@@ -84,7 +87,10 @@ def describe(error: Exception, name: str) -> str:
 def _open(place: Place, send: Send) -> Any:
     from pipeline.store import Store
     from study.bench.bench import Bench
+    from study.case.trust import trust_code
     from study.run_context import RunContext
+
+    trust_code(place.trust)  # a process of its own does not know what its parent was told
 
     def warn(sentence: str) -> None:
         send({"kind": "warning", "sentence": sentence})

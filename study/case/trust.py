@@ -49,7 +49,7 @@ def require_trust(files: Sequence[Path], case: Path) -> None:
     Parameters
     ----------
     files
-        Existing Python files.
+        Python files; of one that is still to be written its folder counts.
     case
         Case file that names them.
 
@@ -75,8 +75,10 @@ def require_trust(files: Sequence[Path], case: Path) -> None:
 
 
 def is_own(file: Path) -> bool:
-    """Whether a file and its folder belong to the user or the system, and nobody else may write to them."""
+    """Whether a file, if it is there, and its folder are the user's or the system's, and nobody else may write them."""
     for place in (file.resolve(), file.resolve().parent):
+        if place == file.resolve() and not place.exists():
+            continue
         found = place.stat()
         others_write = found.st_mode & stat.S_IWOTH and not (place.is_dir() and found.st_mode & stat.S_ISVTX)
         if found.st_uid not in {os.getuid(), 0} or others_write:
@@ -93,7 +95,8 @@ def _agrees(question: str) -> bool:
 
 
 def _mark(file: Path) -> str:
-    return hashlib.sha256(str(file.resolve()).encode() + b"\0" + file.read_bytes()).hexdigest()
+    content = file.read_bytes() if file.is_file() else b""
+    return hashlib.sha256(str(file.resolve()).encode() + b"\0" + content).hexdigest()
 
 
 def _remembered() -> set[str]:

@@ -50,6 +50,6 @@ def bench(
 
             webbrowser.open(address)
 
-    place = Place(case=case, folder=campaign, without=without, cache=options.cache_folder)
+    place = Place(case=case, folder=campaign, without=without, cache=options.cache_folder, trust=options.trust)
     serve_bench(place, port, opened=opened)
     return Answer(document={"case": str(case), "address": addresses[0]}, text="The bench is closed; nothing is lost.")

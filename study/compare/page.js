@@ -100,9 +100,9 @@ function drawMap(data, number) {
     type: "heatmap", z: map.image, y: map.labels.map((_, row) => row), x: map.frequency.map((_, column) => column), zmin: -0.5, zmax: n - 0.5, colorscale: scale,
     xgap: 1, ygap: 1, hoverongaps: false, customdata: map.values, text: map.labels.map((text) => map.frequency.map((f) => text + ", " + f + " Hz")),
     hovertemplate: "%{text}<br>%{customdata:.3g} standard deviations<extra></extra>",
-    colorbar: { tickvals: data.steps.map((_, step) => step - 0.5), ticktext: data.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", y: 1, yanchor: "top", outlinewidth: 0 },
+    colorbar: mapBar(data.steps, rows),
   }], {
-    font: FONT, height: Math.max(240, 114 + 13 * rows), margin: { l: 110, r: 20, t: 34, b: 56 }, paper_bgcolor: "white", plot_bgcolor: "white",
+    font: FONT, height: mapHeight(rows), margin: { l: 110, r: 20, ...MAP_MARGIN }, paper_bgcolor: "white", plot_bgcolor: "white",
     xaxis: axis({ tickvals: ticks, ticktext: ticks.map((column) => map.frequency[column]), showgrid: false, title: { text: "frequency [Hz]" }, tickangle: 0 }),
     yaxis: axis({ tickvals: map.groups.map((group) => (group.first + group.last) / 2), ticktext: map.groups.map((group) => group.label), showgrid: false, ticks: "", autorange: false, range: [rows - 0.4, -0.6] }),
   }, CONFIG);

@@ -125,7 +125,7 @@ function drawMap(number) {
     xgap: 1, ygap: 1, showscale: side === 1, hoverongaps: false, customdata: map.values[side],
     text: map.labels.map((text) => map.frequency.map((f) => text + ", " + f + " Hz")),
     hovertemplate: "%{text}<br>%{customdata:.3g} standard deviations<extra></extra>",
-    colorbar: { tickvals: DATA.steps.map((_, step) => step - 0.5), ticktext: DATA.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", y: 1, yanchor: "top", outlinewidth: 0 },
+    colorbar: mapBar(DATA.steps, rows),
   }));
   const every = Math.max(1, Math.ceil(columns / 9));
   const ticks = map.frequency.map((_, column) => column).filter((column) => column % every === 0);
@@ -133,7 +133,7 @@ function drawMap(number) {
   const left = { tickvals: map.groups.map((group) => (group.first + group.last) / 2), ticktext: map.groups.map((group) => group.label), showgrid: false, ticks: "", autorange: false, range: [rows - 0.4, -0.6] };
   const title = (side, x) => ({ text: (side ? "after: " : "before: ") + DATA.mapNames[side] + " (root mean square " + label(map.whole[side]) + ")", xref: x + " domain", yref: "paper", x: 0, y: 1, yanchor: "bottom", yshift: 6, showarrow: false, font: { size: 13.5 } });
   Plotly.react("map", traces, {
-    font: FONT, height: 110 + 12.5 * rows, margin: { l: 90, r: 20, t: 34, b: 56 }, paper_bgcolor: "white", plot_bgcolor: "white",
+    font: FONT, height: mapHeight(rows), margin: { l: 90, r: 20, ...MAP_MARGIN }, paper_bgcolor: "white", plot_bgcolor: "white",
     xaxis: axis({ domain: [0, 0.487], ...bottom }), xaxis2: axis({ domain: [0.513, 1], anchor: "y2", ...bottom }),
     yaxis: axis(left), yaxis2: axis({ ...left, anchor: "x2", matches: "y", showticklabels: false }),
     annotations: [title(0, "x"), title(1, "x2")],

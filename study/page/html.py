@@ -15,7 +15,8 @@ from study.json_value import plain
 from study.run_record import current_provenance
 
 STYLE = Path(__file__).with_name("style.css")
-COMMON = Path(__file__).with_name("common.js")
+#: Scripts that all pages share; the bench has the first as well.
+LOG_SCALE, COMMON = (Path(__file__).with_name(name) for name in ("log_scale.js", "common.js"))
 
 
 def render_page(
@@ -41,7 +42,7 @@ def render_page(
     scripts = {
         "plotly": _script_safe(_read_plotly()),
         "data": f"const DATA = {content};",
-        "script": COMMON.read_text(encoding="utf-8") + script.read_text(encoding="utf-8"),
+        "script": "".join(file.read_text(encoding="utf-8") for file in (LOG_SCALE, COMMON, script)),
     }
     return fill_template(template, scripts, filters, **values)
 

@@ -1,6 +1,7 @@
 """``stickslip diagnose`` without steady states: modes of a chain with a hidden mass, and a loop with play."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -144,5 +145,24 @@ def test_the_bench_shows_such_data_names_the_effect_and_adds_it(folder: Path) ->
     assert (
         now.numbers["difference [standard deviations]"] < 1.5 < 10 < shown.numbers["difference [standard deviations]"]
     )
-    with pytest.raises(InputError, match="steady states"):
-        bench.move({"E": 1.01})
+
+
+def test_a_parameter_that_is_moved_moves_what_is_predicted(folder: Path) -> None:
+    text = (folder / "modal" / "campaign.toml").read_text(encoding="utf-8")
+    measured, deviation = (
+        np.array([float(value) for value in re.findall(rf'^{key} = "([\d.]+) Hz"', text, re.MULTILINE)])
+        for key in ("frequency", "frequency_deviation")
+    )
+    bench, predicted = open_bench(folder / "chain.toml", folder / "modal"), np.tile(eigenfrequencies(0.0), 6)
+    drawn = (folder / "chain.toml").read_text(encoding="utf-8")
+    for modulus in (1.0, 1.02):
+        answer = bench.move({"E": modulus})
+        # All stiffness follows the modulus. The campaign states deviations to the last of five digits, and differences
+        # to some ten of them: a thousandth is sure.
+        size = np.sqrt(np.mean(((predicted * np.sqrt(modulus) - measured) / deviation) ** 2))
+        assert answer.numbers["difference [standard deviations]"] == pytest.approx(size, rel=1e-3)
+        assert answer.views["moved"]["values"] == {"E": modulus}
+    assert answer.views["moved"]["data"] != bench.compare().views["data"]
+    assert (folder / "chain.toml").read_text(encoding="utf-8") == drawn
+    with pytest.raises(InputError, match="there are"):
+        bench.move({"F": 1.0})

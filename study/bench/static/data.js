@@ -1,7 +1,14 @@
 "use strict";
 // Data without steady states: the sections of `stickslip compare` with their tables and pictures.
-function beginData(sections) {
-  byId("data").replaceChildren(...(sections || []).map(({ title, text, table, pictures }) => make("section", {},
+let sections = null;
+
+function beginData(data) {
+  sections = data;
+  drawSections(data);
+}
+
+function drawSections(listed) {
+  byId("data").replaceChildren(...(listed || []).map(({ title, text, table, pictures }) => make("section", {},
     make("h2", { text: title }), ...(text ? [make("p", { className: "sub", text })] : []), ...(table ? [drawTable(table)] : []),
     ...pictures.map(([caption, picture]) => make("figure", {}, make("img", { src: "data:image/png;base64," + picture, alt: caption }), make("figcaption", { className: "sub", text: caption }))))));
 }

@@ -10,8 +10,10 @@ function drawDoubts(verdict) {
 function beginLaw(law) {
   byId("law").hidden = !law;
   if (!law) return;
+  const button = make("button", { text: "Edit and save it as an effect" });
+  button.onclick = () => editOwn(law.file, law.text);
   byId("law").replaceChildren(make("h2", { text: "The missing law, recovered" }), ...law.sentences.map((text) => make("p", { className: "sub", text })), ...drawPicture(law.picture, "Force over displacement and velocity, with its bands"),
-    make("details", {}, make("summary", { text: "as an effect of your own: save it as " + law.file + " and name it in [effects] files" }), make("pre", { textContent: law.text, tabIndex: 0 })));
+    make("details", {}, make("summary", { text: "as an effect of your own" }), make("pre", { textContent: law.text, tabIndex: 0 })), button);
 }
 
 function beginNextTest(next) {

@@ -2,13 +2,13 @@
 // The page asks for the state again and again, fetches the parts that are new, and sends clicks.
 let state = { revision: -1, versions: {} }, seen = "", fetching = 0;
 const versions = {};
-const WORDS = { compare: "Comparing", screen: "Screening the effects", diagnose: "Diagnosing", add: "Adding", undo: "Taking back", calibrate: "Calibrating", move: "Computing the exact curve", limits: "Searching for the limits of all friction histories" };
+const WORDS = { compare: "Comparing", screen: "Screening the effects", diagnose: "Diagnosing", add: "Adding", undo: "Taking back", calibrate: "Calibrating", save_effect: "Trying the effect", move: "Computing the exact curve", limits: "Searching for the limits of all friction histories" };
 
 // Whether something runs or waits that must end before the case may be written.
 const isBusy = () => [state.busy && state.busy.name, ...(state.waiting || [])].some((name) => name && name !== "move");
 
 async function call(name, args = {}) {
-  const writes = ["add", "undo", "calibrate"].includes(name);
+  const writes = ["add", "undo", "calibrate", "save_effect"].includes(name);
   try {
     const answer = await fetch("call", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ name, arguments: writes ? { ...args, seen } : args }) });
     if (answer.ok) await take(await answer.json()); else tell("error", await answer.text());
@@ -17,7 +17,7 @@ async function call(name, args = {}) {
 
 const TAKE = {
   verdict: drawVerdict, responses: beginResponses, map: beginMap, parameters: beginParameters, structure: beginStructure, history: drawHistory,
-  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits, data: beginData, law: beginLaw, next_test: beginNextTest,
+  candidates: beginEffects, errors: beginErrors, fitted: (data) => { fitted = data; drawParameters(); }, moved: takeMoved, limits: beginLimits, data: beginData, law: beginLaw, next_test: beginNextTest, own: beginOwn,
 };
 
 async function take(next) {
@@ -53,6 +53,7 @@ function drawState() {
   if (state.message && state.message.tone === "error" && !versions.verdict) byId("tag").textContent = "There is no comparison: the message above says why.";
   if (state.message) tell(state.message.tone, state.message.text); else byId("message").hidden = true;
   drawLog(state.log);
+  tellOwn();
 }
 
 function tell(tone, text) {

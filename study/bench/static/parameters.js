@@ -6,6 +6,7 @@ function beginParameters(rows) {
   parameters = rows;
   moved = {};
   exact = null;
+  tellStart();
   drawParameters();
 }
 
@@ -31,7 +32,7 @@ function drawParameter(row) {
     value.textContent = typeset(written(moved[row.name]));
     slider.setAttribute("aria-valuetext", value.textContent);
     byId("back").hidden = false;
-    tellMoved("by sensitivities; the exact curve follows");
+    tellMoved(isAlone() ? "below when you let go" : "by sensitivities; the exact curve follows");
     drawMoved();
   };
   slider.onchange = () => call("move", { values: { ...moved } });
@@ -45,15 +46,26 @@ function drawParameter(row) {
 const valueOf = (name) => parameters.find((row) => row.name === name);
 // Steps of the moved parameters by their numbers, as the slopes count them.
 const movedSteps = () => Object.entries(moved).map(([name, value]) => [valueOf(name).number, value - valueOf(name).value]).filter(([, step]) => step !== 0);
-const exactLines = () => (exact && JSON.stringify(exact.values) === JSON.stringify(moved) ? exact.panels : null);
+const exactLines = () => (exact && JSON.stringify(exact.values) === JSON.stringify(moved) ? exact.panels || exact.data : null);
+
+// Data without steady states have no curves: their features are computed anew.
+const isAlone = () => document.body.classList.contains("is-alone");
+const START = "Drag a slider: the dashed curve moves. The case stays as it is.", START_ALONE = "Move a slider: when you let go, all that is predicted is computed anew. The case stays as it is. Calibrate fits steady states alone; stickslip compare CASE CAMPAIGN --calibrate fits these data.";
+
+function tellStart() {
+  byId("moved").textContent = isAlone() ? START_ALONE : START;
+}
 
 function takeMoved(data) {
   exact = data;
-  if (exactLines()) { tellMoved("exact"); drawMoved(); }
+  if (!exactLines()) return;
+  tellMoved("exact");
+  if (data.data) drawSections(data.data); else drawMoved();
 }
 
 function tellMoved(how) {
-  byId("moved").textContent = "Dashed: " + Object.entries(moved).map(([name, value]) => name + " = " + digits(value / valueOf(name).slider.size, 5) + " " + valueOf(name).slider.unit).join(", ") + " (" + how + "). " + (movesShown() ? "" : "The response that is shown does not depend on it. ") + "The case stays as it is.";
+  const words = Object.entries(moved).map(([name, value]) => name + " = " + digits(value / valueOf(name).slider.size, 5) + " " + valueOf(name).slider.unit).join(", ");
+  byId("moved").textContent = typeset((isAlone() ? "Predicted with " : "Dashed: ") + words + " (" + how + "). " + (isAlone() || movesShown() ? "" : "The response that is shown does not depend on it. ") + "The case stays as it is.");
 }
 
 // Whether what was moved changes the lines that are shown.
@@ -65,7 +77,7 @@ function movesShown() {
 function moveBack() {
   moved = {};
   exact = null;
-  byId("moved").textContent = "Drag a slider: the dashed curve moves. The case stays as it is.";
+  tellStart();
   drawParameters();
-  drawMoved();
+  if (isAlone()) drawSections(sections); else drawMoved();
 }

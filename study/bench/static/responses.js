@@ -84,6 +84,8 @@ function drawResponse() {
   if (!responses) return;
   const panel = responses.panels[shown.panel], colours = familyColours(), kind = chooseResidual(panel), traces = [];
   const there = panel.groups.filter((group) => shown.levels[group.level]);
+  const seen = there.flatMap((group) => [group, ...(byId("runs").checked ? group.runs : [])]).map((curve) => curve.amplitude);
+  const scale = panel.static ? null : logScale(seen, there.map((group) => group.line.amplitude));
   movedTraces = [];
   panel.groups.forEach((group, number) => {
     if (!shown.levels[group.level]) return;
@@ -93,13 +95,13 @@ function drawResponse() {
     if (byId("runs").checked) {
       for (const run of group.runs) traces.push({ mode: "lines", x: run.frequency, y: run.amplitude, line: { color: ink, width: 0.7 }, opacity: 0.5 * faded, hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + ", " + run.name + "</extra>" });
     }
-    traces.push({ mode: "lines", x: group.line_frequency, y: group.line.amplitude, line: { color: ink, width: 2 }, opacity: faded, hoverinfo: "skip" });
+    traces.push({ mode: "lines", x: group.line_frequency, y: within(scale, group.line.amplitude), line: { color: ink, width: 2 }, opacity: faded, hoverinfo: "skip" });
     movedTraces.push({ index: traces.length, number });
     traces.push({ mode: "lines", x: [], y: [], line: { color: ink, width: 2.4, dash: "dash" }, hoverinfo: "skip" });
     traces.push(points(group, group.amplitude, ink, { opacity: faded, error_y: bars(group.deviation, ink), hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + ", mean</extra>" }));
     traces.push(...residualTraces(group, ink, name, kind, panel).map((trace) => ({ ...trace, opacity: faded })));
   });
-  Plotly.react("response", traces, layoutOf(panel, there, kind), CONFIG);
+  Plotly.react("response", traces, layoutOf(panel, scale, kind), CONFIG);
   drawMoved();
 }
 
@@ -111,19 +113,14 @@ function logTicks([low, high]) {
   return { tickvals: seen, ticktext: seen.map((value) => digits(value)) };
 }
 
-function layoutOf(panel, there, kind) {
-  const seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0);
-  // A model without friction has no third harmonic at all: what is a hundredth of all measurements sets no range.
-  const drawn = there.flatMap((group) => group.line.amplitude).filter((value) => value >= Math.min(...seen) / 100);
-  const isLog = !panel.static && seen.length > 0;
-  const range = isLog ? { range: [Math.log10(Math.min(...seen, ...drawn)) - 0.1, Math.log10(Math.max(...seen, ...drawn)) + 0.08] } : {};
+function layoutOf(panel, scale, kind) {
   const words = { sigma: "residual [std. dev.]", amplitude: panel.static ? "residual [" + panel.unit + "]" : "residual [%]", phase: "residual [deg]" }[kind];
   const shapes = kind === "sigma" ? [{ type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: -2, y1: 2, layer: "below", line: { width: 0 }, fillcolor: colour("ground") }] : [];
   if (shown.frequency !== null) shapes.push({ type: "line", xref: "x", yref: "paper", x0: shown.frequency, x1: shown.frequency, y0: 0, y1: 1, line: { color: colour("accent"), width: 1.4, dash: "dot" } });
   return layout({
     height: 520, margin: { l: 70, r: 14, t: 8, b: 44 }, shapes,
     xaxis: axis({ title: "frequency [Hz]", anchor: "y2" }),
-    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", type: isLog ? "log" : "linear", domain: [0.36, 1], ...range, ...(isLog ? logTicks(range.range) : {}) }),
+    yaxis: axis({ title: (panel.static ? "static part [" : "amplitude [") + panel.unit + "]", domain: [0.36, 1], ...(scale ? { type: "log", range: scale.range, ...logTicks(scale.range) } : { type: "linear" }) }),
     yaxis2: axis({ title: words, domain: [0, 0.29], zeroline: true, zerolinecolor: colour("line"), nticks: 6 }),
   });
 }

@@ -18,6 +18,8 @@ function drawErrors() {
   }), CONFIG);
 }
 
+// A source or a whole case is folded.
+const SHORT = 200;
 const WHAT = { diagnosis: "diagnosed", add: "added", undo: "took back", calibration: "calibrated" };
 
 function drawHistory(steps) {
@@ -41,6 +43,7 @@ function drawLog(entries) {
   // The newest first.
   byId("log").replaceChildren(...entries.toReversed().map((entry) => {
     const numbers = Object.entries(entry.numbers).map(([name, value]) => name.replace(/ \[(.*)\]$/, "") + " " + (typeof value === "number" ? digits(value, 5) + (/\[%\]/.test(name) ? " %" : /\[deg\]/.test(name) ? "°" : "") : value)).join("; ");
-    return make("li", {}, make("code", { textContent: entry[kind] }), make("span", { className: "numbers", text: numbers }));
+    const done = make("code", { textContent: entry[kind] }), first = entry[kind].slice(0, SHORT);
+    return make("li", {}, entry[kind].length > SHORT ? make("details", {}, make("summary", {}, make("code", { textContent: first + "…" })), done) : done, make("span", { className: "numbers", text: numbers }));
   }));
 }

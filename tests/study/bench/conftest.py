@@ -136,6 +136,24 @@ def press(page: Any, selector: str) -> None:
 
 
 @pytest.fixture(scope="session")
+def axe() -> str:
+    """Script of axe-core, which finds faults of accessibility."""
+    package = pytest.importorskip("axe_playwright_python", reason="pip install axe-playwright-python")
+    return (Path(package.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+
+
+def find_faults(page: Any, axe: str) -> list[str]:
+    """Serious and critical faults of a page as it is now, each with its places."""
+    page.evaluate(f"window.axe || (() => {{ {axe} }})()")
+    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
+    return [
+        f"{fault['id']}: {[node['target'] for node in fault['nodes']]}"
+        for fault in found
+        if fault["impact"] in {"serious", "critical"}
+    ]
+
+
+@pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Chromium under Playwright."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")

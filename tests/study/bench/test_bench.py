@@ -13,8 +13,10 @@ import pytest
 
 from geometry.errors import InputError
 from pipeline.store import Store
-from study.bench.bench import Bench, hash_text
-from study.bench.repeat import copy_beside, open_bench
+from study.bench.bench import Bench
+from study.bench.case_text import hash_text
+from study.bench.copied_case import copy_beside
+from study.bench.repeat import open_bench
 from study.bench.script import Entry, script_of
 from study.diagnose.history import history_of, read_text
 from study.json_value import plain

@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.two_masses import TWO_MASSES
+from benchmarks.two_masses import TWO_MASSES, write_two_masses
 from study.beam.case import write_beam_case
 from study.diagnose.history import history_of, read_text
 from tests.slow import slow
@@ -29,6 +29,7 @@ from tests.study.bench.conftest import (
     Started,
     await_end,
     children,
+    find_faults,
     press,
     running,
     until,
@@ -57,6 +58,65 @@ def test_the_story_of_a_beam_between_contacts_is_the_same(tmp_path: Path, open_p
 
 
 @slow
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1920, "dark")])
+def test_no_state_of_the_page_has_a_serious_fault_of_accessibility(
+    bench: RunningBench, open_page: Started, axe: str, width: int, scheme: str
+) -> None:
+    page = open_page(bench.address, width, scheme)
+    wait(page)
+    faults = {"compared": find_faults(page, axe)}
+    page.evaluate("byId('own').open = true")
+    page.fill("#own-text", "candidates = None")
+    press(page, "#own-save")
+    page.wait_for_selector("#own-note.error")
+    faults["a mistake"] = find_faults(page, axe)
+    press(page, "#diagnose")
+    until(page, "state.busy !== null")
+    faults["busy"] = find_faults(page, axe)
+    page.wait_for_selector("#candidates tbody.named")
+    wait(page)
+    faults["diagnosed"] = find_faults(page, axe)
+    press(page, "#candidates tbody.named button.add")
+    page.wait_for_selector("#verdict.nothing")
+    wait(page)
+    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    faults["added, all unfolded"] = find_faults(page, axe)
+    assert not [(state, each) for state, listed in faults.items() for each in listed]
+    # What is a fault is found.
+    page.evaluate("byId('own-text').removeAttribute('aria-label')")
+    assert any(fault.startswith("label:") for fault in find_faults(page, axe))
+    page.close()
+
+
+@slow
+def test_beside_typed_data_alone_a_slider_moves_all_that_is_predicted(
+    tmp_path: Path, open_page: Started, axe: str
+) -> None:
+    case = write_two_masses(tmp_path, {}, case=PLACED)
+    campaign = tmp_path / "modal"
+    campaign.mkdir()
+    mode = (
+        '[[mode]]\nname = "first"\nconfiguration = "jointed"\nfrequency = "20.3 Hz"\nfrequency_deviation = "0.01 Hz"\n'
+    )
+    (campaign / "campaign.toml").write_text(f'schema = 1\ntitle = "Modal test"\n{mode}', encoding="utf-8")
+    with running(case, campaign) as bench:
+        page = open_page(bench.address)
+        wait(page)
+        assert page.is_disabled("#calibrate")
+        assert "--calibrate" in page.inner_text("#moved")
+        drawn = page.inner_text("#data")
+        page.focus("input[data-parameter=E]")
+        page.keyboard.press("ArrowRight")
+        until(page, "exactLines() !== null")
+        assert page.inner_text("#data") != drawn
+        assert find_faults(page, axe) == []
+        press(page, "#back")
+        assert page.inner_text("#data") == drawn
+        page.close()
+        assert bench.end() == 0
+
+
+@slow
 def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: RunningBench, open_page: Started) -> None:
     page = open_page(bench.address)
     wait(page)
@@ -69,6 +129,48 @@ def test_a_case_without_geometry_is_shown_and_an_edit_by_hand_is_told(bench: Run
     edits = page.evaluate("state.log.filter((entry) => entry.name === 'edit').length")
     assert page.locator("#log li", has_text="edited by hand").count() == edits > 0
     page.close()
+
+
+@slow
+def test_an_effect_of_ones_own_is_written_in_the_page_and_is_a_candidate(
+    bench: RunningBench, open_page: Started
+) -> None:
+    page = open_page(bench.address)
+    wait(page)
+    press(page, "#write-own")
+    assert page.evaluate("document.activeElement.id") == "own-text"
+    source = page.input_value("#own-text")
+    line = next(number for number, text in enumerate(source.splitlines(), 1) if "model.places[PLACE]" in text)
+    page.fill("#own-name", "mine.py")
+    page.fill("#own-text", source.replace("model.places[PLACE]", "model.places[PLACES]"))
+    press(page, "#own-save")
+    # The sentence names the line, and the editor shows it.
+    page.wait_for_selector("#own-note.error")
+    assert f"mine.py, line {line}:" in page.inner_text("#own-note")
+    chosen = "byId('own-text').value.slice(byId('own-text').selectionStart, byId('own-text').selectionEnd)"
+    assert "PLACES" in page.evaluate(chosen)
+    assert not (bench.case.parent / "mine.py").exists()
+    page.fill("#own-text", source)
+    press(page, "#own-save")
+    until(page, "byId('own-file').value === 'mine.py'")
+    assert "own spring at base" in page.inner_text("#own-note")
+    assert (bench.case.parent / "mine.py").read_text(encoding="utf-8") == source
+    wait(page)
+    page.evaluate("showAll = true; drawEffects()")
+    assert page.locator("#candidates b", has_text="own spring at base").count() == 1
+    assert page.locator("#log li", has_text="mine.py was written beside").count() == 1
+    assert "bench.save_effect(file='mine.py'" in page.evaluate("state.log.map((entry) => entry.python).join()")
+    # Another page has the file, and what was typed since is not lost by what is computed.
+    page.fill("#own-text", source + "# more\n")
+    page.evaluate("call('compare')")
+    wait(page)
+    assert page.input_value("#own-text") == source + "# more\n"
+    other = open_page(bench.address)
+    wait(other)
+    other.evaluate("byId('own').open = true")
+    assert other.input_value("#own-text") == source
+    for each in (page, other):
+        each.close()
 
 
 @slow

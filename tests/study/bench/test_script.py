@@ -43,7 +43,7 @@ def test_python_leaves_out_what_the_page_alone_needs() -> None:
 def test_a_script_holds_the_case_letter_by_letter() -> None:
     text = "title = \"'''\\n{}\"\n# ü\r\n"
     entries = [Entry(name="edit", arguments={"text": text}, numbers={})]
-    tree = ast.parse(script_of(entries, CASE, FOLDER, ("gap",), text, ""))
+    tree = ast.parse(script_of(entries, CASE, FOLDER, ("gap",), text, "", {"own.py": "'\n"}))
     constants = {
         node.targets[0].id: ast.literal_eval(node.value)
         for node in tree.body
@@ -51,7 +51,7 @@ def test_a_script_holds_the_case_letter_by_letter() -> None:
         and isinstance(node.targets[0], ast.Name)
         and not isinstance(node.value, ast.Call)
     }
-    assert constants == {"TEXT": text, "HISTORY": "", "WITHOUT": ("gap",)}
+    assert constants == {"TEXT": text, "HISTORY": "", "WITHOUT": ("gap",), "EFFECTS": {"own.py": "'\n"}}
     assert text in {node.value for node in ast.walk(tree.body[-1]) if isinstance(node, ast.Constant)}
 
 

@@ -162,7 +162,7 @@ def test_a_failure_is_a_sentence_and_the_session_goes_on(opened: Opened) -> None
     session.ask("diagnose", {})
     number, name, arguments = worker.calls[-1]
     session.receive({"kind": "failed", "number": number, "name": name, "arguments": arguments, "sentence": "No."})
-    assert session.message == {"tone": "error", "text": "No."}
+    assert session.message == {"tone": "error", "text": "No.", "of": "diagnose"}
     session.ask("compare", {})
     assert names(worker)[-1] == "compare"
 
@@ -235,3 +235,18 @@ def test_limits_of_a_case_that_has_changed_are_taken_off_the_page(opened: Opened
     session.look()
     answer(session, worker)
     assert session.views["limits"] == (before + 1, b"null")
+
+
+def test_a_script_holds_an_effect_file_as_it_was_before_it_was_first_saved(opened: Opened) -> None:
+    session, worker, _ = opened
+    session.ask("compare", {})
+    answer(session, worker, own={"files": [{"name": "own.py", "text": "first"}]})
+    for text in ("second", "third"):
+        session.ask("save_effect", {"file": "own.py", "text": text})
+        answer(session, worker, own={"files": [{"name": "own.py", "text": text}]})
+        answer(session, worker)
+        answer(session, worker, is_diagnosed=False)
+    session.ask("save_effect", {"file": "new.py", "text": "new"})
+    answer(session, worker)
+    assert "EFFECTS = {'own.py': 'first'}\n" in session.script
+    assert session.script.count("bench.save_effect(") == 3

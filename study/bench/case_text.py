@@ -1,0 +1,83 @@
+"""Text of a case: its hash, and the names of its effect files, which are changed and all else stays."""
+
+import tomllib
+from collections.abc import Sequence
+from hashlib import sha256
+from itertools import pairwise
+from typing import Any
+
+from casefile.errors import CaseError, Problem
+from study.diagnose.edit import HEADER
+
+
+def hash_text(text: str) -> str:
+    """Hash of a text, by which a page tells whether it is still the one that it shows."""
+    return sha256(text.encode("utf-8")).hexdigest()
+
+
+def list_effect_files(text: str) -> list[str]:
+    """Names in ``[effects] files`` of a case; none of a text that is no case."""
+    try:
+        table = tomllib.loads(text.removeprefix("\ufeff")).get("effects", {})
+    except (ValueError, RecursionError):
+        return []
+    files = table.get("files", []) if isinstance(table, dict) else []
+    return [name for name in files if isinstance(name, str)] if isinstance(files, list) else []
+
+
+def with_effect_files(text: str, files: Sequence[str], file: str = "the case") -> str:
+    """The text of a case that names these effect files.
+
+    Parameters
+    ----------
+    text
+        Text of the case.
+    files
+        All names.
+    file
+        Name of the case for messages.
+
+    Raises
+    ------
+    CaseError
+        Its layout does not allow it.
+    """
+    from tomlkit.exceptions import TOMLKitError
+
+    mark = "\ufeff" if text.startswith("\ufeff") else ""
+    plain = text.removeprefix(mark).replace("\r\n", "\n")
+    wanted = tomllib.loads(plain)
+    wanted.setdefault("effects", {})["files"] = list(files)
+    # Tables alone first: all others stay as they stand. Then the whole file, whose tables may be put in another order.
+    bounds = [0, *(match.start() for match in HEADER.finditer(plain)), len(plain)]
+    for pieces in ([plain[first:last] for first, last in pairwise(bounds)], [plain]):
+        try:
+            result = _named(pieces, files)
+            if tomllib.loads(result) == wanted:
+                return mark + (result.replace("\n", "\r\n") if "\r\n" in text else result)
+        except (tomllib.TOMLDecodeError, TOMLKitError):
+            continue
+    listed = ", ".join(f'"{name}"' for name in files)
+    reason = f"cannot be edited, as its tables are laid out in another way: write files = [{listed}] into [effects]"
+    raise CaseError([Problem(file=file, line=0, key="effects", text=reason)])
+
+
+def _named(pieces: Sequence[str], files: Sequence[str]) -> str:
+    import tomlkit
+
+    for number, piece in enumerate(pieces):
+        if "effects" not in piece:
+            continue
+        document: Any = tomlkit.parse(piece)
+        table = document.get("effects")
+        if not isinstance(table, dict):
+            continue
+        before = list(table.get("files", []))
+        if before and list(files[: len(before)]) == before:
+            table["files"].extend(files[len(before) :])  # with its comments and lines
+        else:
+            table["files"] = list(files)
+        return "".join([*pieces[:number], tomlkit.dumps(document), *pieces[number + 1 :]])
+    new: Any = tomlkit.document()
+    new["effects"] = {"files": list(files)}
+    return f"{''.join(pieces).rstrip()}\n\n{tomlkit.dumps(new)}"

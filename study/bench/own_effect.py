@@ -1,0 +1,214 @@
+"""Effects of the user's own: their files as the page shows them, and files that are tried before they are saved.
+
+A file of effects is a program. It runs here under the rule for all files that a case names (`study.case.trust`).
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from correlation.campaign.measurement import Campaign
+from correlation.model import Model
+from diagnosis.candidate.effect import EffectError, Untestable
+from diagnosis.candidate.place import TRANSLATIONS, find_dof
+from diagnosis.candidate.user_effect import read_effects
+from geometry.errors import InputError
+from study.bench.case_text import hash_text, list_effect_files, with_effect_files
+from study.bench.copied_case import copy_beside, find_apart, write_apart
+from study.case.added import case_catalogue
+from study.case.setup import read_case
+from study.case.trust import require_trust
+from study.diagnose.history import read_text, write_beside
+from study.kind.registry import open_case
+from study.run_context import RunContext
+
+#: Name of a new file.
+NAME = re.compile(r"[A-Za-z]\w*\.py", re.ASCII)
+#: Stiffness at which the template is screened, and its largest, as shares of the stiffness of its place [-].
+TYPICAL, LARGEST = 0.01, 10.0
+TEMPLATE = '''"""An effect of your own: say here what it is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectParameter
+
+PLACE = {place!r}
+# The strength comes first, with the value at which it is screened; at 0 the effect changes nothing.
+STIFFNESS = EffectParameter(name="stiffness", unit="N/m", lower=0.0, upper={largest:.3g}, typical={typical:.3g})
+
+
+@dataclass(frozen=True)
+class OwnSpring:
+    name: str = f"own spring at {{PLACE}}"
+    kind: str = "own spring"
+    physics: str = "A spring lies between the place and the ground."
+    signature: str = "Modes in which the place moves are higher, by the same share at all levels."
+    parameters: tuple[EffectParameter, ...] = (STIFFNESS,)
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        row = model.places[PLACE]
+        return model.with_system(stiffness=model.system.stiffness + values[0] * np.outer(row, row))
+
+
+def candidates(model: Model) -> list[Effect]:
+    return [OwnSpring()] if PLACE in model.places else []
+'''
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnFile:
+    """An effect file of a case.
+
+    Parameters
+    ----------
+    case
+        Path of the case.
+    name
+        Name of the file, as the user's case has it.
+    is_copy
+        Whether the case is a copy, whose effect files lie apart.
+    """
+
+    case: Path
+    name: str
+    is_copy: bool = False
+
+    @property
+    def named(self) -> str:
+        """Name of the file as the case has it."""
+        return f"{find_apart(self.case).name}/{self.name}" if self.is_copy else self.name
+
+    @property
+    def path(self) -> Path:
+        """Path of the file."""
+        return self.case.parent / self.named
+
+    @property
+    def text(self) -> str | None:
+        """Its text; None if there is no such file.
+
+        Raises
+        ------
+        EffectError
+            It cannot be read, or is no text.
+        """
+        try:
+            return self.path.read_bytes().decode("utf-8") if self.path.is_file() else None
+        except (OSError, UnicodeDecodeError) as error:
+            raise EffectError(
+                f"{self.path} cannot be read ({error}): change its permissions or save it as UTF-8"
+            ) from None
+
+    @property
+    def hash(self) -> str:
+        """Hash of its text; empty if there is no such file."""
+        return "" if self.text is None else hash_text(self.text)
+
+    def write(self, text: str) -> None:
+        """Write it."""
+        if self.is_copy:
+            write_apart(self.case, self.name, text)
+        else:
+            write_beside(self.path, text)
+
+
+def show_own_effects(case: Path, model: Model) -> dict[str, Any]:
+    """Effect files that the case names with their sources, and a template for another; no file is run."""
+    files = []
+    for name in list_effect_files(read_text(case)):
+        own = OwnFile(case=case, name=name)
+        if not _lies_outside(name) and own.text is not None:
+            files.append({"name": name, "text": own.text, "hash": own.hash})
+    return {"files": files, "template": write_template(model)}
+
+
+def write_template(model: Model) -> str:
+    """Text of an effect file to begin with: a spring at the first place that is a displacement; empty without one."""
+    for name, row in model.places.items():
+        dof, stiffness = find_dof(model, row), float(row @ model.system.stiffness @ row)
+        if stiffness > 0 and (dof is None or dof.direction in TRANSLATIONS):
+            return TEMPLATE.format(place=name, typical=TYPICAL * stiffness, largest=LARGEST * stiffness)
+    return ""
+
+
+def save_own_effect(
+    own: OwnFile, text: str, campaign: Campaign, run: RunContext
+) -> tuple[dict[str, float | str], Model]:
+    """Write an effect file which the case names, once it has run on a copy of the case.
+
+    Parameters
+    ----------
+    own
+        The file.
+    text
+        Its text.
+    campaign
+        Campaign, whose sensors the model has as well.
+    run
+        Store of the structure.
+
+    Returns
+    -------
+    Words on what it offers, and the model without added effects.
+
+    Raises
+    ------
+    EffectError
+        Its name cannot be taken, or it has a mistake, with its line; nothing is written then.
+    UntrustedCode
+        Others may change what is in the folder, and the user does not trust them.
+    CaseError, OutputError
+        A case that cannot be read, edited or written.
+    """
+    open_case(own.case)
+    before = read_text(own.case)
+    files = list_effect_files(before)
+    _require_name(own, text, files)
+    require_trust([own.path], own.case)
+    after = before if own.named in files else with_effect_files(before, [*files, own.named], str(own.case))
+    tried = _try_effect(own, text, after, campaign, run)
+    own.write(text)
+    if after != before:
+        write_beside(own.case, after)
+    return tried
+
+
+def _require_name(own: OwnFile, text: str, files: list[str]) -> None:
+    if _lies_outside(own.name):
+        raise EffectError(f'"{own.name}" lies outside of the folder of {own.case.name}: edit it there')
+    if own.named in files:
+        return
+    if not NAME.fullmatch(own.name):
+        raise EffectError(f'"{own.name}" is no name of an effect file: give letters, digits and _, with .py at the end')
+    if own.text not in {None, text}:
+        raise EffectError(
+            f"{own.path} is there already, and {own.case.name} does not name it: give the effect file another name"
+        )
+
+
+def _lies_outside(name: str) -> bool:
+    return PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts
+
+
+def _try_effect(
+    own: OwnFile, text: str, after: str, campaign: Campaign, run: RunContext
+) -> tuple[dict[str, float | str], Model]:
+    """Run the file on a copy of the case; mistakes bear the names of the user's own files."""
+    with copy_beside(own.case, after, "", {own.named: text}) as copy:
+        file = (find_apart(copy) / own.named).resolve()
+        try:
+            setup = read_case(copy, campaign, run).setup
+            offered = read_effects(file).candidates(setup.model)
+            case_catalogue(setup.model, setup.effects)  # no two of one name
+        except InputError as error:
+            sentence = str(error).replace(str(file), str(own.path)).replace(str(copy), str(own.case))
+            raise EffectError(sentence) from None
+    names = [each.name for each in offered if not isinstance(each, Untestable)]
+    left = [f"{each.name}: {each.reason}" for each in offered if isinstance(each, Untestable)]
+    answer: dict[str, float | str] = {"offers": ", ".join(names) or "no effect for this structure"}
+    return answer | ({"cannot act here": "; ".join(left)} if left else {}), setup.model
