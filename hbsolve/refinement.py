@@ -4,6 +4,7 @@ The change from one balance to the next finer one is the error of the coarser. T
 its own error is less where errors decrease.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -46,7 +47,7 @@ class RefinedState:
     """Last change of the main harmonic of all degrees of freedom, or the next one by the estimate of
     `hbsolve.truncation` if that is more; `MARGIN` times the estimate where no finer state was found; shape (r,) [m]."""
     error: float
-    """The same relative to the amplitude, the largest of all rows [-]."""
+    """The same relative to the amplitude, the largest of all rows and of what was watched [-]."""
     stop: RefinementStop
     """Whether the tolerance is reached, and why not."""
 
@@ -60,6 +61,7 @@ def refine_harmonics(
     rows: Matrix | None = None,
     least: Float[Real, " n"] | float = 0.0,
     most: int | None = None,
+    watch: Callable[[HarmonicBalance, SteadyState], tuple[float, float]] | None = None,
 ) -> RefinedState:
     """Find a state again with twice the harmonics and samples, until that changes it by less than a tolerance.
 
@@ -79,6 +81,9 @@ def refine_harmonics(
         Amplitude below which a change is relative to this, shape (n,) [m].
     most
         Highest harmonic at most; by default eight times that of the balance.
+    watch
+        Further number of a state that is to be accurate, such as a contact force, and the size below which a change of
+        it is relative to this. It has no estimate of the next change.
 
     Raises
     ------
@@ -95,6 +100,7 @@ def refine_harmonics(
         return RefinedState(state=state, balance=coarse, change=change, error=error, stop=stop)
 
     result = refined(MARGIN * truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)
+    before = 0.0 if watch is None else watch(coarse, state)[0]
     while True:
         n_harmonic = min(2 * max(coarse.n_harmonic - 1, 1), highest) + 1
         if n_harmonic <= coarse.n_harmonic:
@@ -109,6 +115,10 @@ def refine_harmonics(
         change = found.coefficients[main] - state.coefficients[main]
         coarse, state = finer, found
         result = refined(change, RefinementStop.MOST_HARMONICS)
+        if watch is not None:
+            watched, size = watch(coarse, state)
+            moved = abs(watched - before) / max(abs(watched), size)
+            before, result = watched, replace(result, error=max(result.error, moved))
         if result.error <= limit:
             # Where harmonics beyond the finer ones resonate, they change more than those before: the estimate tells.
             ahead = refined(truncation(coarse, state).change, RefinementStop.MOST_HARMONICS)

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter
+from hbsolve.errors import ModelError
+from reduction.errors import JointError
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -96,8 +98,18 @@ class Unknowns:
         return result
 
     def compose(self, values: Values) -> Model:
-        """Model with all effects applied."""
+        """Model with all effects applied.
+
+        Raises
+        ------
+        ModelError
+            Values that together make a joint that there is not, such as a friction coefficient beyond any two solids: a
+            fit turns back from them.
+        """
         model, given = self.base, iter([*(float(value) for value in values[self.n_start :]), *self.pinned])
         for effect in self.effects:
-            model = effect.apply(model, [next(given) for _ in effect.parameters])
+            try:
+                model = effect.apply(model, [next(given) for _ in effect.parameters])
+            except JointError as error:
+                raise ModelError(f"{effect.name}: {error}") from error
         return model

@@ -73,6 +73,13 @@ class ResponseLimits(Exported):
     """States sampled, shape (l, f) [-]."""
     n_outside: Int[Whole, "side=2 level point"]
     """How many of them lay outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
+    refined: Float[Real, "side=2 level point"]
+    """The limits with the harmonics and samples that a tolerance needs (`hbsolve.limits.refined_limits`), shape
+    (2, l, f) [unit of the objective]; NaN without."""
+    refined_error: Float[Real, "side=2 level point"]
+    """Their relative error, estimated, shape (2, l, f) [-]."""
+    refined_harmonic: Int[Whole, "side=2 level point"]
+    """Their H, shape (2, l, f) [-]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *dimensions(self), dtype=None)
@@ -81,6 +88,11 @@ class ResponseLimits(Exported):
     def frequency(self) -> Float[Real, " f"]:
         """Excitation frequencies, shape (f,) [Hz]."""
         return np.asarray(self.angular_frequency / (2 * np.pi))
+
+    @property
+    def best_value(self) -> Float[Real, "side=2 level point"]:
+        """Refined limits where there are, and the others as they were found, shape (2, l, f)."""
+        return np.where(np.isfinite(self.refined), self.refined, self.value)
 
     @property
     def lower(self) -> Float[Real, "l f"]:
@@ -132,7 +144,7 @@ class ResponseLimits(Exported):
 
         level, point = np.indices(self.value.shape[1:]).reshape(2, -1)
         columns = {"level [-]": self.level[level], "frequency [Hz]": self.frequency[point]}
-        for name in ("value", "sampled", "residual", "repaired", "jump", "n_outside"):
+        for name in ("value", "sampled", "residual", "repaired", "jump", "n_outside", "refined"):
             for side, word in enumerate(SIDES):
                 label = word if name == "value" else f"{word} {name.replace('_', ' ')}"
                 columns[label] = getattr(self, name)[side].ravel()
@@ -162,9 +174,24 @@ def load_limits(path: Path | str) -> ResponseLimits:
 
 def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
     """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` if it is none."""
-    values: dict[str, Any] = {item.name: data[item.name].values for item in fields(ResponseLimits)}
+    # Older files know nothing of refinement.
+    known = unrefined_arrays(data["value"].shape)
+    values = known | {
+        item.name: data[item.name].values
+        for item in fields(ResponseLimits)
+        if item.name in data or item.name not in known
+    }
     flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
     return ResponseLimits(**values | flags)
+
+
+def unrefined_arrays(shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
+    """Arrays that a refinement fills, for the shape of the limits."""
+    return {
+        "refined": np.full(shape, np.nan),
+        "refined_error": np.full(shape, np.nan),
+        "refined_harmonic": np.zeros(shape, dtype=np.int64),
+    }
 
 
 def blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from reduction.array_type import Real, Row
 from reduction.errors import ExchangeError, JointError
 from reduction.joint_law.elastic_stop import ElasticStop
-from reduction.joint_law.pressed_joint import MOST_FRICTION, PressedJoint
+from reduction.joint_law.pressed_joint import PLAUSIBLE_FRICTION, PressedJoint
 from reduction.joint_law.registry import LAWS, Joint, LawOption, LawParameter, Samples, SliderInterval
 
 
@@ -55,8 +55,8 @@ class FrictionContact(PressedJoint):
     Raises
     ------
     JointError
-        A stiffness that is not positive, a negative friction coefficient, a number that is not finite, or another
-        friction.
+        A stiffness that is not positive, a friction coefficient that is negative or above 10, a number that is not
+        finite, or another friction.
 
     References
     ----------
@@ -68,7 +68,7 @@ class FrictionContact(PressedJoint):
         LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_t", typical=1e6, positive=True),
         LawParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
         LawParameter(
-            name="friction_coefficient", unit="-", meaning="mu", typical=0.4, lower=0.0, plausible=MOST_FRICTION
+            name="friction_coefficient", unit="-", meaning="mu", typical=0.4, lower=0.0, plausible=PLAUSIBLE_FRICTION
         ),
         LawParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
         LawParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),

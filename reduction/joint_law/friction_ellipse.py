@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from reduction.array_type import Real, Row
 from reduction.errors import JointError
-from reduction.joint_law.pressed_joint import MOST_FRICTION, PressedJoint
+from reduction.joint_law.pressed_joint import PLAUSIBLE_FRICTION, PressedJoint
 from reduction.joint_law.registry import LAWS, LawParameter, Samples
 
 
@@ -45,8 +45,8 @@ class FrictionEllipse(PressedJoint):
     Raises
     ------
     JointError
-        A stiffness or a friction coefficient that is not positive, rows of different lengths, or a number that is not
-        finite.
+        A stiffness or a friction coefficient that is not positive, a friction coefficient above 10, rows of different
+        lengths, or a number that is not finite.
     """
 
     kind = "friction_ellipse"
@@ -54,7 +54,12 @@ class FrictionEllipse(PressedJoint):
         LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_1", typical=1e6, positive=True),
         LawParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
         LawParameter(
-            name="friction_coefficient", unit="-", meaning="mu_1", typical=0.4, positive=True, plausible=MOST_FRICTION
+            name="friction_coefficient",
+            unit="-",
+            meaning="mu_1",
+            typical=0.4,
+            positive=True,
+            plausible=PLAUSIBLE_FRICTION,
         ),
         LawParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
         LawParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),
@@ -65,7 +70,7 @@ class FrictionEllipse(PressedJoint):
             meaning="mu_2",
             typical=0.3,
             positive=True,
-            plausible=MOST_FRICTION,
+            plausible=PLAUSIBLE_FRICTION,
         ),
     )
     typical_displacement = 3e-5

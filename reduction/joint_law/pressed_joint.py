@@ -3,10 +3,15 @@
 from dataclasses import dataclass
 
 from reduction.array_type import Row
-from reduction.joint_law.registry import Joint
+from reduction.joint_law.registry import Joint, Plausible
 
-#: Largest friction coefficient: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950).
-MOST_FRICTION = 10.0
+#: Friction coefficients: clean metals in vacuum and soft rubber reach a few units (Bowden and Tabor, 1950). With larger
+#: ones contacts wedge: curves fold thousands of times, or there is no steady state.
+PLAUSIBLE_FRICTION = Plausible(
+    10.0,
+    "is beyond any two solids (0 to 10): divide it by 100 if it is in percent, or put a spring in place of a contact "
+    "that never slips",
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

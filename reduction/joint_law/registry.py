@@ -20,6 +20,18 @@ from reduction.errors import ExchangeError, JointError
 Samples = Float[Real, "d n"]
 
 
+class Plausible(NamedTuple):
+    """What real joints have: a larger number is a mistake, or meant for something else."""
+
+    most: float
+    beyond: str
+    """What a larger number is, and what to give in its place: the end of a sentence that begins with the number."""
+
+    def doubt(self, value: float) -> str:
+        """What is wrong with a number that is too large; empty otherwise."""
+        return f"{value:g} {self.beyond}" if value > self.most else ""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LawParameter:
     """A number of a law, as a case file gives it.
@@ -39,7 +51,7 @@ class LawParameter:
     positive
         It must be larger than 0.
     plausible
-        Largest value of real joints, which a case refuses to exceed.
+        What real joints have; anything within the bounds by default.
     default
         None where it must be given.
     is_list
@@ -52,7 +64,7 @@ class LawParameter:
     typical: float
     lower: float = -np.inf
     positive: bool = False
-    plausible: float = np.inf
+    plausible: Plausible | None = None
     default: float | None = None
     is_list: bool = False
 
@@ -75,6 +87,8 @@ class LawParameter:
             if value < self.lower:
                 least = "must not be negative" if self.lower == 0 else f"must be at least {self.lower:g}"
                 raise JointError(f'joint "{joint.name}": {name} = {value:g} {least}')
+            if self.plausible is not None and (doubt := self.plausible.doubt(value)):
+                raise JointError(f'joint "{joint.name}": {name} = {doubt}')
 
 
 @dataclass(frozen=True, kw_only=True)

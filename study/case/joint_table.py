@@ -1,7 +1,7 @@
 """The tables of a case that describe joints: contact lines, and one model per law, made of the law's own facts."""
 
 from collections.abc import Sequence
-from math import isfinite
+from functools import partial
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
@@ -18,8 +18,8 @@ from casefile.quantity import (
     Stiffness,
 )
 from casefile.table import CaseModel
-from reduction.joint_law.pressed_joint import MOST_FRICTION
-from reduction.joint_law.registry import Joint, LawParameter
+from reduction.joint_law.pressed_joint import PLAUSIBLE_FRICTION
+from reduction.joint_law.registry import Joint, LawParameter, Plausible
 from study.case.place import Places, PlaceTable, listed
 
 Positive = Annotated[Stiffness, Field(gt=0)]
@@ -29,17 +29,13 @@ Name = Annotated[str, Field(min_length=1, max_length=60)]
 Stiffnesses = Annotated[tuple[Positive, ...], BeforeValidator(listed), Field(min_length=1)]
 
 
-def plausible_friction(value: float) -> float:
-    """A friction coefficient that two solids can have; a larger one is most often a percentage without its sign."""
-    if value > MOST_FRICTION:
-        raise ValueError(
-            f'{value:g} is beyond any two solids (0 to {MOST_FRICTION:g}); did you mean "{value:g} %"? A contact that '
-            "never slips is a spring between the two sides"
-        )
+def _refuse_beyond(plausible: Plausible, value: float) -> float:
+    if doubt := plausible.doubt(value):
+        raise ValueError(doubt)
     return value
 
 
-Friction = Annotated[Ratio, Field(ge=0, examples=[0.8]), AfterValidator(plausible_friction)]
+Friction = Annotated[Ratio, Field(ge=0, examples=[0.8]), AfterValidator(partial(_refuse_beyond, PLAUSIBLE_FRICTION))]
 Ratios = Annotated[tuple[Friction, ...], BeforeValidator(listed), Field(min_length=1)]
 Forces = Annotated[tuple[Force, ...], BeforeValidator(listed), Field(min_length=1)]
 Lengths = Annotated[tuple[Length, ...], BeforeValidator(listed), Field(min_length=1)]
@@ -80,8 +76,8 @@ def _quantity(parameter: LawParameter) -> Any:
     dimension = _dimension(parameter)
     example = parameter.typical if dimension is RATIO else dimension.example
     number: Any = Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
-    if isfinite(parameter.plausible):
-        number = Annotated[number, AfterValidator(plausible_friction)]
+    if parameter.plausible is not None:
+        number = Annotated[number, AfterValidator(partial(_refuse_beyond, parameter.plausible))]
     if parameter.is_list:
         return Annotated[tuple[number, ...], BeforeValidator(listed), Field(min_length=1)]
     return number

@@ -1,5 +1,6 @@
 """What ``stickslip limits`` says: a table for people, a document for programs."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,35 @@ def limits_document(limited: Limited) -> dict[str, Any]:
         "reach_m": float(limits.reach.max()),
         "largest_residual": find_largest(limits.residual),
         "largest_realised_gain": find_largest(limits.realised),
+        **describe_refinement([limited.curves]),
         "levels": describe_levels(limited.curves),
         "files": [str(file) for file in limited.files],
     }
+
+
+def describe_refinement(curves: Sequence[LimitCurves]) -> dict[str, Any]:
+    """What more harmonics changed, if limits were found again with more."""
+    if not any(item.is_refined for item in curves):
+        return {}
+    change = []
+    for item in curves:
+        largest = np.nan_to_num(np.abs(item.value)).max(axis=(0, 2), keepdims=True)
+        change.append(np.abs(item.value - item.searched) / np.where(largest > 0, largest, 1.0))
+    return {
+        "highest_harmonic": max(int(item.limits.refined_harmonic.max()) for item in curves),
+        "largest_refinement": find_largest(np.array(change)),
+        "largest_estimated_error": find_largest(np.array([item.limits.refined_error for item in curves])),
+    }
+
+
+def refinement_remarks(document: Mapping[str, Any]) -> list[str]:
+    """The same as lines of a report."""
+    if "highest_harmonic" not in document:
+        return []
+    return [
+        f"  with up to {document['highest_harmonic']} harmonics the limits change by at most "
+        f'{document["largest_refinement"]:.2%} of the largest of their level; the columns "searched" hold those before'
+    ]
 
 
 def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
@@ -89,6 +116,7 @@ def _remarks(document: dict[str, Any]) -> list[str]:
         "than 0.1 % before repair",
         f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
         f"{document['largest_realised_gain']:.1e}",
+        *refinement_remarks(document),
     ]
     for key, words in (
         ("at_end", "lies at an end of the frequencies: there may be more beyond"),

@@ -37,9 +37,11 @@ class LimitCurves:
     order
         Side of `limits` that gives the lower and the upper limit: the largest loss factor gives the lower one.
     value
-        Shape (2, l, f) [unit].
+        Refined limits where the case has a tolerance, shape (2, l, f) [unit].
     sampled
         Lowest and highest sampled state, shape (2, l, f) [unit]; NaN where there is none.
+    searched
+        Limits with the harmonics of the search, as the sampled states are, shape (2, l, f) [unit].
     """
 
     limits: ResponseLimits
@@ -49,6 +51,12 @@ class LimitCurves:
     order: tuple[int, int]
     value: Float[Real, "2 l f"]
     sampled: Float[Real, "2 l f"]
+    searched: Float[Real, "2 l f"]
+
+    @property
+    def is_refined(self) -> bool:
+        """Whether limits were found again with more harmonics."""
+        return bool(self.limits.refined_harmonic.any())
 
     @property
     def label(self) -> str:
@@ -113,20 +121,23 @@ def convert_limits(
         "absolute" or "relative" on a shaken base.
     """
     limits = result.limits
-    order, value, sampled, unit = (0, 1), limits.value, limits.sampled, "N"
+    order, value, sampled, unit = (0, 1), limits.best_value, limits.sampled, "N"
+    searched = limits.value
     quantity, has_peaks = name_quantity(table, output, motion), table.objective != "static force"
     if output is not None:
         unit, factor = SURFACE_UNIT[output.quantity]
         scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
         if result.amplitude is None:
-            value, sampled = scale * value, scale * sampled
+            value, sampled, searched = scale * value, scale * sampled, scale * searched
         else:
             order, quantity = (1, 0), f"{quantity} at the extreme loss factor"
             # What was sampled is the loss factor.
             value, sampled = scale * result.amplitude, np.full(value.shape, np.nan)
+            searched = value
     return LimitCurves(
-        limits=limits, quantity=quantity, unit=unit, has_peaks=has_peaks, order=order, value=value, sampled=sampled
-    )
+        limits=limits, quantity=quantity, unit=unit, has_peaks=has_peaks, order=order, value=value, sampled=sampled,
+        searched=searched,
+    )  # fmt: skip
 
 
 def format_limits_csv(curves: LimitCurves) -> str:
@@ -154,6 +165,12 @@ def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray
     """What is known of one limit, by heading; the unit stands behind headings of values, such as " [um]"."""
     limits, row, name = curves.limits, curves.order[side], SIDES[side]
     result: dict[str, NDArray[Any]] = {f"{name}{unit}": curves.value[side]}
+    if curves.is_refined:
+        result |= {
+            f"{name} searched{unit}": curves.searched[side],
+            f"{name} harmonics": limits.refined_harmonic[row],
+            f"{name} estimated error": limits.refined_error[row],
+        }
     if row != side:
         result[f"{name} loss factor"] = limits.value[row]
     result |= {

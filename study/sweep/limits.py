@@ -12,6 +12,7 @@ from study.case.setup import read_case
 from study.kind.registry import OpenCase
 from study.limits.curve import found_limits
 from study.limits.model import make_limit_search
+from study.limits.refinement import refine_to_tolerance
 from study.limits.result import LimitCurves, convert_own_limits
 from study.limits.stored_search import run_search
 from study.run_context import RunContext
@@ -73,6 +74,8 @@ def compute_limits(
                 found = run.store.run(found_limits, search, executor=executor)
             else:
                 found = run_search(found_limits, search, f"{stem}_point{number + 1}", own, executor)
+            limits = refine_to_tolerance(search, found.limits, model.tolerance, replace(own, progress=SilentProgress()))
+            found = replace(found, limits=limits)
             result.append(convert_own_limits(case.limits, model, search.harmonic, found))
     return tuple(result)
 

@@ -178,6 +178,10 @@ DATA: dict[str, tuple[Refused, str]] = {
         r'"rub": tangential_stiffness = -3 must be positive',
     ),
     "no normal stiffness": (lambda: contact(normal_stiffness=0.0), r"normal_stiffness = 0 must be positive"),
+    "mu in percent": (
+        lambda: contact(friction_coefficient=40),
+        r"friction_coefficient = 40 is beyond any two solids \(0 to 10\): divide it by 100 if it is in percent",
+    ),
     "negative mu": (lambda: contact(friction_coefficient=-0.1), r"friction_coefficient = -0\.1 must not be negative"),
     "infinite preload": (lambda: contact(preload=np.inf), r"preload = inf must be a finite number"),
     "NaN in the gap": (lambda: contact(gap=np.nan), r"gap = nan must be a finite number"),
@@ -344,6 +348,10 @@ BALANCE: dict[str, tuple[Refused, str]] = {
     "negative friction at the end of a branch": (
         lambda: joint_response(balance(), 1.0, "rub", "friction_coefficient", 0.4, -0.1),
         r'"rub": friction_coefficient = -0\.1 must not be negative all along its branch',
+    ),
+    "branch to a mu in percent": (
+        lambda: joint_response(balance(), 1.0, "rub", "friction_coefficient", 0.4, 40),
+        r"friction_coefficient = 40 is beyond any two solids .* all along its branch",
     ),
     "no stiffness at the beginning of a branch": (
         lambda: joint_response(balance(), 1.0, "rub", "normal_stiffness", 0.0, 2.0),

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 import hbsolve.steady_state
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
+from hbsolve.continuation.response import frequency_response
+from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, slider_start
@@ -187,3 +189,39 @@ def test_a_stiffer_spring_of_a_slider_changes_the_response_less_and_less(joint: 
         assert amplitude(stiffness) == pytest.approx(rigid, rel=1e-5)
     with pytest.raises(BalanceError, match=r'"rub" has a stiffness of 3e\+14 N/m.* 2e\+06 N/m are rigid there'):
         amplitude(3e14)
+
+
+def rubbing_pair(**load: object) -> JointedSystem:
+    """Two masses, of which the second presses on the ground where the first rubs."""
+    contact = FrictionContact(
+        name="rub", tangents=[1.0, 0.0], normal=[0.0, 1.0], tangential_stiffness=2.0, normal_stiffness=3.0,
+        friction_coefficient=0.4, preload=5.0,
+    )  # fmt: skip
+    return JointedSystem(
+        mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=[[3.0, -1.0], [-1.0, 2.0]], joints=[contact], **load
+    )
+
+
+def test_a_preload_without_any_load_pushes_the_structure_away_and_nothing_vibrates() -> None:
+    """Its contact sticks, since 2 * 5/24 N along its tangent are less than 0.4 * 15/8 N: all is linear."""
+    balance = HarmonicBalance(system=rubbing_pair(), n_harmonic=4)
+    rest = np.linalg.solve([[5.0, -1.0], [-1.0, 5.0]], [0.0, -5.0])
+    state = steady_state(balance, 1.3)
+    np.testing.assert_allclose(state.coefficients[0], rest, rtol=1e-9)  # that of the residual
+    assert not state.coefficients[1:].any()
+    branch = frequency_response(balance, 0.5, 2.0)
+    assert branch.stop_reason is StopReason.REACHED
+    np.testing.assert_allclose(branch.coefficients[:, 0], np.tile(rest, (len(branch.frequency), 1)), rtol=1e-9)
+
+
+def test_at_a_level_of_1e12_what_is_left_is_the_structure_that_slips() -> None:
+    """A slider of a constant limit of 1 N is no force beside a load of 1e12 N."""
+    joint = JenkinsElement(name="rub", direction=[1.0, 0.0], tangential_stiffness=2.0, limit_force=1.0)
+    force = np.array([[0.0, 0.0], [1.0, 0.5]])
+    mass, damping, stiffness = np.eye(2), 0.1 * np.eye(2), np.array([[3.0, -1.0], [-1.0, 2.0]])
+    system = JointedSystem(
+        mass=mass, damping=damping, stiffness=stiffness, joints=[joint], harmonic_force=force
+    )  # fmt: skip
+    state = steady_state(HarmonicBalance(system=system, n_harmonic=4, level=1e12), 1.3)
+    slipping = np.linalg.solve(stiffness - 1.3**2 * mass + 1.3j * damping, 1e12 * force[1])
+    np.testing.assert_allclose(state.coefficients[1], slipping, rtol=1e-8)  # ten times the residual's tolerance

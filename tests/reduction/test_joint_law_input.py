@@ -54,6 +54,12 @@ AXES = {
             ),
             ["second_friction_coefficient = 0"],
         ),
+        (
+            lambda: FrictionEllipse(
+                **(AXES | {"second_friction_coefficient": 40}), tangent=np.ones(3), second_tangent=np.ones(3)
+            ),
+            ["second_friction_coefficient = 40", "percent"],
+        ),
     ],
 )
 def test_what_a_law_refuses(make: Callable[[], object], words: list[str]) -> None:

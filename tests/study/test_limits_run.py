@@ -16,14 +16,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.result import load_limits
+from hbsolve.steady_state import steady_state
 from pipeline.store import Store
+from reduction.jointed_system import JenkinsElement, JointedSystem
 from study import cli
 from study.case.setup import read_case
 from study.limits.run import run_limits
 from study.run_context import Options, silent_run
 from study.shipped_cases import LIMITS
-from tests.in_this_process import InThisProcess
+from tests.in_this_process import InThisProcess, pool_in_this_process
 from tests.slow import slow
 
 #: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
@@ -78,6 +81,12 @@ def home(at_home: Path) -> Path:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """No pictures, which take longer than these searches."""
     monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
+
+
+@pytest.fixture
+def no_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processes begin in seconds, which is longer than these searches take."""
+    monkeypatch.setattr("study.limits.stored_search.worker_pool", pool_in_this_process)
 
 
 def limits(home: Path, capfd: pytest.CaptureFixture[str], case: str) -> dict[str, Any]:
@@ -218,6 +227,42 @@ def test_the_mean_of_a_friction_force_has_what_its_vibration_leaves_of_coulombs_
     # One frequency has no curve over frequency.
     assert {Path(file).suffix for file in document["files"]} == {".nc", ".mat", ".csv", ".png", ".html"}
     assert len(document["files"]) == 5
+
+
+@pytest.mark.usefixtures("undrawn", "no_processes")
+@pytest.mark.parametrize("objective", ["amplitude", pytest.param("all", marks=slow)])
+def test_the_tolerance_of_a_case_holds_at_its_limits(
+    home: Path, capfd: pytest.CaptureFixture[str], objective: str
+) -> None:
+    """The third harmonic of a contact that slips drives the stuck mass near its resonance."""
+    case = CASE.replace("highest = 1", 'highest = 2\ntolerance = "0.1 %"')
+    table = f'objective = "{objective}"\nsensor = "mass"\nfrequencies = ["55 Hz"]\nlevels = [30]\n'
+    document = limits(home, capfd, case + table)
+    jenkins = JenkinsElement(name="pad", direction=[1.0], tangential_stiffness=PAD, limit_force=LIMIT)
+    slipping = JointedSystem(
+        mass=[[1.0]], damping=[[DAMPING]], stiffness=[[STIFFNESS]], joints=[jenkins], harmonic_force=[[0], [30]]
+    )
+    exact = 1e6 * steady_state(HarmonicBalance(system=slipping, n_harmonic=40), 2 * np.pi * 55).amplitude(0)
+    told = (document if objective == "amplitude" else document["quantities"][0])["levels"][0]
+    assert [told[side]["value"] for side in ("lower", "upper")] == pytest.approx([exact, exact], rel=1e-3)
+    with Path("out/my_limits.csv").open() as stream:
+        row = next(csv.DictReader(stream))
+    searched = float(row["upper searched [um]" if objective == "amplitude" else "upper searched"])
+    assert searched == pytest.approx(0.93 * exact, rel=0.01)
+    assert document["highest_harmonic"] == float(row["upper harmonics"]) > 2
+    assert float(row["upper estimated error"]) <= 1e-3
+
+
+@pytest.mark.usefixtures("undrawn", "no_processes")
+def test_a_tolerance_that_is_not_reached_or_not_used_is_told(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    case = CASE.replace("highest = 1", 'highest = 1\ntolerance = "0.00001 %"')
+    (home / "my.toml").write_text(case + 'frequencies = ["140 Hz"]\nlevels = [40]\n')
+    assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) == 0
+    told = capfd.readouterr().err
+    assert "error above 1e-05 % at 2 of 2 limits: raise highest or tolerance of [harmonics], now highest = 1" in told
+    (home / "my.toml").write_text(case + 'objective = "loss factor"\nfrequencies = ["140 Hz"]\nlevels = [2]\n')
+    assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) == 0
+    assert "tolerance of [harmonics] is not used for limits of the loss factor" in capfd.readouterr().err
 
 
 def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(

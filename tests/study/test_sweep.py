@@ -139,12 +139,14 @@ def test_after_a_kill_the_same_bytes_come_out_and_no_finished_curve_is_computed_
 
 
 def test_limits_of_a_point_are_those_of_the_case(home: Path) -> None:
-    (home / "my.toml").write_text(CASE + LIMITS)
-    (home / "more.toml").write_text((CASE + LIMITS).replace('"4 N"', '"6 N"'))
+    case = CASE.replace("highest = 3", 'highest = 3\ntolerance = "0.5 %"') + LIMITS
+    (home / "my.toml").write_text(case)
+    (home / "more.toml").write_text(case.replace('"4 N"', '"6 N"'))
     swept = sweep("my.toml", {"wall.preload": ["4 N", "6 N"]})
     alone = run_limits(Path("more.toml"), Options(quiet=True).open(home / "alone"))
     assert len(swept.sampled.limits) == 2
     np.testing.assert_array_equal(swept.sampled.limits[1].value, alone.curves.value)
+    assert swept.sampled.limits[1].is_refined
     assert not sweep("my.toml", {"mu": [1]}, limits=False).sampled.limits
 
 

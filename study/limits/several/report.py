@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from hbsolve.limits.result import SIDES
-from study.limits.report import describe_levels, find_largest, format_number
+from study.limits.report import describe_levels, describe_refinement, find_largest, format_number, refinement_remarks
 from study.limits.several.run import SeveralLimited
 from study.limits.table import EVERYTHING
 
@@ -20,6 +20,7 @@ def several_limits_document(limited: SeveralLimited) -> dict[str, Any]:
         "reach_m": float(limits.reach.max()),
         "largest_residual": find_largest(np.array([item.limits.residual for item in limited.curves])),
         "largest_realised_gain": find_largest(np.array([item.limits.realised for item in limited.curves])),
+        **describe_refinement(limited.curves),
         "quantities": [
             {
                 "quantity": item.quantity,
@@ -72,6 +73,7 @@ def _remarks(document: dict[str, Any]) -> list[str]:
         "them lies outside",
         f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
         f"{document['largest_realised_gain']:.1e}",
+        *refinement_remarks(document),
     ]
     for key, words in (
         ("at_end", "lie at an end of the frequencies: there may be more beyond"),

@@ -9,6 +9,7 @@ from hbsolve.matlab import make_matlab_file
 from pipeline.output import replace_file
 from study.kind.registry import open_case
 from study.limits.curve import FoundLimits
+from study.limits.refinement import refine_to_tolerance
 from study.limits.result import LimitCurves, convert_limits
 from study.limits.run import read_limited_case, warn_of_narrow_resonance, write_netcdf_file
 from study.limits.several.pictures import draw_several_limits
@@ -71,7 +72,11 @@ def run_several_limits(path: Path, run: RunContext, executor: Executor | None = 
     opened, model = read_limited_case(path, run)
     search, quantities = make_several_search(opened.case, opened.case.limits, opened.case.sweep, model)
     warn_of_narrow_resonance(search.first, opened.case.limits, run)
-    found = run_search(found_several_limits, search, path.stem, run, executor)
+    searched = run_search(found_several_limits, search, path.stem, run, executor)
+    found = {
+        name: refine_to_tolerance(search.of(name, item.output), searched[name], model.tolerance, run, name)
+        for name, item in zip(search.names, quantities, strict=True)
+    }
     harmonic = search.first.harmonic
     curves = tuple(
         convert_limits(

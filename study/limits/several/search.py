@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, MutableMapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from casefile.table import CaseModel, located
+from correlation.model import Sensor
 from hbsolve.errors import BalanceError
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.result import ResponseLimits
@@ -36,6 +37,11 @@ class SeveralSearch:
     first: LimitSearch
     names: tuple[str, ...]
     objectives: tuple[Objective, ...]
+
+    def of(self, name: str, output: Sensor | None) -> LimitSearch:
+        """Search of one quantity alone, by its name; the sensor whose amplitude it is, or None for a force."""
+        objective = self.objectives[self.names.index(name)]
+        return replace(self.first, objective=objective, row=None if output is None else output.row)
 
 
 def make_several_search(

@@ -9,6 +9,9 @@ import pytest
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
+from diagnosis.fit.fit_parameter import Unknowns
+from hbsolve.errors import ModelError
+from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 
 FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
@@ -83,6 +86,17 @@ def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(ben
 def test_accepted_parameters_travel(bench: Model) -> None:
     for each in list_calibration_parameters(bench):
         assert pickle.loads(pickle.dumps(each)).parameters == each.parameters
+
+
+def test_values_that_make_no_friction_are_no_model(bench: Model) -> None:
+    """Each within its own bounds; a fit turns back where there is no model."""
+    mu = of(bench, "mu")
+    unknowns = Unknowns(base=bench, effects=(mu, mu), prior=np.ones(2))
+    largest = max(joint.friction_coefficient for joint in friction_contacts(bench.system.joints))
+    just = (0.999 * 10 / largest) ** 0.5
+    assert unknowns.compose(np.array([just, just])).system.n_dof == bench.system.n_dof
+    with pytest.raises(ModelError, match=r"mu: .* beyond any two solids"):
+        unknowns.compose(np.array([1.01 * just, 1.01 * just]))
 
 
 def test_bad_priors_are_refused_in_words(bench: Model) -> None:

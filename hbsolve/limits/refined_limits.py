@@ -1,0 +1,98 @@
+"""Limits with the harmonics and samples that a tolerance needs.
+
+A search finds which slider positions lead to a limit. How large the response is there depends on the harmonics: the
+state at each limit is found again with more of them, with the sliders that it has. Sliders that are extreme with few
+harmonics need not be so with many: what is refined is a response that there is, beyond which there may be others.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.balance import HarmonicBalance
+from hbsolve.joint_law.registry import FORCE
+from hbsolve.limits.local_search import LimitSide
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.result import ResponseLimits, unrefined_arrays
+from hbsolve.refinement import MARGIN, checked_rows, checked_tolerance, refine_harmonics
+from hbsolve.solution import forces_at
+from hbsolve.state import SteadyState
+from hbsolve.truncation import relative_change, truncation
+from reduction.array_type import Matrix
+
+#: Size of a limit, over the largest of its level, below which its change is relative to this [-]: at an antiresonance a
+#: relative error says nothing.
+LEAST = 1e-3
+
+
+@on_one_blas_thread
+def refine_limits(
+    problem: LimitProblem,
+    limits: ResponseLimits,
+    tolerance: float,
+    *,
+    rows: Matrix | None = None,
+    report: Callable[[float, float], None] | None = None,
+) -> ResponseLimits:
+    """The same limits with `refined`, `refined_error` and `refined_harmonic`.
+
+    Parameters
+    ----------
+    problem
+        Problem whose limits they are.
+    limits
+        Limits that a search found.
+    tolerance
+        Largest relative change of the objective, and of the main harmonic of the rows [-].
+    rows
+        Rows of the motion that the objective is the amplitude of, shape (n, r) [-]: limits whose estimated error is
+        below the tolerance then stay as they are. By default the joint directions together, and the state at every
+        limit is found with twice the harmonics at least, because there is no estimate for forces.
+    report
+        Called with the number of limits that are done and of all.
+
+    Raises
+    ------
+    BalanceError
+        A tolerance that is not positive, rows of another size, or limits of another problem.
+    """
+    limit, rows = checked_tolerance(tolerance), checked_rows(problem.balance, rows)
+    arrays = unrefined_arrays(limits.value.shape)
+    largest = [float(np.nanmax(np.abs(item), initial=0.0)) for item in np.moveaxis(limits.value, 1, 0)]
+    arrays["refined_harmonic"][:] = problem.balance.n_harmonic - 1
+    known = np.argwhere(np.isfinite(limits.value)).tolist()
+    for number, (side, level, at) in enumerate(known):
+        state = limits.state(problem.balance, list(LimitSide)[side], level, at)
+        found = _refined(problem, state, limit, rows, LEAST * largest[level])
+        for array, value in zip(arrays.values(), found, strict=True):
+            array[side, level, at] = value
+        if report is not None:
+            report(number + 1, len(known))
+    return replace(limits, **arrays)
+
+
+def _refined(
+    problem: LimitProblem, state: SteadyState, tolerance: float, rows: Matrix | None, least: float
+) -> tuple[float, float, int]:
+    """Value, relative error and H of a limit; the value is NaN where no state was found with more harmonics."""
+    balance = problem.balance.at_level(state.level)
+
+    def measured(finer: HarmonicBalance, found: SteadyState) -> tuple[float, float]:
+        condensed = finer.at(found.angular_frequency)
+        measure = problem.objective.measure(finer, condensed)
+        forces = forces_at(finer, found.angular_frequency, found.motion, found.start, FORCE)
+        value = measure.value(finer.level, found.motion, forces.coefficients)
+        return value, max(measure.least, least)
+
+    smallest = 0.0 if rows is None else least
+    if rows is not None:
+        q, change = state.coefficients[balance.main_harmonic], MARGIN * truncation(balance, state).change
+        error = float(relative_change(balance, change, q, rows, smallest).max())
+        if error <= tolerance:
+            return measured(balance, state)[0], error, balance.n_harmonic - 1
+    result = refine_harmonics(balance, state, tolerance, rows=rows, least=smallest, watch=measured)
+    if result.balance.n_harmonic == balance.n_harmonic:
+        return np.nan, result.error, balance.n_harmonic - 1
+    return measured(result.balance, result.state)[0], result.error, result.balance.n_harmonic - 1

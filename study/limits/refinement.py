@@ -1,0 +1,74 @@
+"""More harmonics at the limits of a case as a stage."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geometry.plain_number import plain
+from hbsolve.limits.loss_factor import LossFactor
+from hbsolve.limits.refined_limits import refine_limits
+from hbsolve.limits.result import ResponseLimits
+from pipeline.store import stage
+from study.limits.model import LimitSearch
+from study.run_context import RunContext
+
+
+@stage("refined limits", ignore=("report",))
+def refined_limits(
+    search: LimitSearch,
+    limits: ResponseLimits,
+    tolerance: float,
+    report: Callable[[float, float], None] | None = None,
+) -> ResponseLimits:
+    """Limits with as many harmonics and samples as a tolerance needs.
+
+    Parameters
+    ----------
+    search
+        Request of the case.
+    limits
+        Limits that it found.
+    tolerance
+        Relative error of what is bounded [-].
+    report
+        Progress over the limits.
+    """
+    rows = None if search.row is None else search.row[None]
+    return refine_limits(search.problem(), limits, tolerance, rows=rows, report=report)
+
+
+def refine_to_tolerance(
+    search: LimitSearch, limits: ResponseLimits, tolerance: float | None, run: RunContext, name: str = ""
+) -> ResponseLimits:
+    """Limits refined to the tolerance of the case, if it has one, with a warning where it is not reached.
+
+    Parameters
+    ----------
+    search, limits
+        Search and what it found.
+    tolerance
+        That of ``[harmonics]`` [-]; None if it is not given.
+    run
+        Store and progress of the run.
+    name
+        Words for what is bounded, where there are several quantities.
+    """
+    if tolerance is None:
+        return limits
+    if isinstance(search.objective, LossFactor):
+        run.warn(
+            "tolerance of [harmonics] is not used for limits of the loss factor, which are those with "
+            f"highest = {search.harmonics}: raise that, or bound the amplitude"
+        )
+        return limits
+    with run.progress.step(f"harmonics of the limits{f' of the {name}' if name else ''}") as report:
+        refined = run.store.run(refined_limits, search, limits, tolerance, report=report)
+    there = np.isfinite(refined.value)
+    beyond = there & ~(np.isfinite(refined.refined) & (refined.refined_error <= tolerance))
+    if beyond.any():
+        which = f" of the {name}" if name else ""
+        run.warn(
+            f"harmonics and samples leave an error above {plain(100 * tolerance)} % at {beyond.sum()} of {there.sum()} "
+            f"limits{which}: raise highest or tolerance of [harmonics], now highest = {search.harmonics}"
+        )
+    return refined
