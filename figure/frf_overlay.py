@@ -67,12 +67,15 @@ class OverlayPanel:
         One per level.
     is_static
         Whether values are real, drawn with their sign.
+    has_phase
+        Whether phases were measured, and not amplitudes alone.
     """
 
     label: str
     unit: str
     curves: Sequence[OverlayCurve]
     is_static: bool = False
+    has_phase: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -203,15 +206,18 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     lowest, highest = np.inf, -np.inf
     for curve in panel.curves:
         colour = colours[curve.level]
-        measured = np.unwrap(np.angle(curve.measured))
-        # All levels begin on the turn from -90 to 270 deg.
-        measured -= 2 * np.pi * np.ceil((measured[0] - 1.5 * np.pi) / (2 * np.pi))
         line = np.unwrap(np.angle(curve.line))
-        line += 2 * np.pi * np.round((measured[0] - line[0]) / (2 * np.pi))
+        if panel.has_phase:
+            measured = np.unwrap(np.angle(curve.measured))
+            # All levels begin on the turn from -90 to 270 deg.
+            measured -= 2 * np.pi * np.ceil((measured[0] - 1.5 * np.pi) / (2 * np.pi))
+            line += 2 * np.pi * np.round((measured[0] - line[0]) / (2 * np.pi))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                deviation = np.degrees(curve.deviation / np.abs(curve.measured))
+            _points(axes, curve.frequency, np.degrees(measured), deviation, colour)
+        else:
+            measured = line
         axes.plot(curve.line_frequency, np.degrees(line), color=colour, linewidth=1.3, zorder=2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            deviation = np.degrees(curve.deviation / np.abs(curve.measured))
-        _points(axes, curve.frequency, np.degrees(measured), deviation, colour)
         lowest, highest = (
             min(lowest, float(np.degrees(measured.min()))),
             max(highest, float(np.degrees(measured.max()))),

@@ -19,9 +19,10 @@ Values = Float[NDArray[np.float64], " f"]
 def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Values:
     """Frequencies for the limits of some families, rising [Hz].
 
-    Chosen are measured frequencies, evenly along the curves: by the change of the logarithm of the amplitudes, plus the
-    share of the band. Where there are fewer than `fewest`, others are put between them in the same way: limits are
-    found on the way along the resonance, and missed by a search that jumps over it.
+    Chosen are measured frequencies; of too many, those between whose neighbours the curves change least are left out,
+    by the logarithm of the amplitudes or by the share of the band. Where there are fewer than `fewest`, others are put
+    between them, where the curves change most: limits are found on the way along the resonance, and missed by a search
+    that jumps over it.
 
     Parameters
     ----------
@@ -40,11 +41,11 @@ def choose_frequencies(families: Sequence[Family], most: int, fewest: int) -> Va
             size = np.log(np.maximum(np.abs(curve.value[rising]), 1e-3 * np.abs(curve.value).max(initial=1e-300)))
             along = np.interp(measured, curve.frequency[rising], np.cumsum(np.abs(np.diff(size, prepend=size[0]))))
             length = np.maximum(length, np.diff(along))
-    if len(measured) > most:
-        way = np.concatenate([[0.0], np.cumsum(length)])
-        wanted = np.linspace(0.0, way[-1], most)
-        chosen = np.unique(np.abs(way[:, None] - wanted).argmin(axis=0))
-        return np.asarray(measured[np.unique([0, *chosen, len(measured) - 1])])
+    while len(measured) > max(most, 2):
+        # The one between whose neighbours the curves change least.
+        place = int(np.argmin(length[:-1] + length[1:]))
+        measured, length[place + 1] = np.delete(measured, place + 1), length[place] + length[place + 1]
+        length = np.delete(length, place)
     parts = np.ones(len(length), dtype=np.int64)
     while parts.sum() + 1 < fewest:
         parts[np.argmax(length / parts)] += 1

@@ -41,13 +41,14 @@ def pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
         drawn[f"map_{name}"] = _map(rows, levels, words, f"{title}: where the model fails, {name}")
         for kind, (chosen, columns) in _figures(drawing.panels[free]).items():
             if any(stands_out(rows, panel.key) for panel in chosen):
+                overlays = [_overlay(panel, levels, _has_phase(rows, panel)) for panel in chosen]
                 drawn[f"{kind}_{name}"] = FrfOverlay(
-                    panels=[_overlay(panel, levels) for panel in chosen],
+                    panels=overlays,
                     levels=words,
                     title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
                     subtitle=HISTORY if any(panel.is_static for panel in chosen) else ABOUT[kind],
                     columns=columns,
-                    with_phase=kind == "frf",
+                    with_phase=kind == "frf" and any(panel.has_phase for panel in overlays),
                 )
     return drawn_pictures(drawn)
 
@@ -78,7 +79,13 @@ def _map(misfit: Misfit, levels: Frequencies, words: Sequence[str], title: str) 
     return MisfitMap(panels=panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
 
 
-def _overlay(panel: Panel, levels: Frequencies) -> OverlayPanel:
+def _has_phase(misfit: Misfit, panel: Panel) -> bool:
+    sensor, harmonic = panel.key
+    points = misfit.points
+    return bool(misfit.phased[(points.sensor == sensor) & (points.harmonic == harmonic)].any())
+
+
+def _overlay(panel: Panel, levels: Frequencies, has_phase: bool) -> OverlayPanel:
     sensor, harmonic = panel.key
     label = sensor if panel.per_level else f"{sensor}, harmonic {harmonic}"
     curves = [
@@ -98,4 +105,5 @@ def _overlay(panel: Panel, levels: Frequencies) -> OverlayPanel:
         unit=panel.unit,
         curves=curves,
         is_static=panel.is_static,
+        has_phase=has_phase,
     )

@@ -48,7 +48,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     before
         States to start from, if some are there.
     """
-    of_data = find_response_suspicions(model, campaign.data)
+    of_data = (*find_response_suspicions(model, campaign.data), *_kept_joints(campaign, model))
     if not len(campaign.measurement):
         return (*campaign.suspicions, *of_data)
     table = average_campaign(campaign)
@@ -81,6 +81,18 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
         *of_data,
     )
+
+
+def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
+    """Joints that the model keeps where the structure was measured without contacts."""
+    free = [item.name for item in (*campaign.tests, *campaign.data) if getattr(item, "configuration", "") == "free"]
+    kept = [joint.name for joint in model.free().system.joints] if free else []
+    if kept:
+        yield Suspicion(
+            where=f'"{free[0]}"', remark=True,
+            sentence=f"is of the free structure, where the model keeps what is no contact line ({', '.join(kept)}): if "
+            "it was measured without, compare it with a case that has no such joints",
+        )  # fmt: skip
 
 
 def _wrong_levels(

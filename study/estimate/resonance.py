@@ -23,6 +23,7 @@ from study.estimate.first_estimate import FirstEstimate
 
 SLIPS = "the lowest level may already slip a little: the damping includes friction then, and is an upper bound"
 STEADY = "the damping does not grow with the amplitude: friction is no part of it"
+LINEAR = "the model has no joint that could slip: all damping counts as that of the structure"
 FREE = "the structure without contacts: bearings and air are part of it, friction is not"
 SOFTENED = (
     "the lowest level may already slip a little: the frequency is corrected by half of what micro-slip with the "
@@ -170,7 +171,8 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
         return
     deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
-    slips = bool(model.lines) and not resonance.free and not resonance.is_steady
+    joints = (model.free() if resonance.free else model).system.joints
+    slips = bool(joints) and not resonance.is_steady
     low = 0.0 if slips else max(resonance.damping - 1.96 * deviation, 0.0)
     yield FirstEstimate(
         parameter="zeta",
@@ -179,7 +181,7 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
         unit="-",
         model_value=ratio,
         source=resonance.source,
-        bias=(FREE,) if resonance.free else (SLIPS,) if slips else (STEADY,),
+        bias=(SLIPS if slips else FREE if resonance.free else STEADY if joints else LINEAR,),
         may_be_less=slips,
     )
 
