@@ -69,7 +69,7 @@ def plant(campaign: Campaign, trait: str) -> Campaign | None:
     elif trait == "fixed phase":
         changes["value"] = np.abs(table.value) * np.exp(-0.4j)
     elif trait == "swapped in a repeat":
-        if n_repeat < 3:
+        if n_repeat < 2:
             return None
         changes["sensor"] = np.where(table.repeat == 2, 1 - table.sensor, table.sensor)
     elif trait == "unnamed sweeps":
@@ -87,7 +87,7 @@ def plant(campaign: Campaign, trait: str) -> Campaign | None:
 def is_found(campaign: Campaign, trait: str) -> bool:
     """Whether a suspicion names the trait."""
     word = {"zero phase": "imaginary part is zero", "fixed phase": "phase changes by", "settling": "still settle"}
-    word |= {"swapped in a repeat": "swapped in this repeat", "unnamed sweeps": "rises and falls"}
+    word |= {"swapped in a repeat": "columns swapped in", "unnamed sweeps": "rises and falls"}
     return any(word[trait] in item.sentence for item in find_channel_suspicions(campaign))
 
 

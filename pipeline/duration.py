@@ -7,9 +7,9 @@ from pathlib import Path
 
 from pipeline.checkpoint import Checkpoint
 
-#: Time left is not told from less than this share of a step in less than this time [-, s]: the first parts of a step
-#: compile, read, and are unlike the rest.
-EARLY, SOON = 0.02, 60.0
+#: Time left is not told from less than this share of a step in less than this time [-, s], and never from less than the
+#: second share: the first parts of a step compile, read, and are unlike the rest.
+EARLY, SOON, FIRST = 0.02, 60.0, 0.002
 #: Steps that are remembered.
 MOST = 1000
 #: A step shorter than this is not worth a line [s].
@@ -52,7 +52,7 @@ class Durations:
 
 def extrapolate(done: float, total: float, seconds: float) -> float | None:
     """Time left of a step of which so much was done in so many seconds; None while it cannot be told [s]."""
-    if not 0 < done < total or (done < EARLY * total and seconds < SOON):
+    if not FIRST * total <= done < total or (done < EARLY * total and seconds < SOON):
         return None
     return seconds * (total - done) / done
 

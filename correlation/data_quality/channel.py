@@ -94,27 +94,33 @@ def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
                 second = campaign.sensors[j]
                 if (first.quantity, first.component) != (second.quantity, second.component):
                     continue
-                for repeat, own, swapped, usual in _compare_repeats(*arrange_by_repeat(table, (i, j))):
+                repeats, values = arrange_by_repeat(table, (i, j))
+                which = "one of these repeats" if len(repeats) == 2 else "this repeat"
+                for words, own, swapped, usual in _compare_repeats(repeats, values):
                     if own > max(SWAPPED, BESIDE_OTHERS * usual) and swapped < AFTER_SWAPPING * own:
                         yield Suspicion(
-                            where=f'test "{campaign.tests[test].name}", repeat {repeat}',
+                            where=f'test "{campaign.tests[test].name}", {words}',
                             sentence=f'"{first.name}" and "{second.name}" differ from their other repeats by a factor '
                             f"of {np.exp(own):.3g}, and by {np.exp(swapped):.3g} if they are swapped: were their "
-                            "cables or columns swapped in this repeat?",
+                            f"cables or columns swapped in {which}?",
                         )
 
 
-def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[int, float, float, float]]:
-    """Each repeat, and how far both sensors are from the other repeats in ln |X| (medians).
+def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[str, float, float, float]]:
+    """Each repeat in words, and how far both sensors are from the other repeats in ln |X| (medians).
 
-    Then how far they are when swapped, and how far the others are from their own middle at most.
+    Then how far they are when swapped, and how far the others are from their own middle at most. Of two repeats neither
+    is known to be the right one.
     """
     size = np.abs(values)
     table = np.log(np.where(size > 0, size, np.nan))
     table = table[:, np.isfinite(table).any(axis=2).all(axis=0)]
-    if len(repeats) < 3 or table.shape[1] < 3:
+    if len(repeats) < 2 or table.shape[1] < 3:
         return
-    for column, repeat in enumerate(repeats):
+    named = (
+        [f"repeat {repeat}" for repeat in repeats] if len(repeats) > 2 else [f"repeats {repeats[0]} and {repeats[1]}"]
+    )
+    for column, words in enumerate(named):
         rest = np.delete(table, column, axis=2)
         rows = np.isfinite(rest).any(axis=2).all(axis=0) & np.isfinite(table[:, :, column]).all(axis=0)
         if rows.sum() >= 3:
@@ -122,7 +128,7 @@ def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[int,
             own = np.abs(table[:, rows, column] - usual)
             swapped = np.abs(table[::-1, rows, column] - usual)
             others = np.nanmedian(np.abs(rest[:, rows] - usual[:, :, None]), axis=(0, 1))
-            yield repeat, float(np.median(own)), float(np.median(swapped)), float(np.nanmax(others))
+            yield words, float(np.median(own)), float(np.median(swapped)), float(np.nanmax(others))
 
 
 def _unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:

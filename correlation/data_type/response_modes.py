@@ -47,7 +47,8 @@ def read_modes(response: MeasuredResponse, sensors: Sequence[MeasuredSensor]) ->
     # A shape needs two sensors, each in its own unit.
     has_shape = len(sensors) > 1 and all(sensor.calibrated for sensor in sensors)
     modes = []
-    for number in np.flatnonzero(found.frequency_deviation < VAGUE * found.frequency):
+    # Damping that an exponential window cannot have left is no number of a mode; a suspicion tells.
+    for number in np.flatnonzero((found.frequency_deviation < VAGUE * found.frequency) & (found.damping_ratio > 0)):
         omega = 2j * np.pi * found.frequency[number]
         turned = [omega ** DERIVATIVE[sensor.quantity] for sensor in sensors]
         modes.append(

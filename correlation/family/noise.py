@@ -21,6 +21,9 @@ roughness, give the covariance V of the fitted :math:`(a^2, b^2)` by the informa
 
 and the degrees of freedom :math:`\nu` of the noise of a reading: few where no other reading is as small.
 
+A sensor that is mounted and cabled anew has another gain, within a per cent: all readings of a repeat are off by one
+factor. It is told where repeats agree best, as the frequency is, and counts as an error of each reading.
+
 Curves of fewer than four frequencies have no roughness. Their scatter at each frequency then stands for the noise: it
 is larger where histories differ, so that what leaves the limits by less is not seen, but noise alone is no failure.
 
@@ -30,7 +33,7 @@ F. E. Satterthwaite, An approximate distribution of estimates of variance compon
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -51,13 +54,17 @@ FEWEST_POINTS = 4
 LEAST_LEFT = 0.1
 #: No estimate has fewer degrees of freedom [-].
 LEAST_FREEDOM = 1.0
+#: Gains of one sensor differ by no more from repeat to repeat: a calibration is that good, and more is no error [-].
+MOST_GAIN = 0.01
+#: Variance of a median over that of a mean, of normal readings [-].
+MEDIAN = np.pi / 2
 #: What is known least of the law of the noise has this share of the information on the rest at least [-].
 ALIKE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingNoise:
-    """Standard deviation of one reading of a sensor and harmonic, sqrt((relative X)^2 + absolute^2).
+    """Standard deviation of one reading of a sensor and harmonic, sqrt((relative^2 + gain^2) X^2 + absolute^2).
 
     Parameters
     ----------
@@ -65,6 +72,8 @@ class ReadingNoise:
         Part that grows with the reading [-].
     absolute
         Constant part [SI unit of the sensor].
+    gain
+        That of the factor which all readings of a repeat have in common [-].
     source
         "stated" in the manifest; estimated from the roughness of the "curves" of the families, or from their "scatter"
         at each frequency, which histories add to; or "unknown".
@@ -74,12 +83,13 @@ class ReadingNoise:
 
     relative: float = 0.0
     absolute: float = 0.0
+    gain: float = 0.0
     source: str = "unknown"
     covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def deviation(self, value: Values) -> Values:
         """Standard deviation of readings, shape (n,)."""
-        return np.hypot(self.relative * value, self.absolute)
+        return np.sqrt((self.relative**2 + self.gain**2) * value**2 + self.absolute**2)
 
     def freedom(self, value: Values, known: Values | float = 0.0) -> Values:
         """Degrees of freedom of the variance at readings, infinite where nothing was estimated, shape (n,) [-].
@@ -94,7 +104,9 @@ class ReadingNoise:
         relative, both, absolute = self.covariance
         variance = relative * value**4 + 2 * both * value**2 + absolute
         with np.errstate(divide="ignore", invalid="ignore"):
-            freedom = np.where(variance > 0, 2 * (self.deviation(value) ** 2 + known**2) ** 2 / variance, inf)
+            # The gain of a repeat is told by as few repeats: it makes nothing more certain.
+            own = (self.relative * value) ** 2 + self.absolute**2
+            freedom = np.where(variance > 0, 2 * (own + known**2) ** 2 / variance, inf)
         return np.maximum(freedom, LEAST_FREEDOM)
 
 
@@ -128,12 +140,12 @@ def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> Re
     tables = [_table(family) for family in families]
     noise: dict[tuple[str, int], ReadingNoise] = {}
     for key in dict.fromkeys((family.sensor, family.harmonic) for family in families):
+        group = [table for table in tables if (table.family.sensor, table.family.harmonic) == key]
+        found = _noise(group)
         if key[0] in stated:
             relative, absolute = stated[key[0]]
-            noise[key] = ReadingNoise(relative=relative, absolute=absolute, source="stated")
-        else:
-            group = [table for table in tables if (table.family.sensor, table.family.harmonic) == key]
-            noise[key] = _noise(group)
+            found = ReadingNoise(relative=relative, absolute=absolute, source="stated")
+        noise[key] = replace(found, gain=min(_gain_scatter(group), MOST_GAIN) if key[1] else 0.0)
     forces = {sensor.name for sensor in campaign.sensors if sensor.line is not None}
     moving = [table for table in tables if table.family.sensor not in forces and table.family.harmonic > 0]
     return RepeatErrors(noise=noise, frequency=_frequency_jitter(moving))
@@ -284,6 +296,24 @@ def _roughness_rows(share: Values, slope: Values) -> Float[NDArray[np.float64], 
     rows[at, at], rows[at, at + 1], rows[at, at + 2] = -share, 1.0, share - 1
     size = float(slope @ slope)
     return rows - np.outer(rows @ slope, slope) / size if size else rows
+
+
+def _gain_scatter(tables: Sequence[_Table]) -> float:
+    """Standard deviation of the factor of a repeat, at the level at which repeats agree best, beyond noise [-]."""
+    result: list[float] = []
+    for table in tables:
+        mean = np.nansum(table.value, axis=0) / np.maximum(np.isfinite(table.value).sum(axis=0), 1)
+        moved = table.apart - np.nan_to_num(table.shifts)[:, None] * table.slope
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratio = np.where(mean > 0, moved / mean, np.nan)
+        of_curve = np.array([curve.repeat for curve in table.family.curves])
+        own = [ratio[of_curve == repeat] for repeat in np.unique(of_curve)]
+        own = [part[np.isfinite(part)] for part in own if np.isfinite(part).sum() >= FEWEST_POINTS]
+        if len(own) > 1:
+            noise = np.mean([MEDIAN * part.var(ddof=1) / len(part) for part in own])
+            beyond = float(np.var([np.median(part) for part in own], ddof=1) - noise)
+            result.append(float(np.sqrt(max(beyond, 0.0) * compute_margin(len(own) - 1))))
+    return min(result, default=0.0)
 
 
 def _frequency_jitter(tables: Sequence[_Table]) -> float:

@@ -218,9 +218,11 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
         f"Limits hold for friction histories that have dragged sliders {reach} ([limits] reach); the search met "
         f"{limits.n_sampled:.0f} random histories per frequency and level, none outside."
     )
+    gain = max((item.gain for item in errors.noise.values()), default=0.0)
+    of_gain = f", of the gain of its repeat (up to {plain(100 * gain)} %)" if gain else ""
     yield (
-        f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise and of the "
-        f"model's numerical error, at the frequency offset of each set-up (they scatter by "
+        f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise{of_gain} and "
+        "of the model's numerical error, at the frequency offset of each set-up (they scatter by "
         f"{plain(100 * errors.frequency)} %) that leaves least outside."
     )
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})

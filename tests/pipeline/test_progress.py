@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.duration import Durations, format_duration
+from pipeline.duration import Durations, extrapolate, format_duration
 from pipeline.progress import BarProgress, LineProgress, Progress, Report, ShownStep, SilentProgress
 from pipeline.store import Store, stage
 
@@ -152,3 +152,10 @@ def test_every_kind_lets_a_function_report_and_an_error_through(progress: Progre
 )
 def test_time_is_spoken_as_people_do(seconds: float, text: str) -> None:
     assert format_duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "seconds", "left"), [(0.5, 10.0, 10.0), (0.01, 10.0, None), (0.01, 100.0, 9900.0), (0.0003, 100.0, None)]
+)
+def test_time_left_is_told_once_enough_is_done(share: float, seconds: float, left: float | None) -> None:
+    assert extrapolate(share, 1.0, seconds) == (None if left is None else pytest.approx(left))

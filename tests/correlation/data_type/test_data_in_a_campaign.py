@@ -114,6 +114,21 @@ def test_an_exponential_window_is_taken_off_the_damping(tmp_path: Path, oscillat
     assert predict_linear_response(oscillator(), frf)[0] == pytest.approx(response, rel=1e-6)
 
 
+def test_a_window_that_leaves_no_damping_gives_no_mode(tmp_path: Path) -> None:
+    frequency = np.linspace(80, 120, 401)
+    s = 2j * np.pi * frequency + 2.5
+    response = s**2 / (STIFFNESS + MASS * s**2 + s * 2 * RATIO * np.sqrt(STIFFNESS * MASS))
+    stated = FRF.format(sign="+").replace(
+        'test = "hammer"\nlevel = 0.5', 'configuration = "jointed"\nexponential_window = "20 ms"'
+    )
+    stated = stated.replace('[[test]]\nname = "hammer"\nconfiguration = "jointed"\n', "")
+    (frf,) = read_campaign(
+        write(tmp_path, stated, frf=columns("f,re,im", frequency, response.real, response.imag))
+    ).data
+    assert frf.modes == ()
+    assert any("leaves no damping" in each for each in frf.suspicions)
+
+
 @pytest.mark.parametrize(
     ("keys", "sentence"),
     [

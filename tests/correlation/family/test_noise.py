@@ -7,13 +7,28 @@ import pytest
 
 from correlation.family.band import PredictedBand
 from correlation.family.family import Family, FamilyCurve, common_points
-from correlation.family.noise import ReadingNoise, estimate_repeat_errors
+from correlation.family.noise import MOST_GAIN, ReadingNoise, estimate_repeat_errors
 from correlation.family.verdict import judge_family
+from correlation.noise.variance import compute_margin
 from tests.correlation.family.test_family import campaign
 
 FREQUENCY = np.linspace(97.0, 103.0, 6)
 RESONANCE = 1 / np.hypot(1 - (FREQUENCY / 100.0) ** 2, 0.02)
 N_CURVE, NOISE, LEVELS = 4, 0.01, (0.3, 1.0, 3.0)
+
+
+def eight_curves(random: np.random.Generator, noise: float) -> list[Family]:
+    """Three levels of a resonance, four repeats up and down of each."""
+    return [
+        replace(item, curves=tuple(
+            replace(
+                item.curves[number % 2], repeat=number // 2,
+                value=item.level * RESONANCE * (1 + noise * random.standard_normal(len(FREQUENCY))),
+            )
+            for number in range(8)
+        ))
+        for item in families(random)
+    ]  # fmt: skip
 
 
 def families(random: np.random.Generator) -> list[Family]:
@@ -166,3 +181,27 @@ def test_a_place_that_comes_between_takes_no_reading_from_another() -> None:
     point = common_points(curves)
     assert point[:6].tolist() == [0, 1, 2, 0, 1, 2]
     assert len(set(point[6:]) | {0, 1, 2}) == 5
+
+
+def test_a_factor_of_a_repeat_is_an_error_of_its_readings() -> None:
+    random, factor = np.random.default_rng(4), np.array([1.004, 0.996, 1.002, 0.998])
+    measured = [
+        replace(item, curves=tuple(replace(curve, value=curve.value * factor[curve.repeat]) for curve in item.curves))
+        for item in eight_curves(random, 1e-3)
+    ]
+    noise = estimate_repeat_errors(campaign(), measured).noise["tip", 1]
+    # Standard deviation of the four factors times the caution about so few, and a little noise.
+    expected = float(np.sqrt(factor.var(ddof=1) * compute_margin(3)))
+    assert noise.gain == pytest.approx(expected, rel=0.2)
+    assert noise.relative == pytest.approx(1e-3, rel=0.3)
+
+
+def test_histories_that_differ_at_one_level_are_no_gain() -> None:
+    measured = eight_curves(np.random.default_rng(5), 1e-3)
+    apart = replace(
+        measured[2],
+        curves=tuple(replace(curve, value=curve.value * (1 + 0.1 * curve.repeat)) for curve in measured[2].curves),
+    )
+    assert estimate_repeat_errors(campaign(), [*measured[:2], apart]).noise["tip", 1].gain < 1e-3
+    # More than a calibration may be off is no gain either.
+    assert estimate_repeat_errors(campaign(), [apart]).noise["tip", 1].gain == MOST_GAIN
