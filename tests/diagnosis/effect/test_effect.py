@@ -114,7 +114,7 @@ def test_at_its_vanishing_value_an_effect_leaves_the_response(effect_kind: Effec
     reference = state(bench, omega)
     size = abs(reference.coefficients).max()
     # Contacts slip here, so that the response asks all of the model.
-    shaken = bench.with_joints({name: {"friction_coefficient": 100.0} for name in bench.lines["left"]})
+    shaken = bench.with_joints({name: {"friction_coefficient": 10.0} for name in bench.lines["left"]})
     assert abs(state(shaken, omega).coefficients - reference.coefficients).max() > 1e-3 * size
     for effect in effects(effect_kind, bench):
         found = state(effect.apply(bench, vanishing(effect)), omega)
