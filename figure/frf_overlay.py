@@ -104,7 +104,7 @@ class FrfOverlay(Headed):
 LEGEND_ROW = 0.22
 #: Room for the title above a panel, between its axes, left of them for numbers and label, right of them, and below the
 #: last panel for numbers and label [inches].
-TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.12, 0.55
+TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.22, 0.55
 #: Where the labels end, left of the axes [inches]: numbers of seven characters fit between.
 LABEL_PLACE = 0.72
 #: Room for numbers between the axes and the label below them [points].

@@ -12,7 +12,7 @@ from figure.registry import pictures as drawn_pictures
 from study.compare.curve import Drawing, Frequencies, Panel, keys, stands_out
 
 ABOUT = {
-    "frf": "response per unit of the level, and its phase",
+    "frf": "response per unit of the level",
     "harmonics": "amplitudes of the higher harmonics",
     "forces": "amplitudes of the contact forces, summed over each line",
 }
@@ -42,13 +42,15 @@ def pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
         for kind, (chosen, columns) in _figures(drawing.panels[free]).items():
             if any(stands_out(rows, panel.key) for panel in chosen):
                 overlays = [_overlay(panel, levels, _has_phase(rows, panel)) for panel in chosen]
+                with_phase = kind == "frf" and any(panel.has_phase for panel in overlays)
+                about = ABOUT[kind] + (", and its phase" if with_phase else "")
                 drawn[f"{kind}_{name}"] = FrfOverlay(
                     panels=overlays,
                     levels=words,
                     title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
-                    subtitle=HISTORY if any(panel.is_static for panel in chosen) else ABOUT[kind],
+                    subtitle=HISTORY if any(panel.is_static for panel in chosen) else about,
                     columns=columns,
-                    with_phase=kind == "frf" and any(panel.has_phase for panel in overlays),
+                    with_phase=with_phase,
                 )
     return drawn_pictures(drawn)
 
