@@ -203,7 +203,8 @@ def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
 
 
 def _nothing(draft: Draft, folder: Path) -> CampaignError:
-    reasons = draft.left_out or [f"{note.file}: {note.evidence}" for note in draft.notes if note.file]
+    unused = [note for note in draft.notes if note.file and (not draft.left_out or note.role == Kind.NOT_USED.value)]
+    reasons = [*draft.left_out, *(f"{note.file}: {note.evidence}" for note in unused)]
     listed = "; ".join(reason.rstrip(".") for reason in reasons[:3]) or "it has no measured file"
     return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
 

@@ -934,3 +934,15 @@ def test_steps_of_the_acceleration_of_a_base_are_its_levels(tmp_path: Path) -> N
     _, manifest = drafted(tmp_path)
     assert manifest["drive"]["quantity"] == "base acceleration"
     assert read_campaign(tmp_path).levels.tolist() == [1.0, 2.0]
+
+
+def test_all_files_that_are_of_no_use_are_named(tmp_path: Path) -> None:
+    time = np.arange(400) / 1000
+    rows = "\n".join(
+        f"{t:.4f},{x:.6f}" for t, x in zip(time, np.sin(300 * time) + 0.1 * np.cos(77 * time), strict=True)
+    )
+    (tmp_path / "microphone.csv").write_text(f"time [s],mic [Pa]\n{rows}\n", encoding="utf-8")
+    lines = "\n".join(f"{k},{(7 * k) % 5}" for k in range(40))
+    (tmp_path / "parts.csv").write_text(f"part,colour\n{lines}\n", encoding="utf-8")
+    with pytest.raises(CampaignError, match=r"(?s)microphone.*Pa.*parts\.csv"):
+        write_manifest(measured := read_folder(tmp_path), draft_campaign(measured, Assumptions()))
