@@ -116,7 +116,7 @@ class Bench:
         """
         campaign = self._read_campaign()
         if campaign.has_data_alone:
-            seen = hash_text(read_text(self.case))
+            seen, self._comparison = hash_text(read_text(self.case)), None
             found_alone, shown = compare_alone(self.case, campaign, self.run)
             shown["verdict"]["seen"] = seen
             return Result(numbers=found_alone, views=shown)
@@ -256,8 +256,8 @@ class Bench:
         LoopError
             A parameter that the case does not have.
         """
-        campaign = self._read_campaign()
-        if campaign.has_data_alone:
+        # A slider moves many times: files are read for the first of them alone.
+        if self._comparison is None and (campaign := self._read_campaign()).has_data_alone:
             numbers_alone, views = move_alone(self.case, campaign, self.run, values)
             return Result(numbers=numbers_alone, views=views)
         found = self._current()
