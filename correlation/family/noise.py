@@ -141,10 +141,11 @@ def estimate_repeat_errors(campaign: Campaign, families: Sequence[Family]) -> Re
     noise: dict[tuple[str, int], ReadingNoise] = {}
     for key in dict.fromkeys((family.sensor, family.harmonic) for family in families):
         group = [table for table in tables if (table.family.sensor, table.family.harmonic) == key]
-        found = _noise(group)
         if key[0] in stated:
             relative, absolute = stated[key[0]]
             found = ReadingNoise(relative=relative, absolute=absolute, source="stated")
+        else:
+            found = _noise(group)
         noise[key] = replace(found, gain=min(_gain_scatter(group), MOST_GAIN) if key[1] else 0.0)
     forces = {sensor.name for sensor in campaign.sensors if sensor.line is not None}
     moving = [table for table in tables if table.family.sensor not in forces and table.family.harmonic > 0]
@@ -160,19 +161,31 @@ class _Table:
     value: Table
 
     @property
+    def count(self) -> NDArray[np.int64]:
+        """Curves at each point, shape (p,)."""
+        return np.asarray(np.isfinite(self.value).sum(axis=0))
+
+    @property
+    def mean(self) -> Values:
+        """Mean curve, shape (p,)."""
+        return np.asarray(np.nansum(self.value, axis=0) / np.maximum(self.count, 1))
+
+    @property
     def apart(self) -> Table:
         """Differences from the mean of the curves; NaN where a point has one curve alone."""
-        count = np.isfinite(self.value).sum(axis=0)
-        mean = np.nansum(self.value, axis=0) / np.maximum(count, 1)
-        return np.where(count > 1, self.value - mean, np.nan)
+        return np.where(self.count > 1, self.value - self.mean, np.nan)
+
+    @property
+    def unshifted(self) -> Table:
+        """Differences from the mean without what the shifts of the frequency make."""
+        return np.asarray(self.apart - np.nan_to_num(self.shifts)[:, None] * self.slope)
 
     @property
     def slope(self) -> Values:
         """F dX/df of the mean curve, shape (p,); zero where there are too few points."""
-        mean = np.nansum(self.value, axis=0) / np.maximum(np.isfinite(self.value).sum(axis=0), 1)
-        if len(mean) < FEWEST_POINTS:
-            return np.zeros_like(mean)
-        return np.asarray(self.frequency * Akima1DInterpolator(self.frequency, mean).derivative()(self.frequency))
+        if len(self.frequency) < FEWEST_POINTS:
+            return np.zeros_like(self.frequency)
+        return np.asarray(self.frequency * Akima1DInterpolator(self.frequency, self.mean).derivative()(self.frequency))
 
     @property
     def shifts(self) -> Values:
@@ -231,20 +244,18 @@ def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
     """Squares of readings, variances, their degrees of freedom, and those without what neighbours share."""
     parts = [np.zeros((4, 0))]
     for table in tables:
-        f, count = table.frequency, np.isfinite(table.value).sum(axis=0)
+        f, count = table.frequency, table.count
         if len(f) < FEWEST_POINTS:
             continue
-        slope = table.slope
-        apart = table.apart - np.nan_to_num(table.shifts)[:, None] * slope
+        apart = table.unshifted
         share = (f[2:] - f[1:-1]) / (f[2:] - f[:-2])
         rough = apart[:, 1:-1] - share * apart[:, :-2] - (1 - share) * apart[:, 2:]
         there = np.isfinite(rough)
         seen = there.sum(axis=0)
-        rows = _roughness_rows(share, slope)
+        rows = _roughness_rows(share, table.slope)
         left = (rows**2).sum(axis=1)
         # The mean of n curves takes the share 1 / n of the variance with it.
         whole = left * (1 - 1 / np.maximum(count[1:-1], 2))
-        mean = np.nansum(table.value, axis=0) / np.maximum(count, 1)
         use = (seen > 1) & (left > LEAST_LEFT)
         scaled = rows[use] / np.sqrt(left[use])[:, None]
         correlation = scaled @ scaled.T
@@ -253,7 +264,7 @@ def _roughness(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
             np.array(
                 [
                     # Of the readings that each roughness is made of.
-                    (rows**2 @ mean**2)[use] / left[use],
+                    (rows**2 @ table.mean**2)[use] / left[use],
                     np.where(there, rough**2, 0.0).sum(axis=0)[use] / seen[use] / whole[use],
                     dof,
                     dof * use.sum() / max(float((correlation**2).sum()), 1.0),
@@ -267,10 +278,8 @@ def _scatter(tables: Sequence[_Table]) -> Float[NDArray[np.float64], "4 q"]:
     """The same of readings at one frequency, which friction histories scatter, too: no less than the noise."""
     parts = [np.zeros((4, 0))]
     for table in tables:
-        count = np.isfinite(table.value).sum(axis=0)
-        use = count > 1
-        dof = count[use] - 1.0
-        mean = np.nansum(table.value, axis=0)[use] / count[use]
+        use = table.count > 1
+        dof, mean = table.count[use] - 1.0, table.mean[use]
         parts.append(np.array([mean**2, np.nansum(table.apart**2, axis=0)[use] / dof, dof, dof]))
     return np.concatenate(parts, axis=1)
 
@@ -302,10 +311,8 @@ def _gain_scatter(tables: Sequence[_Table]) -> float:
     """Standard deviation of the factor of a repeat, at the level at which repeats agree best, beyond noise [-]."""
     result: list[float] = []
     for table in tables:
-        mean = np.nansum(table.value, axis=0) / np.maximum(np.isfinite(table.value).sum(axis=0), 1)
-        moved = table.apart - np.nan_to_num(table.shifts)[:, None] * table.slope
         with np.errstate(invalid="ignore", divide="ignore"):
-            ratio = np.where(mean > 0, moved / mean, np.nan)
+            ratio = np.where(table.mean > 0, table.unshifted / table.mean, np.nan)
         of_curve = np.array([curve.repeat for curve in table.family.curves])
         own = [ratio[of_curve == repeat] for repeat in np.unique(of_curve)]
         own = [part[np.isfinite(part)] for part in own if np.isfinite(part).sum() >= FEWEST_POINTS]
