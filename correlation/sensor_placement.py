@@ -99,12 +99,17 @@ def _placed(measured: MeasuredSensor, model: Model) -> AnySensor:
 
 def _place_row(measured: MeasuredSensor, model: Model, place: str) -> Row:
     if place not in model.places:
-        listed = ", ".join(model.places) or "none"
         raise CampaignError(
             f'{MANIFEST}: sensor "{measured.name}" sits at place "{place}", which the model does not have; '
-            f'its places: {listed}. Correct the name, or add a [[place]] with name = "{place}" to the case'
+            f"{offer_places(model, place)}"
         )
     return model.places[place]
+
+
+def offer_places(model: Model, place: str) -> str:
+    """End of a sentence about a place that a model does not have: what it has, and the remedy."""
+    listed = ", ".join(model.places) or "none"
+    return f'its places: {listed}. Correct the name, or add a [[place]] with name = "{place}" to the case'
 
 
 def _turned(measured: MeasuredSensor, model: Model, row: Row) -> Row:

@@ -11,6 +11,7 @@ from correlation.configuration import Configuration
 from correlation.data_type.measured_loop import FEATURES, ForceLoop, Numbers, Signal
 from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model, Sensor
+from correlation.sensor_placement import offer_places
 from correlation.signal.loop import Plateau, analyse_loop
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
@@ -60,10 +61,8 @@ def imposed_loop(model: Model, loop: ForceLoop, plateau: Plateau) -> tuple[Signa
         The model has no such place.
     """
     if loop.place is None or loop.place not in model.places:
-        listed = ", ".join(model.places) or "none"
         raise CampaignError(
-            f'loop "{loop.name}": the model has no place "{loop.place}"; its places: {listed}. Correct the name, or '
-            f'add a [[place]] with name = "{loop.place}" to the case'
+            f'loop "{loop.name}": the model has no place "{loop.place}"; {offer_places(model, str(loop.place))}'
         )
     row = model.places[loop.place]
     system = model.system
