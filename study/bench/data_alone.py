@@ -13,7 +13,7 @@ from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from study.alike import merge_suspicions
-from study.bench.line import move_values
+from study.bench.line import list_case_unknowns, move_values
 from study.bench.own_effect import show_own_effects
 from study.bench.view.comparison import show_summary
 from study.bench.view.history import show_history
@@ -59,13 +59,8 @@ class _Alone:
 
 def _read_alone(case: Path, campaign: Campaign, run: RunContext) -> _Alone:
     read = read_case(case, campaign, run)
-    setup = read.setup
-    unknowns = Unknowns.from_effects(
-        setup.model, [(item, item.deviation) for item in setup.accepted], [item.effect for item in setup.added]
-    )
-    values = [setup.calibrated.get(item.name, 1.0) for item in setup.accepted]
-    values += [float(value) for item in setup.added for value in item.values]
-    return _Alone(read=read, campaign=campaign, unknowns=unknowns, values=np.array(values, dtype=np.float64))
+    unknowns, values = list_case_unknowns(read.setup)
+    return _Alone(read=read, campaign=campaign, unknowns=unknowns, values=values)
 
 
 def compare_alone(case: Path, campaign: Campaign, run: RunContext) -> tuple[Numbers, Views]:

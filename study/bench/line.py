@@ -57,7 +57,11 @@ def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
     campaign
         Campaign, whose unknown gains are found first.
     """
-    setup = set_gains(setup, campaign).setup
+    return list_case_unknowns(set_gains(setup, campaign).setup)
+
+
+def list_case_unknowns(setup: Setup) -> tuple[Unknowns, Values]:
+    """The same of a case whose gains are known."""
     effects = [item.effect for item in setup.added]
     calibration = [(item, item.deviation) for item in setup.accepted]
     unknowns = Unknowns.from_effects(setup.model, calibration, effects)
