@@ -3,11 +3,10 @@
 import tomllib
 from collections.abc import Sequence
 from hashlib import sha256
-from itertools import pairwise
 from typing import Any
 
 from casefile.errors import CaseError, Problem
-from study.diagnose.edit import HEADER
+from study.diagnose.edit import UneditableLayout, edit_tables
 
 
 def hash_text(text: str) -> str:
@@ -42,24 +41,16 @@ def with_effect_files(text: str, files: Sequence[str], file: str = "the case") -
     CaseError
         Its layout does not allow it.
     """
-    from tomlkit.exceptions import TOMLKitError
 
-    mark = "\ufeff" if text.startswith("\ufeff") else ""
-    plain = text.removeprefix(mark).replace("\r\n", "\n")
-    wanted = tomllib.loads(plain)
-    wanted.setdefault("effects", {})["files"] = list(files)
-    # Tables alone first: all others stay as they stand. Then the whole file, whose tables may be put in another order.
-    bounds = [0, *(match.start() for match in HEADER.finditer(plain)), len(plain)]
-    for pieces in ([plain[first:last] for first, last in pairwise(bounds)], [plain]):
-        try:
-            result = _named(pieces, files)
-            if tomllib.loads(result) == wanted:
-                return mark + (result.replace("\n", "\r\n") if "\r\n" in text else result)
-        except (tomllib.TOMLDecodeError, TOMLKitError):
-            continue
-    listed = ", ".join(f'"{name}"' for name in files)
-    reason = f"cannot be edited, as its tables are laid out in another way: write files = [{listed}] into [effects]"
-    raise CaseError([Problem(file=file, line=0, key="effects", text=reason)])
+    def name_them(before: dict[str, Any]) -> dict[str, Any]:
+        return before | {"effects": before.get("effects", {}) | {"files": list(files)}}
+
+    try:
+        return edit_tables(text, name_them, lambda pieces: _named(pieces, files))
+    except UneditableLayout:
+        listed = ", ".join(f'"{name}"' for name in files)
+        reason = f"cannot be edited, as its tables are laid out in another way: write files = [{listed}] into [effects]"
+        raise CaseError([Problem(file=file, line=0, key="effects", text=reason)]) from None
 
 
 def _named(pieces: Sequence[str], files: Sequence[str]) -> str:

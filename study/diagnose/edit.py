@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from difflib import SequenceMatcher, unified_diff
 from itertools import pairwise
@@ -52,24 +52,57 @@ def edited(text: str, added: Mapping[str, Values], calibrated: Values, file: str
     CaseError
         A file whose layout does not allow it.
     """
+    try:
+        return edit_tables(
+            text,
+            lambda before: _wanted(before, added, calibrated),
+            lambda pieces: _with_values(pieces, added, calibrated),
+        )
+    except UneditableLayout as error:
+        raise _refusal(file, str(error)) from None
+
+
+class UneditableLayout(ValueError):
+    """Tables of a file stand so that they cannot be edited."""
+
+
+def edit_tables(
+    text: str, change: Callable[[dict[str, Any]], dict[str, Any]], write: Callable[[Sequence[str]], str]
+) -> str:
+    """A TOML file with some of its tables changed; all others stay as they stand, with their comments.
+
+    Parameters
+    ----------
+    text
+        Text of the file.
+    change
+        Gives what the file is to hold from what it holds.
+    write
+        Gives the new text from its pieces, each of which begins with a table.
+
+    Raises
+    ------
+    UneditableLayout
+        What is written does not hold what it is to hold.
+    """
     from tomlkit.exceptions import TOMLKitError
 
     mark = "\ufeff" if text.startswith("\ufeff") else ""
     plain = text.removeprefix(mark).replace("\r\n", "\n")
-    wanted = _wanted(tomllib.loads(plain), added, calibrated)
+    wanted = change(tomllib.loads(plain))
     # Tables alone first: all others stay as they stand. Then the whole file, whose tables may be put in another order.
     bounds = [0, *(match.start() for match in HEADER.finditer(plain)), len(plain)]
     reason = "its tables are laid out in a way that cannot be edited"
     for pieces in ([plain[first:last] for first, last in pairwise(bounds)], [plain]):
         try:
-            result = _with_values(pieces, added, calibrated)
+            result = write(pieces)
             if tomllib.loads(result) == wanted:
                 return mark + (result.replace("\n", "\r\n") if "\r\n" in text else result)
         except tomllib.TOMLDecodeError:
             continue
         except TOMLKitError as error:
             reason = str(error)
-    raise _refusal(file, reason)
+    raise UneditableLayout(reason)
 
 
 def _with_values(pieces: Sequence[str], added: Mapping[str, Values], calibrated: Values) -> str:
