@@ -46,6 +46,8 @@ class SignalEntry:
         Harmonic of its values [-].
     sign
         -1 for a sensor that is mounted the other way round, or a phase that counts from the other direction [-].
+    gaps
+        What can be done about values that are not finite.
     """
 
     where: str
@@ -55,6 +57,7 @@ class SignalEntry:
     sensitivity: str = ""
     harmonic: int = 1
     sign: int = 1
+    gaps: str = 'leave these rows out of the file, or add missing = "skip" to its table'
 
     @property
     def has_phase(self) -> bool:
@@ -243,11 +246,11 @@ def read_sign(table: TomlTable) -> int:
 def _require_measurable(entry: SignalEntry, file: MeasuredFile, column: Column) -> None:
     wrong = np.flatnonzero(~np.isfinite(column.values))
     if len(wrong) == len(column.values):
-        raise entry.problem(f'"{column.name}" of {file.path.name} holds no number: a dead channel; remove it')
+        raise entry.problem(f'"{column.name}" of {file.path.name} holds no number: a dead channel; remove its entry')
     if len(wrong):
         raise entry.problem(
             f'"{column.name}" of {file.path.name} is not finite at {len(wrong)} of {len(column.values)} rows, first '
-            f'at row {wrong[0] + 1}: leave these rows out of the file, or add missing = "skip" to its table'
+            f"at row {wrong[0] + 1}: {entry.gaps}"
         )
     if (large := is_too_large(column.values)).any():
         row = int(np.argmax(large))

@@ -14,6 +14,8 @@ from correlation.file.column import MeasuredFile
 from correlation.signal.record import note_rounded_time, recover_clock
 from geometry.read_only_array import freeze_fields
 
+#: What can be done about a value that is not finite.
+GAPS = "a record has no gaps: cut it before or after them"
 TIME = "time"
 #: Steps may differ by this share of their mean where a clock wrote the times with few digits [-].
 UNIFORM = 1e-3
@@ -150,8 +152,9 @@ def record_of_columns(
         except ValueError as error:
             raise CampaignError(f'record "{name}": units.{column}: {error}') from None
         entry = SignalEntry(
-            where=f'record "{name}"', columns={"column": column}, unit=units[column], sign=(signs or {}).get(column, 1)
-        )
+            where=f'record "{name}"', columns={"column": column}, unit=units[column], sign=(signs or {}).get(column, 1),
+            gaps=GAPS,
+        )  # fmt: skip
         values.append(entry.real_values(file, si[-1]))
     if len({len(signal) for signal in values}) > 1:
         raise CampaignError(f'record "{name}": its channels in {file.path.name} have different lengths: mend one')
@@ -159,7 +162,9 @@ def record_of_columns(
     if rate is not None:
         time = np.arange(len(values[0])) / rate
     else:
-        entry = SignalEntry(where=f'record "{name}": {TIME}', columns={"column": TIME}, unit=units.get(TIME, ""))
+        entry = SignalEntry(
+            where=f'record "{name}": {TIME}', columns={"column": TIME}, unit=units.get(TIME, ""), gaps=GAPS
+        )
         time = entry.or_unit(file, "s").real_values(file, "s")
         if len(time) != len(values[0]):
             raise CampaignError(

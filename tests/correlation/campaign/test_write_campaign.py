@@ -170,7 +170,8 @@ def test_a_table_with_semicolons_and_columns_that_nothing_uses_is_a_record(tmp_p
     [
         ("t,tip\n0,1\n1,2\n", r'record\.csv: has no column "time"'),
         ("time,tip\n0,1\n0,2\n", r"record\.csv: time does not rise at row 2; sort the rows"),
-        ("time,tip\n0,1\n1,nan\n", r'"tip" of record\.csv is not finite.* row 2'),
+        ("time,tip\n0,1\n1,nan\n", r'"tip" of record\.csv is not finite.* row 2: a record has no gaps: cut it'),
+        ("time,tip\n0,1\nnan,2\n2,2\n", r'"time" of record\.csv is not finite.* row 2: a record has no gaps: cut it'),
         ("time,tip\n0,1\n1,2,5\n", r"record\.csv, line 3: has 3 fields, other rows have 2"),
         ("time\n0\n1\n", r'record\.csv: has no column "tip"'),
     ],
