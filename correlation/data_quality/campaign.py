@@ -181,6 +181,7 @@ def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
             yield Suspicion(
                 where=f'test "{campaign.tests[number].name}"',
                 sentence=f"{count} values where others have {counts.max()}: were some left out? It concerns {listed}",
+                remark=True,
             )
 
 
