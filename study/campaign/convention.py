@@ -14,6 +14,8 @@ FORCE, BASE, VOLTAGE = "force", "base acceleration", "voltage"
 DRIVES = {"force": FORCE, "acceleration": BASE, "voltage": VOLTAGE}
 #: Units of a drive that is not calibrated.
 UNCALIBRATED = {"V", "mV", "%"}
+#: Phases tell the sign of time if so many of those that tell one agree [-].
+AGREE = 3 / 4
 
 
 def drive_of(judged: JudgedTable) -> tuple[str, str]:
@@ -116,8 +118,8 @@ def _time(draft: Draft, tables: Sequence[JudgedTable]) -> str | Marked:
     falls, rises = (sum(item.time_sign == sign for item in evidence) for sign in (1, -1))
     if not evidence:
         return TIMES[0]  # without phases it has no meaning
-    if falls == rises:
-        why = "the phases do not tell it"
+    if max(falls, rises) < AGREE * (falls + rises) or not falls + rises:
+        why = f"the phase falls over the resonance in {falls} curves and rises in {rises}, of {len(evidence)}"
         return draft.ask("Do amplitudes belong to exp(+i omega t) or exp(-i omega t)?", TIMES[0], why, *TIMES)
     way = "falls" if falls > rises else "rises"
     why = f"the phase {way} over the resonance in {max(falls, rises)} of {len(evidence)} curves"

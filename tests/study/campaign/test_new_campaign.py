@@ -126,6 +126,15 @@ def test_the_sign_of_time_is_judged_also_where_the_frequencies_are_in_no_order(t
     assert draft_campaign(read_folder(tmp_path), Assumptions()).single["convention"]["time"].value == "exp(-i omega t)"
 
 
+def test_phases_of_curves_that_contradict_each_other_do_not_tell_the_sign_of_time(tmp_path: Path) -> None:
+    first, second = receptance(FREQUENCY), receptance(FREQUENCY).conj()
+    for name, x in (("a", first), ("b", first), ("c", second)):
+        write_csv(tmp_path / f"{name}.csv", "f [Hz],x re [m],x im [m]", FREQUENCY, x.real, x.imag)
+    told = draft_campaign(read_folder(tmp_path), Assumptions()).single["convention"]["time"]
+    assert told.value == "exp(+i omega t)"
+    assert "falls over the resonance in 2 curves and rises in 1, of 3" in told.assumed
+
+
 def test_each_sensor_and_the_first_harmonic_of_a_long_table_have_phases_of_their_own(tmp_path: Path) -> None:
     x = receptance(FREQUENCY)
     series = [("tip", 1, x), ("back", 1, -x), ("back", 3, 0.01 * x.conj())]
