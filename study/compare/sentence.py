@@ -20,8 +20,8 @@ from study.compare.section.overview import left_out
 AGREES, DIFFERS = 1.25, 2.0
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
-#: From here on a difference by chance is no agreement [%].
-VAGUE = 25.0
+#: From here on a difference by chance is no agreement [%]: sensors err by 5 % and, unless all do alike, means by less.
+VAGUE = 10.0
 #: Probability of what is taken as no chance any more.
 CHANCE = 1e-3
 #: A gain is told from zero by so many of its standard deviations.
