@@ -38,6 +38,10 @@ SWEEP: dict[int, dict[str, Any]] = {
     0: {"linestyle": "-", "marker": "o"},
 }
 WAYS = {1: "up", -1: "down", 0: "no sweep"}
+#: Points of a curve that have a marker; more would hide each other.
+MOST_MARKED = 25
+#: Limits are drawn over curves, and their markers over limits, so that all are seen where histories make no width.
+OVER, MARKED = 3.0, 4.0
 #: Repeats that a legend names one by one; more are named by the first and the last.
 MOST_NAMED = 6
 
@@ -151,19 +155,23 @@ def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
     if len(f) == 1:
         # One frequency has no width: limits are short bars.
         for limit, colour in zip(panel.limit[:, 0], LIMITS, strict=True):
-            axes.plot(f, [limit], marker="_", markersize=26, color=colour, markeredgewidth=1.8)
+            axes.plot(f, [limit], marker="_", markersize=26, color=colour, markeredgewidth=1.8, zorder=OVER)
     else:
         axes.fill_between(f, *panel.limit, color=PALE, alpha=0.18, linewidth=0)
         for y, jump, colour in zip(panel.limit, panel.jump, LIMITS, strict=True):
             for first in range(len(f) - 1):
                 dotted = bool(jump[first] or jump[first + 1])
                 style: dict[str, Any] = {"linestyle": ":", "linewidth": 1.2} if dotted else {"linewidth": 1.6}
-                axes.plot(f[first : first + 2], y[first : first + 2], color=colour, **style)
-    for curve in panel.curves:
-        # Few points are seen only with markers; many hide each other's.
-        many = len(curve.frequency) > 25
-        style = SWEEP[curve.sweep] | {"markersize": 0 if many else 2.6, "linewidth": 0.8, "alpha": 0.85}
-        axes.plot(curve.frequency, curve.value, color=colours[curve.repeat], **style)
+                axes.plot(f[first : first + 2], y[first : first + 2], color=colour, zorder=OVER, **style)
+    for number, curve in enumerate(panel.curves):
+        way = SWEEP[curve.sweep]
+        style = {"color": colours[curve.repeat], "alpha": 0.85}
+        axes.plot(curve.frequency, curve.value, linestyle=way["linestyle"], linewidth=0.8, **style)
+        # Curves are marked at different points, since repeats lie on each other.
+        every = -(-len(curve.frequency) // MOST_MARKED)
+        marked = slice(number % every, None, every)
+        style |= {"marker": way["marker"], "markersize": 2.6, "linestyle": "", "zorder": MARKED}
+        axes.plot(curve.frequency[marked], curve.value[marked], **style)
     for curve in panel.curves:
         if curve.outside.any():
             axes.plot(curve.frequency[curve.outside], curve.value[curve.outside], **_ring())
@@ -179,7 +187,7 @@ def _lowest(panel: FamilyPanel) -> float:
 def _ring() -> dict[str, Any]:
     return {
         "marker": "o", "linestyle": "", "markerfacecolor": "none", "markeredgecolor": "#c1121f", "markersize": 4.5,
-        "markeredgewidth": 0.9,
+        "markeredgewidth": 0.9, "zorder": MARKED,
     }  # fmt: skip
 
 
