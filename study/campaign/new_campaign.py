@@ -21,7 +21,7 @@ from correlation.file.format.uff import NOT_READ
 from correlation.file.read_file import read_file
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
-from study.campaign.draft import DATA, Draft, Note, plain
+from study.campaign.draft import Draft, Note, plain
 from study.campaign.draft_frequency import (
     LEVEL_IN_NAME,
     draft_frequency_responses,
@@ -167,7 +167,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     ]
     draft.suspicions += list_suspicions(judged)
     number_repeats(draft, measured.files)
-    if draft.entries["record"] and not any(draft.entries[kind] for kind in DATA[:-1]):
+    if draft.entries["record"] and not draft.is_comparable:
         draft.suspicions.append(
             "there are time records alone, which no command compares: add sines, ring-downs or frequency responses; a "
             "record with a force gives these by [[frf]] with time, force and an estimator (docs/campaign.md)"
