@@ -836,7 +836,7 @@ def test_a_channel_without_values_or_with_an_unknown_unit_is_left_out_by_name_an
     write_csv(tmp_path / "sine.csv", f"freq [Hz],force [N],tip [m],{header}", FREQUENCY, ONES, size, factor * size)
     campaign, manifest = drafted(tmp_path)
     assert [sensor["name"] for sensor in manifest["sensor"]] == ["tip displacement"]
-    assert any(header in sentence and why in sentence for sentence in campaign.suspicions)
+    assert any(header in sentence and why in sentence for sentence in campaign.draft.left_out)
 
 
 @pytest.mark.parametrize("clips", [True, False])
