@@ -31,8 +31,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.simd_code")
 #: Changes with the layout of the files.
 FORMAT = b"with checksums"
-#: How long the compiled code of a package takes, on one core of 2024, where that is long.
+#: How long the compiled code of a package takes, on one core of 2024 that does nothing else, where that is long.
 DURATION = {"fe": "about 15 seconds", "hbsolve": "up to a minute", "transient": "about 20 seconds"}
+#: What these packages are, for people who have not seen the code.
+SUBJECT = {"fe": "finite elements", "hbsolve": "solver", "transient": "time integration"}
 #: Where processes of this run find the folder that is removed at its end.
 PASSING = "STICKSLIP_PASSING_FOLDER"
 #: What the user can do about a folder.
@@ -173,9 +175,10 @@ def _say_that_it_compiles(package: str) -> None:
     is_child = multiprocessing.parent_process() is not None
     if package not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
         return
-    kept = f"every run does so, because no folder for it can be written: {REMEDY}" if folder.passes else (
-        f"stored in {folder.path}")  # fmt: skip
-    _say_once(package, f"compiling what is not stored of the package {package}, {DURATION[package]}; {kept}")
+    often = "at every run, because no folder for it can be written" if folder.passes else "once for this machine"
+    kept = REMEDY if folder.passes else f"stored in {folder.path}"
+    takes = f"{DURATION[package]}, longer while the processor is busy"
+    _say_once(package, f"compiling the {SUBJECT.get(package, package)} {often}, {takes}; {kept}")
 
 
 @cache

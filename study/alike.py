@@ -66,4 +66,6 @@ def _with_count(members: Sequence[str]) -> str:
     others = len(set(named) - {named[0]})
     if not others:
         return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"
-    return f"{first} (and so in {others} more {'file' if others == 1 else 'files'}, up to {named[-1]})"
+    if others <= NAMED:
+        return f"{first} (and so in {', '.join(list(dict.fromkeys(named))[1:])})"
+    return f"{first} (and so in {others} more files, the last {named[-1]})"

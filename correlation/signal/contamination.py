@@ -97,4 +97,7 @@ def _clipped(values: Samples) -> int:
     value, count = np.unique(values, return_counts=True)
     if len(value) < 4 or count[-1] < max(FEWEST_FLAT, LEAST_FLAT * len(values)):
         return 0
-    return int(count[-1]) if count[-1] > CREST * count[-3:-1].max() else 0
+    # A sine that is sampled in step with its period has its largest value often, but never twice in a row.
+    there = values == value[-1]
+    in_a_row = bool((there[1:] & there[:-1]).any())
+    return int(count[-1]) if in_a_row and count[-1] > CREST * count[-3:-1].max() else 0

@@ -7,6 +7,7 @@ from enum import Enum
 import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL
+from correlation.campaign.measurement_unit import base_unit, root_units
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from correlation.file.unit_label import split_label, unit_text
@@ -27,6 +28,7 @@ class Role(Enum):
     HARMONIC = "harmonic"
     SENSOR = "name of the sensor"
     COHERENCE = "coherence"
+    FOREIGN = "no motion, not used"
     OTHER = "not used"
 
 
@@ -57,6 +59,8 @@ class Recognised:
         Why, in words.
     stem
         Words of its name that tell it from other columns of its role.
+    assumed
+        Whether a name alone says the quantity, and nothing its unit.
     """
 
     role: Role
@@ -65,6 +69,7 @@ class Recognised:
     unit: str = ""
     evidence: str = ""
     stem: str = ""
+    assumed: bool = False
 
 
 #: Units at the end of names such as "velocity_mm_s", in small letters.
@@ -110,6 +115,14 @@ MOTION_WORDS = {
     "velocity": frozenset(["velocity", "vel", "v", "speed"]),
     "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
 }
+#: Names of a force, in newtons where no unit says otherwise; "drive" or "shaker" may as well be a voltage.
+FORCE_WORDS = frozenset(["force", "kraft", "load", "hammer", "impact"])
+#: The letter of a force: F, Fx, F1, F_amp. By itself, "F" may also be a frequency.
+FORCE_SYMBOL = re.compile(r"F(?:[xyz]|_?\d+)?(?![A-Za-z])")
+#: Names of a pressure, as of a microphone.
+PRESSURE_WORDS = frozenset(
+    ["mic", "microphone", "mikrofon", "pressure", "sound", "spl", "schall", "schalldruck", "druck"]
+)
 #: Names of a voltage that drives a shaker or is meant to.
 DRIVE_WORDS = frozenset(
     [
@@ -127,6 +140,8 @@ DRIVE_WORDS = frozenset(
 )
 #: Names of load cells behind a contact line, such as R3.
 LOAD_CELL_NAME = re.compile(r"(?:R|LC|load[ _]?cell)[ _]?[1-9](?![0-9])", re.IGNORECASE)
+#: A ratio to a force or voltage, such as (m/s^2)/N.
+RATIO = re.compile(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?")
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 #: Why a column is not used though it is a channel.
@@ -158,13 +173,13 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if given is Role.COHERENCE:
         return Recognised(role=given, evidence="the file says so")
     part = _part(column, words)
-    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE])
-    index = INDEX.search(name)
-    stem = " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
+    stem = _stem(words, name)
     by_name = _role_by_name(words, quantity)
     ratio = _ratio(unit)
     if ratio:
         return Recognised(role=Role.RESPONSE, part=part, quantity=ratio, unit=unit, evidence=said, stem=stem)
+    if foreign := _foreign(words, unit, quantity):
+        return Recognised(role=Role.FOREIGN, unit=unit, evidence=foreign)
     if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _motions()):
         return _recognise_phase(column, unit, said, stem)
     if by_name in {Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.COHERENCE}:
@@ -173,13 +188,14 @@ def recognise_column(column: Column, name: str) -> Recognised:
         role = Role.TIME if quantity == "time" else Role.FREQUENCY
         return Recognised(role=role, quantity=quantity, unit=unit, evidence=said)
     if by_name in {Role.TIME, Role.FREQUENCY} and quantity in {"", "time", "frequency"} and _may_be_abscissa(column):
-        angular = by_name is Role.FREQUENCY and not unit and bool(set(words) & {"omega", "om"})
-        return Recognised(role=by_name, unit="rad/s" if angular else unit, evidence=f'called "{name}"')
+        return _abscissa_by_name(by_name, name, unit, words)
     if quantity == "force" and LOAD_CELL_NAME.match(name):
         why = f'called "{name}": a load cell'
         return Recognised(role=Role.RESPONSE, part=part, quantity=LOAD_CELL, unit=unit, evidence=why, stem=stem)
     if quantity == "force" or (by_name is Role.FORCE and quantity in {"", "voltage"}) or _is_drive(words, quantity):
         evidence = said if quantity and quantity != "voltage" else f'called "{name}"'
+        if not unit and set(words) & FORCE_WORDS:
+            return _force_without_unit(column, name, part, stem)
         return Recognised(
             role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=evidence, stem=stem
         )
@@ -196,11 +212,30 @@ def recognise_column(column: Column, name: str) -> Recognised:
         evidence = f'called "{name}"' if named or part is not Part.VALUE else kind
         if not unit and (unit := listed_unit(column, named)):
             evidence += f", and {unit} stands beside it"
-        return Recognised(role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem)
+        return Recognised(
+            role=Role.RESPONSE, part=part, quantity=named, unit=unit, evidence=evidence, stem=stem,
+            assumed=bool(named) and not unit,
+        )  # fmt: skip
     label = BRACKETS.search(name)
     if label and not unit:
         return Recognised(role=Role.OTHER, evidence=f'{UNKNOWN_UNIT} "{label[1]}"', stem=stem)
     return Recognised(role=Role.OTHER, unit=unit, evidence=f'nothing is known of "{name}"', stem=stem)
+
+
+def recognise_force_symbol(column: Column, name: str) -> Recognised | None:
+    """A column without a unit that is called F, Fx, F_amp or the like as a force; None for another name.
+
+    Parameters
+    ----------
+    column
+        Column.
+    name
+        Its name within its table.
+    """
+    if not FORCE_SYMBOL.match(name):
+        return None
+    words = name_words(name)
+    return _force_without_unit(column, name, _part(column, words), _stem(words, name))
 
 
 def unit_of(column: Column, name: str) -> tuple[str, str]:
@@ -240,6 +275,54 @@ def _motions() -> set[str]:
     return set().union(*MOTION_WORDS.values()) - {"x", "y", "z", "u", "v", "a"}
 
 
+def _stem(words: list[str], name: str) -> str:
+    """Words of a name that are no part of a complex number, with its place in an array."""
+    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE])
+    index = INDEX.search(name)
+    return " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
+
+
+def _abscissa_by_name(role: Role, name: str, unit: str, words: list[str]) -> Recognised:
+    """A time or frequency by its name, where no unit is known in s, Hz or rad/s."""
+    usual = "s" if role is Role.TIME else "rad/s" if set(words) & {"omega", "om"} else "Hz"
+    says = "" if unit else f", and the file says no unit: {usual}"
+    return Recognised(role=role, unit=unit or usual, evidence=f'called "{name}"{says}', assumed=not unit)
+
+
+def _foreign(words: list[str], unit: str, quantity: str) -> str:
+    """Why a column is no motion, force or voltage, nor anything beside them; empty if it may be."""
+    if quantity in {"", "voltage", "angle"} and (named := sorted(set(words) & PRESSURE_WORDS)):
+        return f'by "{named[0]}" in its name a pressure, which is no motion'
+    if not unit or quantity:
+        return ""
+    of_force = RATIO.fullmatch(unit)
+    try:
+        base_unit(of_force[1] if of_force else unit)
+    except ValueError:
+        # A ratio without a dimension, such as a transmissibility, may be one of motions.
+        return f"{unit} is a unit of no motion, force or voltage" if _has_dimension(unit) else ""
+    return ""
+
+
+def _has_dimension(unit: str) -> bool:
+    try:
+        return bool(root_units(unit)[1])
+    except ValueError:
+        return False
+
+
+def _force_without_unit(column: Column, name: str, part: Part, stem: str) -> Recognised:
+    """A force by its name, in newtons, unless units are listed beside it."""
+    listed = {quantity: listed_unit(column, quantity) for quantity in ("force", "voltage")}
+    quantity = next((quantity for quantity, unit in listed.items() if unit), "")
+    unit = listed.get(quantity, "N")
+    says = f"{unit} stands beside it" if quantity else "the file says no unit: N"
+    return Recognised(
+        role=Role.FORCE, part=part, quantity=quantity or "force", unit=unit, evidence=f'called "{name}", and {says}',
+        stem=stem, assumed=not quantity,
+    )  # fmt: skip
+
+
 def _recognise_words(column: Column, words: list[str]) -> Recognised:
     if {word.lower() for word in column.words} <= set(SWEEP_WORDS):
         return Recognised(role=Role.SWEEP, evidence=f"its words are {', '.join(column.words)}")
@@ -270,7 +353,7 @@ def _part(column: Column, words: list[str]) -> Part:
 
 def _ratio(unit: str) -> str:
     """Quantity of a ratio to a force, such as acceleration of (m/s^2)/N; empty if it is none."""
-    match = re.fullmatch(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?", unit)
+    match = RATIO.fullmatch(unit)
     quantity = OF_UNIT.get(match[1], "") if match else ""
     return quantity if quantity in MOTIONS else ""
 

@@ -40,6 +40,12 @@ def drive_of(judged: JudgedTable) -> tuple[str, str]:
     return "", ""
 
 
+def _assumed_drive(judged: JudgedTable) -> str:
+    """Why the unit of the force of a table is assumed; empty where the file says it, or has no force."""
+    force = force_column(judged)
+    return judged.columns[force.name].evidence if force is not None and judged.columns[force.name].assumed else ""
+
+
 def keep_one_drive(draft: Draft, tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     """Tables with the drive of most steady states; the others are left out, since a campaign has one drive."""
     states = [table for table in tables if table.kind in {Kind.STEPPED_SINE, Kind.STEADY_STATE}]
@@ -84,18 +90,22 @@ def draft_conventions(draft: Draft, tables: Sequence[JudgedTable]) -> int:
         )  # fmt: skip
     drives = [(table, *drive_of(table)) for table in states]
     drive = next((drive for _, drive, _ in drives if drive), "")
-    unit = next((unit for _, _, unit in drives if unit), "")
+    stated = next((unit for table, _, unit in drives if unit and not _assumed_drive(table)), "")
+    assumed = "" if stated else next((why for table in states if (why := _assumed_drive(table))), "")
+    unit = stated or next((unit for _, _, unit in drives if unit), "")
     if not states and any("/(N)" in unit or "/N" in unit for unit in _units(tables)):
         unit = "N"  # the denominator of the responses
-    level: str | Marked = unit or Marked(value="N", assumed="the files say no unit of the force")
+    why = assumed or "the files say no unit of the force"
+    level: str | Marked = unit if unit and not assumed else Marked(value="N", assumed=why)
     if drive == BASE:
         first = next(table for table, one, _ in drives if one == BASE)
         why = f'"{first.table.file.path.name}" has the acceleration of the base'
         draft.single["drive"] = {"quantity": Marked(value=BASE, assumed=why)}
         level = unit or Marked(value="m/s^2", assumed="the files say no unit of the acceleration")
-    elif any(table.kind is Kind.STEPPED_SINE for table in tables) and (not unit or unit in UNCALIBRATED):
-        why = "the drive is in volts" if drive == VOLTAGE else "no file has a force in newtons"
-        answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", "V", why)
+    elif any(table.kind is Kind.STEPPED_SINE for table in tables) and (assumed or not unit or unit in UNCALIBRATED):
+        why = assumed or ("the drive is in volts" if drive == VOLTAGE else "no file has a force in newtons")
+        default = "N" if assumed else "V"
+        answer = draft.ask("In which unit is the level (N, or V for a drive that is not calibrated)?", default, why)
         level = answer
         if answer.value in UNCALIBRATED:
             draft.single["drive"] = {"calibrated": Marked(value=False, assumed=answer.assumed)}

@@ -12,6 +12,10 @@ from study.campaign.question import Answers, Marked, Question
 #: Entries of the manifest that hold data, and all of them, in the order in which they are written.
 DATA = ("run", "frf", "ring_down", "loop", "mode", "record")
 ENTRIES = ("sensor", "load_cells", "test", *DATA)
+#: Kinds of entries as people name them, where this is not the word of the manifest.
+CALLED = {"frf": "frequency response", "ring_down": "ring-down", "load_cells": "pair of load cells"}
+#: Names or values that a sentence lists.
+NAMED = 3
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
 docs/campaign.md describes the keys."""
@@ -72,16 +76,28 @@ class Draft:
         """Whether there are no data in it."""
         return not any(self.entries[kind] for kind in DATA)
 
+    @property
+    def is_comparable(self) -> bool:
+        """Whether there are data that a model is compared with: records alone are not."""
+        return any(self.entries[kind] for kind in DATA if kind != "record")
+
     def assumptions(self) -> list[str]:
         """What was assumed, one sentence each: entries with the same assumption together."""
-        groups: dict[tuple[str, str], list[str]] = {}
+        groups: dict[tuple[str, str, str], _Assumption] = {}
         singles = {name: [table] for name, table in self.single.items()}
         for kind, entries in {**singles, **self.entries}.items():
             for entry in entries:
-                name = str(plain(entry.get("name", "")))
+                name = str(plain(entry.get("name", entry.get("file", ""))))
                 for key, value, reason in marked_values(entry):
-                    groups.setdefault((kind, f"{key} = {value}: {reason}"), []).append(name)
-        return [f"{_called(kind, names)}: {sentence}" for (kind, sentence), names in groups.items()]
+                    # Numbers such as those of repeats follow from one reason.
+                    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+                    same = groups.setdefault((key, "" if is_number else _shown(value), reason), _Assumption())
+                    same.values.setdefault(_shown(value))
+                    same.names.setdefault(kind, []).append(name)
+        return [
+            f"{_all_called(assumption.names, self.entries)}: {key} = {_listed([*assumption.values])}: {reason}"
+            for (key, _, reason), assumption in groups.items()
+        ]
 
     def text(self) -> str:
         """The manifest as TOML."""
@@ -105,6 +121,14 @@ class Draft:
             document.add(tomlkit.nl())
             document.add(tomlkit.comment(f"left out: {' '.join(sentence.split())}"))
         return tomlkit.dumps(document)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Assumption:
+    """Values that were assumed for one reason, and the names of their entries by kind."""
+
+    values: dict[str, None] = field(default_factory=dict)
+    names: dict[str, list[str]] = field(default_factory=dict)
 
 
 def assumed(value: Any) -> str:
@@ -160,11 +184,30 @@ def _item(value: Any) -> Item:
     return inline
 
 
-def _called(kind: str, names: Sequence[str]) -> str:
-    """Entries as people name them: sensors "a", "b" and 3 more."""
+def _shown(value: Any) -> str:
+    """A value as the manifest writes it, without quotes."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _listed(values: Sequence[str]) -> str:
+    if len(values) > NAMED + 1:
+        return f"{', '.join(values[: NAMED - 1])}, ... {values[-1]}"
+    return ", ".join(values)
+
+
+def _all_called(names: Mapping[str, Sequence[str]], entries: Mapping[str, Sequence[Any]]) -> str:
+    """Entries of several kinds as people name them."""
+    return ", ".join(_called(kind, own, len(entries.get(kind, ()))) for kind, own in names.items())
+
+
+def _called(kind: str, names: Sequence[str], count: int) -> str:
+    """Entries of one kind as people name them: sensors "a", "b", or all 9 sensors."""
     different = [name for name in dict.fromkeys(names) if name]
+    word = CALLED.get(kind, kind)
     if not different:
-        return kind if len(names) == 1 else f"{len(names)} {kind}s"
-    shown = ", ".join(f'"{name}"' for name in different[:3])
-    more = f" and {len(different) - 3} more" if len(different) > 3 else ""
-    return f"{kind} {shown}{more}"
+        return word
+    if len(names) == count > NAMED:
+        return f"all {count} {word}s"
+    shown = ", ".join(f'"{name}"' for name in different[:NAMED])
+    more = f" and {len(different) - NAMED} more" if len(different) > NAMED else ""
+    return f"{word if len(names) == 1 else f'{word}s'} {shown}{more}"

@@ -10,11 +10,19 @@ from numpy.typing import NDArray
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX, MOTION_WORDS, Part, Role, name_words
-from study.campaign.draft import Draft, plain
+from study.campaign.draft import Draft
 from study.campaign.level import ask_levels, levels_of_force, number_passes
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
-from study.campaign.sensor_draft import add_sensor, direction_sign, reading, sensor_name, with_sign
+from study.campaign.sensor_draft import (
+    add_sensor,
+    as_amplitude,
+    direction_sign,
+    drive_reading,
+    reading,
+    sensor_name,
+    with_sign,
+)
 from study.campaign.table_kind import JudgedTable
 
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H[1,0].
@@ -185,12 +193,9 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
         columns: dict[str, Any] = {"frequency": reading(draft, judged, frequency)}
         if force is not None:
             partner = force_partner(judged)
-            columns["force"] = reading(draft, judged, force, phase=partner)
-            if isinstance(columns["force"], str) and not np.iscomplexobj(force.values) and partner is None:
-                columns["force"] = {"amplitude": force.name}
-            columns["force"] = with_sign(columns["force"], direction_sign(force))
-            if plain(draft.single.get("drive", {})).get("calibrated") is False and isinstance(columns["force"], dict):
-                columns["force"].pop("unit", None)
+            columns["force"] = drive_reading(draft, judged, force, phase=partner)
+            if partner is None and not np.iscomplexobj(force.values):
+                columns["force"] = as_amplitude(columns["force"])
         for role in (Role.SWEEP, Role.ORDER, Role.REPEAT):
             for column in judged.of_role(role)[:1]:
                 columns[role.value] = column.name
@@ -309,9 +314,9 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
     for name, number in judged.table.scalars.items():
         if set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and number > 0:
             return {"level": Marked(value=number, assumed=f'the number "{name}" beside the columns')}
-    value, words = level_in_name(judged)
+    value, _ = level_in_name(judged)
     if value is not None and force is None:
-        return {"level": Marked(value=value, assumed=f'"{words}" in its name')}
+        return {"level": Marked(value=value, assumed="the level in its name")}
     if judged.of_role(Role.LEVEL):
         return {}
     mask = judged.mask(rows)

@@ -12,8 +12,8 @@ from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import add_test, ask_configuration, force_column
 from study.campaign.drive_channel import mark_drive
 from study.campaign.question import Marked
-from study.campaign.sensor_draft import add_sensor, direction_sign, reading, with_sign
-from study.campaign.table_kind import JudgedTable
+from study.campaign.sensor_draft import add_sensor, direction_sign, drive_reading, reading, with_sign
+from study.campaign.table_kind import JudgedTable, is_unnamed
 from study.campaign.time_history import SECONDS, strongest_line, uniform_rate
 
 
@@ -21,7 +21,7 @@ def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
     """One ring-down per response."""
     time = judged.of_role(Role.TIME)[0]
     for column in motions(judged):
-        sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=True)
+        sensor = add_sensor(draft, judged, column, has_phase=None, needs_unit=True)
         draft.entries["ring_down"].append(
             {
                 "name": f"{judged.table.label} {sensor}",
@@ -67,10 +67,7 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
     for rows in judged.rows():
         columns: dict[str, Any] = {"time": reading(draft, judged, time)}
         if force is not None:
-            columns["force"] = with_sign(_with_unit(draft, judged, force, ""), direction_sign(force))
-            if plain(draft.single.get("drive", {})).get("calibrated") is False and isinstance(columns["force"], dict):
-                columns["force"].pop("unit", None)
-            columns["force"] = mark_drive(judged, force, columns["force"])
+            columns["force"] = mark_drive(judged, force, drive_reading(draft, judged, force))
         cells = [one for one in judged.of_role(Role.RESPONSE) if judged.columns[one.name].quantity == LOAD_CELL]
         for column in [*motions(judged), *cells]:
             sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
@@ -99,8 +96,7 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
     drive: str | Marked | None = None
     if force is not None:
         drive = force.name
-    elif len(channels) > 1:
-        names = [column.name for column in channels]
+    elif len(channels) > 1 and (names := [one.name for one in channels if is_unnamed(judged.columns[one.name])]):
         answer = draft.ask(
             f"Which channel of {file} drives the structure ({', '.join(names[:6])})?", names[0],
             "the file does not say it; usually the first",
@@ -109,7 +105,9 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
     units: dict[str, Any] = {}
     for column in channels:
         guess = judged.columns[column.name]
-        si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(guess.quantity, "V")
+        # What drives is of an unknown quantity where only the name of the file tells one.
+        quantity = "" if column.name == plain(drive) and is_unnamed(guess) else guess.quantity
+        si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(quantity, "V")
         reason = guess.evidence if guess.unit else "the file says no unit"
         unit = column.unit or Marked(value=guess.unit or si, assumed=reason)
         sign = direction_sign(column)
@@ -128,7 +126,7 @@ def motions(judged: JudgedTable) -> list[Column]:
 
 def _add_channel(draft: Draft, judged: JudgedTable, column: Column) -> None:
     """Sensor of a channel of a record, which has the name of its column."""
-    name = add_sensor(draft, judged, column, has_phase=True, needs_unit=True)
+    name = add_sensor(draft, judged, column, has_phase=None, needs_unit=True)
     entry = draft.named("sensor", name)
     if entry is not None and draft.named("sensor", column.name) is None:
         if any(name in run["columns"] for run in draft.entries["run"]) or any(

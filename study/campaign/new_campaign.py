@@ -19,9 +19,10 @@ from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
 from correlation.file.format.uff import NOT_READ
 from correlation.file.read_file import read_file
+from study.alike import merge_alike
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
-from study.campaign.draft import DATA, Draft, Note, plain
+from study.campaign.draft import Draft, Note, plain
 from study.campaign.draft_frequency import (
     LEVEL_IN_NAME,
     draft_frequency_responses,
@@ -33,7 +34,7 @@ from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
-from study.campaign.note import list_notes
+from study.campaign.note import list_notes, unused_columns, unused_file
 from study.campaign.question import Answers
 from study.campaign.repeat import mark_settling, number_repeats
 from study.campaign.suspicion import list_suspicions
@@ -48,6 +49,8 @@ NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
 NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
 NAMED_TEST = re.compile(r'test "(.+?)"')
 NAMED_RECORD = re.compile(r'record "(.+?)"')
+#: Reasons that an error names.
+SHOWN = 4
 #: Files that stand beside measurements.
 BESIDE = {".toml", ".md", ".json", ".py", ".m", ".png", ".jpg", ".jpeg", ".pdf", ".docx", ".svg", ".ini", ".log", ""}
 
@@ -154,9 +157,16 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         sentence = reason.removeprefix(name).lstrip(":, ")
         draft.notes.append(Note(file=name, columns="", role="cannot be read", unit="", evidence=sentence))
         draft.left_out.append(reason)
-    tables = [judge_table(table) for file in measured.files.values() for table in split_tables(file)]
-    judged = [choose_drive(draft, table) for table in tables]
+    by_file = {name: [judge_table(table) for table in split_tables(file)] for name, file in measured.files.items()}
+    judged = [choose_drive(draft, table) for tables in by_file.values() for table in tables]
     draft.notes += list_notes(judged)
+    for name, tables in by_file.items():
+        if reason := unused_file(measured.files[name], tables):
+            draft.left_out.append(reason)
+            if not tables:
+                why = reason.removeprefix(f"{name}: ")
+                draft.notes.append(Note(file=name, columns="", role=Kind.NOT_USED.value, unit="", evidence=why))
+        draft.left_out += [sentence for table in tables for sentence in unused_columns(table)]
     _draft_tables(draft, judged)
     draft_load_cells(draft)
     draft_modes(draft, measured.files)
@@ -167,7 +177,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     ]
     draft.suspicions += list_suspicions(judged)
     number_repeats(draft, measured.files)
-    if draft.entries["record"] and not any(draft.entries[kind] for kind in DATA[:-1]):
+    if draft.entries["record"] and not draft.is_comparable:
         draft.suspicions.append(
             "there are time records alone, which no command compares: add sines, ring-downs or frequency responses; a "
             "record with a force gives these by [[frf]] with time, force and an estimator (docs/campaign.md)"
@@ -203,9 +213,9 @@ def write_manifest(measured: FolderFiles, draft: Draft) -> NewCampaign:
 
 
 def _nothing(draft: Draft, folder: Path) -> CampaignError:
-    unused = [note for note in draft.notes if note.file and (not draft.left_out or note.role == Kind.NOT_USED.value)]
-    reasons = [*draft.left_out, *(f"{note.file}: {note.evidence}" for note in unused)]
-    listed = "; ".join(reason.rstrip(".") for reason in reasons[:3]) or "it has no measured file"
+    reasons = [reason.rstrip(".") for reason in merge_alike(draft.left_out)]
+    more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
+    listed = "; ".join([*reasons[:SHOWN], *more]) or "it has no measured file"
     return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
 
 

@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
-from study.campaign.column_role import Part, Role
+from correlation.file.column import MeasuredFile
+from correlation.file.format.uff import NOT_READ
+from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
+from study.campaign.table import FEWEST
 from study.campaign.table_kind import JudgedTable, Kind
 
 
@@ -19,6 +22,45 @@ def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
     for judged in tables:
         groups.setdefault((judged.table.file.path.name, judged.kind, *_described(judged)), []).append(judged)
     return [note for members in groups.values() for note in _notes(members)]
+
+
+def unused_columns(judged: JudgedTable) -> list[str]:
+    """Channels that cannot be used, one sentence each: no motions, those that hold nothing or an unknown unit.
+
+    Parameters
+    ----------
+    judged
+        Table; one that is of no use as a whole has none.
+    """
+    sentences = []
+    for column in judged.of_role(Role.FOREIGN, Role.OTHER) if judged.kind is not Kind.NOT_USED else []:
+        guess = judged.columns[column.name]
+        place = f'{judged.table.file.path.name}: "{column.name}" is not used'
+        if guess.role is Role.FOREIGN or guess.evidence == NO_VALUE:
+            sentences.append(f"{place}: {guess.evidence}")
+        elif guess.evidence.startswith(UNKNOWN_UNIT):
+            sentences.append(f"{place}: {guess.evidence}; write a unit such as um, m/s^2 or N in its header")
+    return sentences
+
+
+def unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> str:
+    """Why nothing of a file is used; empty if something is.
+
+    Parameters
+    ----------
+    file
+        Measured file.
+    tables
+        Its tables.
+    """
+    name = file.path.name
+    if tables:
+        reasons = dict.fromkeys(judged.evidence for judged in tables if judged.kind is Kind.NOT_USED)
+        return f"{name}: {'; '.join(reasons)}" if all(judged.kind is Kind.NOT_USED for judged in tables) else ""
+    if not file.columns or file.shapes:
+        return "" if file.shapes or file.nodes or NOT_READ in file.facts else f"{name}: it has no columns"
+    rows = max(len(column.values) for column in file.columns)
+    return f"{name}: it has {rows} {'row' if rows == 1 else 'rows'}, and a sweep or a history needs {FEWEST} or more"
 
 
 def _notes(members: Sequence[JudgedTable]) -> list[Note]:

@@ -52,9 +52,10 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
         if len(members) < 2:
             continue
         levels = [run_level(run, files) for run in members]
-        why = f"{len(members)} runs of {test} with levels from {min(levels):.4g} to {max(levels):.4g}: repeats"
+        why = f"runs of {test} at one level and in one direction are taken for repeats"
+        differ = f"the levels of repeats, from {min(levels):.4g} to {max(levels):.4g}, are taken for one"
         settle = _ask(draft, f"Are runs of {test} at one level and of one direction repeats", REPEATS, why)
-        why = why if settle.assumed else ""
+        why, differ = (why, differ) if settle.assumed else ("", "")
         entry = draft.named("test", test)
         if settle.value == SETTLING and entry is not None:
             entry["settling"] = Marked(value=True, assumed=settle.assumed)
@@ -62,7 +63,7 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
         for number, run in enumerate(members, start=1):
             columns = run.pop("columns")
             if max(levels) > min(levels):
-                run["level"] = Marked(value=common, assumed=why)
+                run["level"] = Marked(value=common, assumed=differ)
             run["repeat"] = Marked(value=number, assumed=why)
             run["columns"] = columns
 

@@ -30,7 +30,7 @@ def sensor_name(judged: JudgedTable, column: Column) -> str:
 
 
 def add_sensor(
-    draft: Draft, judged: JudgedTable, column: Column, *, has_phase: bool, needs_unit: bool, name: str = ""
+    draft: Draft, judged: JudgedTable, column: Column, *, has_phase: bool | None, needs_unit: bool, name: str = ""
 ) -> str:
     """Add the sensor of a response unless it is there.
 
@@ -41,7 +41,7 @@ def add_sensor(
     judged, column
         Response and its table.
     has_phase
-        Whether its values have a phase.
+        Whether its values have a phase; None for a history, which needs none.
     needs_unit
         Whether its type of data refuses uncalibrated readings.
     name
@@ -53,20 +53,24 @@ def add_sensor(
     """
     name, guess = name or sensor_name(judged, column), judged.columns[column.name]
     known = draft.named("sensor", name)
-    if known is not None and guess.quantity in {"", "voltage", plain(known["quantity"])}:
-        return name
-    name = name if known is None else f"{name} {guess.quantity}"
-    if draft.named("sensor", name) is not None:
+    if known is not None and guess.quantity not in {"", "voltage", plain(known["quantity"])}:
+        name = f"{name} {guess.quantity}"
+        known = draft.named("sensor", name)
+    if known is not None and has_phase not in {None, plain(known.get("phase", True))}:
+        # A sensor has phases in all tests or in none.
+        name = f"{name} {'with' if has_phase else 'without'} phase"
+        known = draft.named("sensor", name)
+    if known is not None:
         return name
     quantity = ask_quantity(draft, name, guess)
     entry: dict[str, Any] = {"name": name, "quantity": quantity}
     entry |= {} if quantity == LOAD_CELL else _position(draft, judged, column, name)
-    if not has_phase:
+    if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
     is_calibrated = guess.unit not in {"", "V", "mV"} or (bool(guess.quantity) and guess.quantity != "voltage")
     if not is_calibrated and not needs_unit:
-        why = f'the unit of "{column.name}" is unknown'
+        why = "the unit of its column is unknown"
         why = "readings in volts: their sensitivity is unknown" if guess.unit else why
         entry["calibrated"] = Marked(value=False, assumed=why)
         entry["reading_unit"] = guess.unit or Marked(value="V", assumed="the file says no unit that is known")
@@ -77,7 +81,7 @@ def add_sensor(
 def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
     """What a sensor measures."""
     if guess.quantity in {*MOTIONS, LOAD_CELL}:
-        return guess.quantity
+        return Marked(value=guess.quantity, assumed=guess.evidence) if guess.assumed else guess.quantity
     return draft.ask(f'What does "{name}" measure?', "displacement", "its unit and its name do not say it", *MOTIONS)
 
 
@@ -104,8 +108,9 @@ def reading(
     elif phase is not None:
         entry = {"amplitude": column.name, "phase": phase.name}
         if not phase.unit:
-            angle = judged.columns[phase.name]
-            entry["phase_unit"] = Marked(value=angle.unit, assumed=f'"{phase.name}": {angle.evidence}')
+            angle = judged.columns[phase.name].unit
+            why = f'"{phase.name}" {"goes beyond" if angle == "deg" else "stays within"} 2.1 pi'
+            entry["phase_unit"] = Marked(value=angle, assumed=why)
     elif guess.part is Part.AMPLITUDE:
         entry = {"amplitude": column.name}
     else:
@@ -119,6 +124,35 @@ def reading(
     elif described is None and not column.unit and guess.unit:
         entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)
     return column.name if entry == {"column": column.name} else entry
+
+
+def drive_reading(
+    draft: Draft, judged: JudgedTable, force: Column, *, phase: Column | None = None
+) -> str | dict[str, Any]:
+    """Columns, unit and sign of the force that drives; a drive that is not calibrated has no unit of its own.
+
+    Parameters
+    ----------
+    draft, judged, force
+        Draft with its units and drive, table and column.
+    phase
+        Column of the phase or imaginary part.
+    """
+    entry = reading(draft, judged, force, phase=phase)
+    if isinstance(entry, dict):
+        if plain(draft.single.get("drive", {})).get("calibrated") is False:
+            entry.pop("unit", None)
+        elif judged.columns[force.name].assumed:
+            entry["unit"] = draft.single["units"]["level"]
+        entry = entry if {*entry} != {"column"} else force.name
+    return with_sign(entry, direction_sign(force))
+
+
+def as_amplitude(entry: str | dict[str, Any]) -> dict[str, Any]:
+    """A reading whose column holds sizes without phases."""
+    if isinstance(entry, str):
+        return {"amplitude": entry}
+    return {"amplitude" if key == "column" else key: value for key, value in entry.items()}
 
 
 def direction_sign(column: Column) -> int:

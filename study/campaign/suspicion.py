@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.passes import SWEEP_WORDS
-from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Role
+from study.campaign.column_role import Role
 from study.campaign.draft_frequency import (
     complex_force,
     force_column,
@@ -43,7 +43,6 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
         if judged.kind is Kind.NOT_USED:
             continue
         sentences += _dead_channels(judged)
-        sentences += _unused_channels(judged)
         if judged.kind is Kind.STEPPED_SINE:
             sentences += _branches(judged) + _varying_force(judged) + _level_of_name(judged)
         elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.STEADY_STATE, Kind.LOOP}:
@@ -145,21 +144,6 @@ def _level_of_name(judged: JudgedTable) -> list[str]:
     ]
 
 
-def _unused_channels(judged: JudgedTable) -> list[str]:
-    """Columns that hold nothing, or a unit that nobody knows: a table shows them, a sentence says so."""
-    sentences = []
-    for column in judged.of_role(Role.OTHER):
-        evidence = judged.columns[column.name].evidence
-        if evidence == NO_VALUE:
-            sentences.append(f'{judged.table.file.path.name}: "{column.name}" is left out: {evidence}')
-        elif evidence.startswith(UNKNOWN_UNIT):
-            sentences.append(
-                f'{judged.table.file.path.name}: "{column.name}" is left out: {evidence}; write a unit such as um, '
-                "m/s^2 or N in its header"
-            )
-    return sentences
-
-
 def _dead_channels(judged: JudgedTable) -> list[str]:
     return [
         f'{judged.table.file.path.name}: "{column.name}" has the same value in all rows: a dead channel?'
@@ -171,7 +155,8 @@ def _dead_channels(judged: JudgedTable) -> list[str]:
 
 def _clipping(judged: JudgedTable) -> list[str]:
     sentences = []
-    for column in judged.of_role(Role.RESPONSE, Role.FORCE):
+    # The force of a loop is constant while its contact slips.
+    for column in judged.of_role(*([Role.RESPONSE] if judged.kind is Kind.LOOP else [Role.RESPONSE, Role.FORCE])):
         values = column.values.real
         is_force = judged.columns[column.name].role is Role.FORCE
         asked = "does the drive clip, or this channel?" if is_force else "does it clip?"

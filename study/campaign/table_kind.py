@@ -3,14 +3,25 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
 from correlation.file.column import Column
-from study.campaign.column_role import MOTIONS, Part, Recognised, Role, name_words, recognise_column
+from study.campaign.column_role import (
+    MOTION_WORDS,
+    MOTIONS,
+    PRESSURE_WORDS,
+    Part,
+    Recognised,
+    Role,
+    name_words,
+    recognise_column,
+    recognise_force_symbol,
+)
 from study.campaign.set_point import changes_between_passes
 from study.campaign.table import Table, file_stem
-from study.campaign.time_history import SECONDS, distortion, judge_history, turns_with
+from study.campaign.time_history import SECONDS, WINDOWS, distortion, judge_history, turns_with
 
 
 class Kind(Enum):
@@ -76,6 +87,8 @@ class JudgedTable:
         return mask
 
 
+#: Begins the evidence of a channel that only the name of its file or group tells.
+OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
 #: Names of ratios to a force.
@@ -103,15 +116,16 @@ def judge_table(table: Table) -> JudgedTable:
         Table of a measured file.
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
-    columns = _time_stamps(table, _one_abscissa(table, columns))
-    columns = _steps_of_level(table, _unknown_response(table, columns))
+    columns = _time_stamps(table, _one_abscissa(table, _force_symbols(table, columns)))
+    columns = _name_of_file(table, _unknown_response(table, columns))
+    columns = _steps_of_level(table, columns)
     roles = {guess.role for guess in columns.values()}
     if {column.name for column in table.columns} >= TIDY:
         return JudgedTable(table=table, kind=Kind.TIDY, evidence="it has the columns of a tidy table", columns=columns)
     settings = _settings(table, columns)
     judged = JudgedTable(table=table, kind=Kind.NOT_USED, evidence="", columns=columns, settings=settings)
-    if not judged.of_role(Role.RESPONSE, Role.FORCE):
-        return _as(judged, Kind.NOT_USED, "it has no response")
+    if not judged.of_role(Role.RESPONSE):
+        return _as(judged, Kind.NOT_USED, _lacks_response(judged))
     if Role.TIME in roles:
         return _judge_time(judged)
     if Role.FREQUENCY in roles:
@@ -119,6 +133,13 @@ def judge_table(table: Table) -> JudgedTable:
     if len(table.columns[0].values) >= FEWEST_SAMPLES:
         return _as(judged, Kind.RECORD, "it has many samples, and neither time nor frequency")
     return _as(judged, Kind.NOT_USED, "it has neither time nor frequency")
+
+
+def _lacks_response(judged: JudgedTable) -> str:
+    """Why a table is of no use, by what it has instead of a response."""
+    if foreign := judged.of_role(Role.FOREIGN):
+        return f'it has no motion: "{foreign[0].name}": {judged.columns[foreign[0].name].evidence}'
+    return "it has a force and no response" if judged.of_role(Role.FORCE) else "it has no response"
 
 
 def value_of(column: Column, row: int) -> float | str:
@@ -129,6 +150,36 @@ def value_of(column: Column, row: int) -> float | str:
 
 def _as(judged: JudgedTable, kind: Kind, evidence: str) -> JudgedTable:
     return JudgedTable(**{**vars(judged), "kind": kind, "evidence": evidence})
+
+
+def _force_symbols(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Beside a time or a frequency of another name, F is a force."""
+    forces = {
+        column.name: force
+        for column in table.columns
+        if columns[column.name].role in {Role.FREQUENCY, Role.OTHER}
+        and (columns[column.name].assumed or not columns[column.name].unit)
+        and not column.words
+        and (force := recognise_force_symbol(column, table.short_name(column)))
+    }
+    others = {guess.role for name, guess in columns.items() if name not in forces}
+    return {**columns, **(forces if others & {Role.TIME, Role.FREQUENCY} else {})}
+
+
+def _name_of_file(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Channels of which nothing else is known are what the name of their file or group says: "velocity.wav"."""
+    words = set(name_words(f"{file_stem(table.file.path.name)} {table.path}"))
+    unknown = [name for name, guess in columns.items() if guess.role is Role.RESPONSE and not guess.quantity]
+    motions = [motion for motion in MOTIONS if any(len(word) > 1 for word in words & MOTION_WORDS[motion])]
+    change: dict[str, Any] = {}
+    if len(motions) == 1:
+        change = {"quantity": motions[0], "assumed": True, "evidence": f"{OF_FILE} says {motions[0]}"}
+    elif words & PRESSURE_WORDS and not motions:
+        change = {"role": Role.FOREIGN, "evidence": f"{OF_FILE} says a pressure, which is no motion"}
+    elif words & {"force", "kraft"} and not motions and len(unknown) == 1:
+        force = {"role": Role.FORCE, "quantity": "force", "unit": "N", "assumed": True}
+        change = {**force, "evidence": f"{OF_FILE} says force, and nothing a unit: N"}
+    return {**columns, **{name: replace(columns[name], **change) for name in unknown if change}}
 
 
 def _one_abscissa(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
@@ -261,15 +312,23 @@ def _imposed_displacement(judged: JudgedTable, mask: np.ndarray) -> str:
     )
 
 
+def is_unnamed(guess: Recognised) -> bool:
+    """Whether neither unit nor name of a channel say that it is a motion or a force."""
+    return guess.quantity in {"", "voltage"} or guess.evidence.startswith(OF_FILE)
+
+
 def unnamed_channels(judged: JudgedTable) -> list[Column]:
     """Channels of which nothing says what they measure, where no other one drives; empty if any is known."""
     columns = judged.of_role(Role.RESPONSE)
-    known = judged.of_role(Role.FORCE) or any(judged.columns[one.name].quantity in MOTIONS for one in columns)
-    return [] if known else columns
+    unnamed = [column for column in columns if is_unnamed(judged.columns[column.name])]
+    return [] if judged.of_role(Role.FORCE) or len(unnamed) < len(columns) else columns
 
 
 def _judge_time(judged: JudgedTable) -> JudgedTable:
     """Kind of histories, from those of the first series."""
+    samples = len(judged.table.columns[0].values)
+    if samples < WINDOWS:
+        return _as(judged, Kind.NOT_USED, f"it has {samples} rows, and a history needs {WINDOWS} or more")
     mask = judged.mask(judged.rows()[0])
     quantities = {judged.columns[column.name].quantity for column in judged.of_role(Role.RESPONSE)}
     forces = judged.of_role(Role.FORCE)

@@ -81,7 +81,8 @@ def in_words(drafted: "NewCampaign") -> str:
     ):
         if sentences:
             lines += ["", title, *(f"  {' '.join(sentence.split())}" for sentence in sentences)]
-    return "\n".join([*lines, "", f"written: {drafted.path}"])
+    following = f"next: check what is assumed, then stickslip compare CASE {drafted.path.parent}"
+    return "\n".join([*lines, "", f"written: {drafted.path}", *([following] if draft.is_comparable else [])])
 
 
 def _cut(text: str, width: int) -> str:

@@ -10,8 +10,9 @@ def test_sentences_that_differ_by_file_and_numbers_are_one() -> None:
         for number in (1, 2, 3)
     ]
     (merged,) = merge_alike(lines)
-    assert merged.startswith(lines[0])
-    assert "2 more files, up to s_3.csv" in merged
+    assert merged == f"{lines[0]} (and so in s_2.csv, s_3.csv)"
+    (merged,) = merge_alike([lines[0].replace("s_1", f"s_{number}") for number in range(1, 7)])
+    assert merged.endswith("(and so in 5 more files, the last s_6.csv)")
 
 
 def test_sentences_of_other_columns_or_without_a_file_are_apart() -> None:
@@ -35,4 +36,4 @@ def test_suspicions_keep_the_place_of_the_first() -> None:
     (merged,) = merge_suspicions(found)
     assert merged.where == "s_5.csv"
     assert merged.sentence.startswith("reaches 5 rad")
-    assert "1 more file" in merged.sentence
+    assert "so in s_6.csv" in merged.sentence

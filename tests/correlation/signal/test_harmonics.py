@@ -132,6 +132,13 @@ def test_a_coarse_converter_is_not_clipped(n_step: int, noise: float) -> None:
     assert not clipped(fit_harmonics(time, np.round(values / step) * step, FREQUENCY, 3))
 
 
+def test_a_sine_sampled_in_step_with_its_period_is_not_clipped() -> None:
+    time = np.arange(4096) / 2048
+    values = np.sin(2 * np.pi * 80 * time)  # its period of 128 samples holds one at each crest
+    assert np.count_nonzero(values == values.max()) >= 32
+    assert not clipped(fit_harmonics(time, values, 80.0, 3))
+
+
 @pytest.mark.parametrize("decay_time", [0.02, 0.05, 0.1])
 @pytest.mark.parametrize("frequency", [FREQUENCY, 40.0, 200.0])
 def test_the_settled_part_of_a_record_is_used(decay_time: float, frequency: float) -> None:

@@ -23,6 +23,7 @@ def test_what_was_understood_and_assumed_is_printed(folder: Path, capfd: pytest.
     assert "frequency responses" in out
     assert "m/s^2" in out
     assert "place = tip" in out
+    assert f"stickslip compare CASE {folder}" in out
     assert "# assumed: " in (folder / "campaign.toml").read_text()
     assert cli.main(["campaign", "new", str(folder), "--yes"]) == 2
     assert "is there already" in capfd.readouterr().err
