@@ -7,12 +7,15 @@ reading by itself it would allow at both flanks, and at all levels, what it can 
 relative to the amplitude, 1 / (2 zeta) times as large. The offsets are therefore estimated, from all families at once,
 as those that leave least outside:
 
-.. math:: \min_{m, d_r} \; \sum_r \sum_j \frac{o_j(m + d_r)^2}{\sigma_j^2} + \frac{m^2}{\sigma_m^2}
-          + \sum_r \frac{d_r^2}{\sigma_d^2}, \qquad |m| \le 3 \sigma_m, \; |d_r| \le 3 \sigma_d .
+.. math:: \min_{m, d_r} \; \sum_r \sum_j \min\left(\frac{o_j(m + d_r)^2}{\sigma_j^2}, 9\right)
+          + \frac{m^2}{\sigma_m^2} + \sum_r \frac{d_r^2}{\sigma_d^2}, \qquad
+          |m| \le 3 \sigma_m, \; |d_r| \le 3 \sigma_d .
 
 With o the distance of a reading outside of its limits, 0 inside, and sigma its noise. What is outside then is outside
-for every frequency that the set-ups may have. In sigma_m is also what errors of the contacts do to the frequency: a
-contact line whose stiffness is 1 % off shifts a resonance by several times what the mesh does.
+for every frequency that the set-ups may have. A reading that is outside by more than its noise, whatever the offset, is
+explained by none: without the bound a few readings on another branch of states would move all others off their limits.
+In sigma_m is also what errors of the contacts do to the frequency: a contact line whose stiffness is 1 % off shifts a
+resonance by several times what the mesh does.
 """
 
 from collections.abc import Mapping, Sequence
@@ -110,7 +113,7 @@ def _penalty(offset: float, deviation: float) -> float:
 def _outside(
     families: Sequence[Family], bands: Sequence[PredictedBand], noise: Sequence[ReadingNoise], offset: float
 ) -> dict[SetUp, float]:
-    """Squares of the distances outside, in standard deviations, by set-up [-]."""
+    """Bounded squares of the distances outside, in standard deviations, by set-up [-]."""
     result: dict[SetUp, float] = {}
     for family, band, own in zip(families, bands, noise, strict=True):
         at = band.at(family.frequency, offset=offset)
@@ -118,7 +121,7 @@ def _outside(
         beyond = np.maximum(at.value[0] - family.value, family.value - at.value[1])
         side = (family.value > at.value[1]).astype(int)
         sigma = np.maximum(deviation[side, np.arange(len(side))], np.finfo(float).tiny)
-        square = np.where(np.nan_to_num(beyond, nan=0.0) > 0, (beyond / sigma) ** 2, 0.0)
+        square = np.clip(np.nan_to_num(beyond / sigma, nan=0.0), 0.0, FURTHEST) ** 2
         sums = np.bincount(family.curve_number, square, minlength=len(family.curves))
         for curve, value in zip(family.curves, sums, strict=True):
             key = curve.test, curve.repeat
