@@ -18,7 +18,7 @@ from hbsolve.follow import Track, Way, empty_track, follow, follow_one
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import derivatives
-from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
+from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import rescue
 
@@ -151,24 +151,24 @@ class Configuration:
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found.
 
-        It is sought `near` the first guess and the linear motion alone, or from many starts as well, which takes long.
+        It is sought `near` the first guess alone, or in all ways.
         """
-        condensed, recovery = self.at(frequency), self.linear.recovery(frequency)
-        balance = self._at_level(self.forced(level, frequency))
+        condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
         sliders = slider_start(balance, slider)
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
-        for start in (*starts[:1], balance.linear(condensed)):
-            track = follow_one(balance, condensed, slider, start, TOLERANCE, MAX_ITERATION)
+        if starts:
+            most = STEP_ITERATION if near else MAX_ITERATION
+            track = follow_one(balance, condensed, slider, starts[0], TOLERANCE, most)
             if np.isfinite(track.norm[0]):
-                return self.state(level, frequency, track, 0)
+                return self.state(level, frequency, track, 0, alone=near)
         if near:
             return None
+        recovery = self.linear.recovery(frequency)
         try:
-            return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
+            return solve_at(balance, condensed, None, sliders, recovery)
         except NoSteadyState:
-            # Rest and ramps were tried, and would not serve better a second time.
             for start in starts[1:]:
                 found = newton_from(balance, condensed, start, sliders, recovery)
                 if found is not None:
@@ -268,15 +268,16 @@ class Configuration:
             track.start[number], track.end[number] = state.slider, state.slider_at_start
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
-    def state(self, level: float, frequency: float, track: Track, number: int) -> SteadyState:
-        """A state of a track with its full response."""
+    def state(self, level: float, frequency: float, track: Track, number: int, *, alone: bool = False) -> SteadyState:
+        """A state of a track with its full response; `alone` if others at its frequency are hardly asked for."""
         force, condensed = self.forced(level, frequency), self.at(frequency)
         balance = self._at_level(force)
+        recovery = None if alone and not balance.is_dense else self.linear.recovery(frequency)
         return SteadyState(
             angular_frequency=condensed.angular_frequency,
             level=force,
             displacement=complex_from_real(track.motion[number]),
-            coefficients=balance.response(condensed, track.force[number], self.linear.recovery(frequency)),
+            coefficients=balance.response(condensed, track.force[number], recovery),
             slider=track.start[number].copy(),
             multiplier=False,
             slider_at_start=track.end[number].copy(),

@@ -15,8 +15,8 @@ from reduction.array_type import Real
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
 MAX_ITERATION = 40
-#: First step of the level in the ramp, the smallest one, and Newton steps in each.
-FIRST_STEP, LEAST_STEP, RAMP_ITERATION = 0.2, 1e-3, 15
+#: First step of the level in the ramp, the smallest one, and iterations in each: a state near another needs few.
+FIRST_STEP, LEAST_STEP, STEP_ITERATION = 0.2, 1e-3, 15
 
 
 def newton_from(
@@ -99,7 +99,7 @@ def ramp(
         # The secant through the last two states predicts; at first the linear change does.
         change = (x - before) * step if share else linear - static
         trial, norm, count = newton_at(
-            balance, condensed, linear, x + change, sliders, TOLERANCE * scale, RAMP_ITERATION
+            balance, condensed, linear, x + change, sliders, TOLERANCE * scale, STEP_ITERATION
         )
         iterations += count
         if norm <= TOLERANCE * scale:

@@ -114,7 +114,7 @@ def test_sliders_of_the_states_found_are_those_given() -> None:
         np.testing.assert_allclose(mean, 0.5 * 0.6 / 1.5, atol=1e-8)  # residual, of a motion of 0.1
 
 
-def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_steady_state_is_rescued_by_few_starts_by_an_arc_and_by_many_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     balance = duffing()
     before = steady_state(balance, ONE_HIGH)
     low, _, high = amplitudes(THREE)
@@ -126,8 +126,8 @@ def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch
         tried.append("Newton")
         raise NoSteadyState("Newton's method wandered")
 
-    def no_start(*given: object) -> None:
-        tried.append("starts")
+    def no_start(balance: HarmonicBalance, condensed: Condensed, x: object, sliders: object, most: int = 200) -> None:
+        tried.append("many" if most > hbsolve.steady_state.FEW_STARTS else "few")
 
     monkeypatch.setattr(hbsolve.steady_state, "solve_at", fails)
     state = steady_state(balance, THREE)
@@ -137,10 +137,11 @@ def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch
     tried.clear()
     np.testing.assert_allclose(steady_state(balance, THREE, start=before).amplitude(0), high, rtol=1e-7)
     np.testing.assert_allclose(steady_state(balance, THREE).amplitude(0), low, rtol=1e-7)
-    assert tried == ["Newton", "starts"] * 2
+    assert tried == ["Newton", "few"] * 2
     monkeypatch.setattr(hbsolve.steady_state, "ARC_POINTS", 2)
     with pytest.raises(NoSteadyState, match="Newton's method wandered; start from"):
         steady_state(balance, THREE, start=before)
+    assert tried == ["Newton", "few"] * 3 + ["many"]
 
 
 def test_many_harmonics_and_samples_take_memory_for_both_and_not_for_their_square() -> None:
