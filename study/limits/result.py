@@ -174,6 +174,7 @@ def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray
             f"{name} searched{unit}": curves.searched[side],
             f"{name} harmonics": limits.refined_harmonic[row],
             f"{name} estimated error": limits.refined_error[row],
+            f"{name} moved": limits.refined_moved[row],
         }
     if row != side:
         result[f"{name} loss factor"] = limits.value[row]
