@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -48,13 +49,13 @@ class LineForceLimits(Headed):
     panels
         One for each force of each line, all of the same levels.
     sampled_label
-        Label of the points.
+        Label of the points, if there are any.
     level_label
         Label of the horizontal axes, with its unit.
     """
 
     panels: Sequence[ForceLimits]
-    sampled_label: str
+    sampled_label: str = ""
     level_label: str = "level of the harmonic force [-]"
 
 
@@ -91,8 +92,10 @@ def force_limits_figure(result: LineForceLimits) -> Figure:
         Line2D([], [], color=LIMITS[1], linewidth=2, label="upper limit"),
         Line2D([], [], color=LIMITS[0], linewidth=2, label="lower limit"),
         Patch(color=PALE, alpha=0.2, label="between them"),
-        Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=result.sampled_label),
     ]
+    if result.sampled_label:
+        style: dict[str, Any] = {"marker": ".", "linestyle": "", "markersize": 4}
+        handles.append(Line2D([], [], color=INK, label=result.sampled_label, **style))
     add_legend(figure, handles)
     add_title(figure, result.title)
     return figure

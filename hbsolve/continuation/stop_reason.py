@@ -14,6 +14,10 @@ class StopReason(Enum):
     CLOSED = "the branch closes on itself (it has left the one it began on): continue from another state"
     ISOLA = "it is an isola: a closed curve of its own"
     MOST_POINTS = "reached the largest number of points: allow more points or longer steps"
+    FOLDED = (
+        "folds again and again, so that the largest number of points is reached: branches of stick and slip lie side "
+        "by side, as with large friction coefficients; take smaller ones"
+    )
     FAILED = "the corrections fail even for the smallest step: continue from another state, or with more harmonics"
 
     def sentence(self, where: str = "") -> str:
@@ -38,5 +42,6 @@ _OLDER_SENTENCES = {
     StopReason.CLOSED: "the branch closes",
     StopReason.ISOLA: "it is an isola",
     StopReason.MOST_POINTS: "reached ",
+    StopReason.FOLDED: "folds again",
     StopReason.FAILED: "the corrections fail",
 }

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     import xarray
 
 SIDES = ("lower", "upper")
+#: Arrays that a refinement fills.
+REFINED = ("refined", "refined_error", "refined_harmonic", "refined_moved")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,6 +82,9 @@ class ResponseLimits(Exported):
     """Their relative error, estimated, shape (2, l, f) [-]."""
     refined_harmonic: Int[Whole, "side=2 level point"]
     """Their H, shape (2, l, f) [-]."""
+    refined_moved: Bool[NDArray[np.bool_], "side=2 level point"]
+    """Whether more harmonics moved the limit by more than twice the tolerance: with as many, other sliders may be
+    extreme, and a search may find other limits; shape (2, l, f)."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *dimensions(self), dtype=None)
@@ -175,23 +180,11 @@ def load_limits(path: Path | str) -> ResponseLimits:
 def limits_from_xarray(data: "xarray.Dataset") -> ResponseLimits:
     """The limits of a data set that `ResponseLimits.to_xarray` made; a `KeyError` if it is none."""
     # Older files know nothing of refinement.
-    known = unrefined_arrays(data["value"].shape)
-    values = known | {
-        item.name: data[item.name].values
-        for item in fields(ResponseLimits)
-        if item.name in data or item.name not in known
+    blank = blank_arrays(**{str(name): size for name, size in data.sizes.items()})
+    values = {
+        name: data[name].values if name in data or name not in REFINED else unknown for name, unknown in blank.items()
     }
-    flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
-    return ResponseLimits(**values | flags)
-
-
-def unrefined_arrays(shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
-    """Arrays that a refinement fills, for the shape of the limits."""
-    return {
-        "refined": np.full(shape, np.nan),
-        "refined_error": np.full(shape, np.nan),
-        "refined_harmonic": np.zeros(shape, dtype=np.int64),
-    }
+    return ResponseLimits(**{name: array.astype(blank[name].dtype) for name, array in values.items()})
 
 
 def blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:

@@ -131,8 +131,8 @@ def make_limit_search(
     with located(case, "limits"):
         if table.objective == EVERYTHING:
             raise BalanceError(
-                'objective = "all" is for `stickslip limits`; here one quantity is bounded: take "amplitude", '
-                '"static force" or "dynamic force"'
+                'objective = "all" is for `stickslip limits`, `sweep` and `spread`; here one quantity is bounded: take '
+                '"amplitude", "static force" or "dynamic force"'
             )
         output = None if table.objective in FORCES else choose_output(table, model.outputs)
         search = LimitSearch(

@@ -40,6 +40,7 @@ def describe_refinement(curves: Sequence[LimitCurves]) -> dict[str, Any]:
         "highest_harmonic": max(int(item.limits.refined_harmonic.max()) for item in curves),
         "largest_refinement": find_largest(np.array(change)),
         "largest_estimated_error": find_largest(np.array([item.limits.refined_error for item in curves])),
+        "n_refined_moved": sum(int(item.limits.refined_moved.sum()) for item in curves),
     }
 
 
@@ -47,10 +48,16 @@ def refinement_remarks(document: Mapping[str, Any]) -> list[str]:
     """The same as lines of a report."""
     if "highest_harmonic" not in document:
         return []
-    return [
+    remarks = [
         f"  with up to {document['highest_harmonic']} harmonics the limits change by at most "
         f'{document["largest_refinement"]:.2%} of the largest of their level; the columns "searched" hold those before'
     ]
+    if document["n_refined_moved"]:
+        remarks.append(
+            f'  {document["n_refined_moved"]} limits move by more than twice the tolerance (column "moved"): with as '
+            "many harmonics other slider positions may be extreme; raise highest of [harmonics]"
+        )
+    return remarks
 
 
 def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:

@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,10 @@ from correlation.model import DERIVATIVE, Sensor
 from hbsolve.continuation.branch import STATES
 from hbsolve.limits.result import SIDES, ResponseLimits
 from study.limits.curve import FoundLimits
+from study.limits.model import LimitSearch, choose_output
+from study.limits.refinement import refine_to_tolerance
 from study.limits.table import FORCES, LimitsTable
+from study.run_context import RunContext
 from study.solve.model import SolveModel
 from study.solve.result import SURFACE_UNIT
 
@@ -94,12 +97,13 @@ def name_quantity(table: LimitsTable, output: Sensor | None, motion: str = "") -
     return f"{motion} {output.quantity} of {output.name}".lstrip()
 
 
-def convert_own_limits(table: LimitsTable, model: SolveModel, harmonic: int, result: FoundLimits) -> LimitCurves:
-    """Limits of the one objective of a case; see `convert_limits`."""
-    output = None
-    if table.objective not in FORCES:
-        output = next(item for item in model.outputs if table.sensor in {None, item.name})
-    return convert_limits(table, output, harmonic, result, "" if output is None else model.motion_of(output))
+def convert_own_limits(
+    search: LimitSearch, table: LimitsTable, result: FoundLimits, model: SolveModel, run: RunContext
+) -> LimitCurves:
+    """Limits of the one objective of a case, refined to the tolerance of the case; see `convert_limits`."""
+    result = replace(result, limits=refine_to_tolerance(search, result.limits, model.tolerance, run))
+    output = None if table.objective in FORCES else choose_output(table, model.outputs)
+    return convert_limits(table, output, search.harmonic, result, "" if output is None else model.motion_of(output))
 
 
 def convert_limits(
@@ -170,6 +174,7 @@ def list_columns(curves: LimitCurves, side: int, unit: str) -> dict[str, NDArray
             f"{name} searched{unit}": curves.searched[side],
             f"{name} harmonics": limits.refined_harmonic[row],
             f"{name} estimated error": limits.refined_error[row],
+            f"{name} moved": limits.refined_moved[row],
         }
     if row != side:
         result[f"{name} loss factor"] = limits.value[row]

@@ -3,7 +3,7 @@
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from hbsolve.matlab import make_matlab_file
@@ -15,7 +15,6 @@ from study.limits.curve import found_limits
 from study.limits.grid import find_narrow_resonance
 from study.limits.model import LimitSearch, list_limit_points, make_limit_search
 from study.limits.pictures import draw_limits
-from study.limits.refinement import refine_to_tolerance
 from study.limits.result import LimitCurves, convert_own_limits, format_limits_csv
 from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
@@ -67,8 +66,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     search = make_limit_search(case, table, case.sweep, model)
     warn_of_narrow_resonance(search, table, run)
     found = run_search(found_limits, search, path.stem, run, executor)
-    found = replace(found, limits=refine_to_tolerance(search, found.limits, model.tolerance, run))
-    curves = convert_own_limits(table, model, search.harmonic, found)
+    curves = convert_own_limits(search, table, found, model, run)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
     write_netcdf_file(files[0], curves.limits.save)
     replace_file(files[1], make_matlab_file(curves.limits.to_xarray()))

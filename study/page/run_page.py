@@ -50,11 +50,13 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
         )
         for name, file in zip(names, pictures, strict=True)
     ]
-    page = pictures[0].with_name(f"{BETWEEN.join([*common, command])}.html")
+    # Pictures of one command may all begin with its name, which is no part of the title.
+    own = common[:-1] if common[1:] and common[-1] == command else common
+    page = pictures[0].with_name(f"{BETWEEN.join([*own, command])}.html")
     # Files are where they are, and no part of the result.
     lines = [line for line in text.splitlines() if line.strip() not in {str(file) for file in files}]
     sections.insert(0, PageSection(title="Result", report="\n".join(lines).rstrip()))
-    html = render_plain_page(title=_heading(common), over=f"stickslip {command}", sections=sections, tallest=TALLEST)
+    html = render_plain_page(title=_heading(own), over=f"stickslip {command}", sections=sections, tallest=TALLEST)
     replace_file(page, html)
     return replace(
         answer,

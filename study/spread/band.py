@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.uncertainty.variance_index import independent_draws
 from study.spread.quantity import QUANTILES
 from study.spread.sensitivity import CurveSensitivity
-from study.sweep.result import SampledCase
+from study.sweep.result import SampledCase, SampledLimits
 
 Real = NDArray[np.float64]
 
@@ -105,8 +105,8 @@ def upper_envelope(
     return np.where(np.isfinite(highest), highest, np.nan)
 
 
-def limit_quantiles(sampled: SampledCase, d: int) -> Float[Real, "3 2 level f"]:
+def limit_quantiles(limits: SampledLimits, d: int) -> Float[Real, "3 2 level f"]:
     """Quantiles of both limits over the draws, the lower limit first, shape (3, 2, l, f) [unit of the limits]."""
-    values = np.array([item.value for item in independent_draws(sampled.limits[1:], d)])
+    values = np.array([item.value for item in independent_draws(limits.points[1:], d)])
     known = np.isfinite(values).any(axis=0)
     return np.where(known, np.nanquantile(np.where(known, values, 0.0), QUANTILES, axis=0), np.nan)

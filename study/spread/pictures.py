@@ -1,5 +1,7 @@
 """What a spread draws: bands of curves and limits, and shares of the variance."""
 
+from collections.abc import Container
+
 import numpy as np
 
 from figure.response_spread import ResponseSpread, SpreadBand
@@ -8,8 +10,10 @@ from figure.variance_shares import SharePanel, VarianceShares
 from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.spread.band import NINETY_PERCENT, limit_quantiles
+from study.spread.quantity import limit_names
 from study.spread.spread import Spread
 from study.sweep.pictures import MOST_GROUPS, MOST_PANELS
+from study.sweep.result import SampledLimits
 
 
 def draw_spread(spread: Spread, title: str) -> dict[str, object]:
@@ -17,12 +21,18 @@ def draw_spread(spread: Spread, title: str) -> dict[str, object]:
     drawn: dict[str, object] = {}
     if spread.bands:
         drawn["spread_band"] = _curve_bands(spread, title)
-    if spread.sampled.limits and spread.draws and len(spread.sampled.limits[0].limits.frequency) > 1:
-        drawn["spread_limits"] = _limit_bands(spread, title)
-    if (shares := _shares(spread, title, ())) is not None:
+    all_limits = spread.sampled.limits
+    names = {item: limit_names(spread.sampled, item) for item in all_limits}
+    others = {item.name for item in spread.quantities}.difference(*names.values())
+    if (shares := _shares(spread, title, others)) is not None:
         drawn["spread_shares"] = shares
-    if (shares := _shares(spread, f"{title}: limits", tuple(f"{side} limit" for side in SIDES))) is not None:
-        drawn["spread_limit_shares"] = shares
+    for number, (item, own) in enumerate(names.items()):
+        suffix = f"_{number + 1}" if len(names) > 1 else ""
+        over = f"{title}: limits of the {item.first.quantity}"
+        if spread.draws and len(item.first.limits.frequency) > 1:
+            drawn[f"spread_limits{suffix}"] = _limit_bands(spread, item, over)
+        if (shares := _shares(spread, over, own)) is not None:
+            drawn[f"spread_limit_shares{suffix}"] = shares
     return drawn
 
 
@@ -66,9 +76,9 @@ def _curve_bands(spread: Spread, title: str) -> ResponseSpread:
     )
 
 
-def _limit_bands(spread: Spread, title: str) -> ResponseSpread:
-    first = spread.sampled.limits[0]
-    quantiles = limit_quantiles(spread.sampled, len(spread.uncertain.parameters))
+def _limit_bands(spread: Spread, limits: SampledLimits, title: str) -> ResponseSpread:
+    first = limits.first
+    quantiles = limit_quantiles(limits, len(spread.uncertain.parameters))
     frequency = first.limits.frequency
     panels = [
         (
@@ -88,15 +98,14 @@ def _limit_bands(spread: Spread, title: str) -> ResponseSpread:
         for level in evenly(len(first.limits.level), MOST_PANELS)
     ]
     return ResponseSpread(
-        panels=panels, along_label="frequency [Hz]", amplitude_label=first.label, title=f"{title}: limits",
+        panels=panels, along_label="frequency [Hz]", amplitude_label=first.label, title=title,
         subtitle=_words(spread),
     )  # fmt: skip
 
 
-def _shares(spread: Spread, title: str, names: tuple[str, ...]) -> VarianceShares | None:
-    """Shares of the quantities of these names; of all others than limits if there are none."""
-    limits = {f"{side} limit" for side in SIDES}
-    rows = [item for item in spread.quantities if item.name in names or (not names and item.name not in limits)]
+def _shares(spread: Spread, title: str, names: Container[str]) -> VarianceShares | None:
+    """Shares of the quantities of these names."""
+    rows = [item for item in spread.quantities if item.name in names]
     curves = list(dict.fromkeys(item.curve for item in rows))
     shown = [curves[place] for place in evenly(len(curves), MOST_GROUPS)] if curves else []
     if not shown:

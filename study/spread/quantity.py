@@ -11,7 +11,7 @@ from correlation.uncertainty.variance_index import VarianceIndices, independent_
 from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.spread.sensitivity import CurveSensitivity
-from study.sweep.result import SampledCase
+from study.sweep.result import SampledCase, SampledLimits
 
 Real = NDArray[np.float64]
 
@@ -94,13 +94,17 @@ def _curve_rows(sampled: SampledCase, sensitivities: Sequence[CurveSensitivity])
 
 
 def _limit_rows(sampled: SampledCase, d: int) -> Iterator[_Row]:
-    if not sampled.limits:
-        return
-    first, peaks = sampled.limits[0], sampled.limit_peaks()
-    for level, scale in enumerate(first.limits.level):
-        for side, name in enumerate(SIDES):
-            values = peaks[:, side, level, 0]
-            yield f"level {scale:g}", f"{name} limit", first.unit, values, np.full(d, np.nan)
+    for item in sampled.limits:
+        peaks = item.peaks()
+        for level, scale in enumerate(item.first.limits.level):
+            for name, values in zip(limit_names(sampled, item), peaks[:, :, level, 0].T, strict=True):
+                yield f"level {scale:g}", name, item.first.unit, values, np.full(d, np.nan)
+
+
+def limit_names(sampled: SampledCase, limits: SampledLimits) -> tuple[str, ...]:
+    """Names of the peaks of the lower and the upper limit among the quantities that spread."""
+    which = f" of the {limits.first.quantity}" if len(sampled.limits) > 1 else ""
+    return tuple(f"{side} limit{which}" for side in SIDES)
 
 
 def _spread(

@@ -57,8 +57,10 @@ def make_spread_dataset(spread: Spread, title: str) -> "xr.Dataset":
         ).assign_coords({along: band.nominal_along, places: band.along})
     data = data.assign_coords(quantile=np.array(QUANTILES))
     if spread.sampled.limits and spread.draws:
-        quantiles = limit_quantiles(spread.sampled, len(spread.uncertain.parameters))
-        data = data.assign(limit_band=(("quantile", "side", "limit_level", "limit_frequency"), quantiles))
+        d = len(spread.uncertain.parameters)
+        quantiles = np.array([limit_quantiles(item, d) for item in spread.sampled.limits])
+        dimensions = ("limit_quantity", "quantile", "side", "limit_level", "limit_frequency")
+        data = data.assign(limit_band=(dimensions, quantiles))
     rows, shape = spread.quantities, (len(spread.quantities), len(spread.uncertain.parameters))
     shares = [[_shares(item, number) for number in range(shape[1])] for item in rows]
     table = np.array(shares).reshape(*shape, 6)

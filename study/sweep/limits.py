@@ -1,23 +1,29 @@
 """Response limits of a case at many values of its parameters, each search stored when it is done."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 from casefile.table import located
 from pipeline.progress import Report, SilentProgress
+from pipeline.store import Stage
 from pipeline.worker_pool import Workers, worker_pool
 from study.case.setup import read_case
+from study.case.tables import Case
 from study.kind.registry import OpenCase
 from study.limits.curve import found_limits
 from study.limits.model import make_limit_search
-from study.limits.refinement import refine_to_tolerance
 from study.limits.result import LimitCurves, convert_own_limits
+from study.limits.several.quantity import Quantity, own_quantity
+from study.limits.several.search import convert_several_limits, found_several_limits, make_several_search
 from study.limits.stored_search import run_search
+from study.limits.table import EVERYTHING
 from study.run_context import RunContext
-from study.solve.model import make_vibrating_model
+from study.solve.model import SolveModel, make_vibrating_model
 from study.sweep.parameter import vary
+from study.sweep.result import SampledLimits
 from study.sweep.samples import Point
 
 
@@ -28,8 +34,8 @@ def asks_for_limits(opened: OpenCase) -> bool:
 
 def compute_limits(
     opened: OpenCase, points: Sequence[Point], stem: str, run: RunContext, workers: Workers = None
-) -> tuple[LimitCurves, ...]:
-    """Limits of all points; a search that is stored is not repeated, and one that was stopped goes on.
+) -> tuple[SampledLimits, ...]:
+    """Limits of each quantity at all points; a search that is stored is not repeated, and one that was stopped goes on.
 
     Parameters
     ----------
@@ -51,33 +57,60 @@ def compute_limits(
     ComputationFailed
         No rest under the static load, or a process that was killed.
     """
-    result: list[LimitCurves] = []
+    quantities: tuple[Quantity, ...] = ()
+    curves: list[Sequence[LimitCurves]] = []
     with run.progress.step(f"limits at {len(points)} points") as report, ExitStack() as closed_in_the_end:
         executor: Executor | None = None
         n_stored = 0
         for number, point in enumerate(points):
             within = _Within(report, number - n_stored, len(points) - n_stored)
-            own = replace(run, progress=within)
             varied = vary(opened, point)
             case = varied.case
             model = make_vibrating_model(read_case(varied, run=replace(run, progress=SilentProgress())))
             with located(case, "limits"):
-                search = make_limit_search(case, case.limits, case.sweep, model)
-            known = run.store.look_up(found_limits, search)
+                own = _ask(case, model)
+            known = run.store.look_up(own.searched, own.search)
             n_stored += known is not None
             if known is None and executor is None and workers != 1:
-                pool = worker_pool([found_limits.compute.__module__], workers)
+                pool = worker_pool([own.searched.compute.__module__], workers)
                 executor = closed_in_the_end.enter_context(pool)
             if known is not None:
                 found = known.value
             elif run.output is None:
-                found = run.store.run(found_limits, search, executor=executor)
+                found = run.store.run(own.searched, own.search, executor=executor)
             else:
-                found = run_search(found_limits, search, f"{stem}_point{number + 1}", own, executor)
-            limits = refine_to_tolerance(search, found.limits, model.tolerance, replace(own, progress=SilentProgress()))
-            found = replace(found, limits=limits)
-            result.append(convert_own_limits(case.limits, model, search.harmonic, found))
-    return tuple(result)
+                stem_of_point = f"{stem}_point{number + 1}"
+                found = run_search(own.searched, own.search, stem_of_point, replace(run, progress=within), executor)
+            quantities = own.quantities
+            curves.append(own.convert(found, replace(run, progress=SilentProgress())))
+    return tuple(
+        SampledLimits(quantity=quantity, points=tuple(points))
+        for quantity, *points in zip(quantities, *curves, strict=True)
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Asked:
+    """What a case asks for: a search as a stage, its quantities, and how their limits follow from what it found."""
+
+    searched: Stage[..., Any]
+    search: object
+    quantities: tuple[Quantity, ...]
+    convert: Callable[[Any, RunContext], Sequence[LimitCurves]]
+
+
+def _ask(case: Case[Any], model: SolveModel) -> _Asked:
+    if case.limits.objective == EVERYTHING:
+        several, quantities = make_several_search(case, case.limits, case.sweep, model)
+        return _Asked(
+            searched=found_several_limits, search=several, quantities=quantities,
+            convert=lambda found, run: convert_several_limits(several, quantities, found, model, run),
+        )  # fmt: skip
+    search, quantity = make_limit_search(case, case.limits, case.sweep, model), own_quantity(case.limits, model)
+    return _Asked(
+        searched=found_limits, search=search, quantities=(quantity,),
+        convert=lambda found, run: (convert_own_limits(search, case.limits, found, model, run),),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=False)

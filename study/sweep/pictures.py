@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from figure.force_limits import ForceLimits, LineForceLimits
 from figure.limit_levels import LimitsByLevel
 from figure.parameter_curves import LINES, ParameterCurve, ParameterCurves
 from figure.parameter_trends import ParameterTrends, TrendLine
 from figure.style import evenly
+from reduction.array_type import Real
+from study.limits.several.pictures import name_stems
 from study.solve.result import SURFACE_UNIT
 from study.sweep.grid import Grid
-from study.sweep.result import SampledCase
+from study.sweep.result import SampledCase, SampledLimits
 
 #: Panels, curves of a trend and figures of limits that can still be read: the others are in the files.
 MOST_PANELS, MOST_GROUPS, MOST_FIGURES = 4, 6, 6
@@ -37,10 +40,7 @@ def draw_sweep(grid: Grid, sampled: SampledCase, title: str) -> dict[str, object
             drawn[f"sweep_curves{suffix}"] = _curves(grid, number, slices, sampled, title)
             drawn[f"sweep_peaks{suffix}"] = _trends(grid, number, slices, sampled, title)
         if sampled.limits and grid.shape[number] > 1:
-            drawn |= {
-                f"sweep_limits{suffix}_{count + 1}": result
-                for count, result in enumerate(_limits(grid, number, slices, sampled, title))
-            }
+            drawn |= _all_limits(grid, number, slices, sampled, title, suffix)
     return drawn
 
 
@@ -120,24 +120,52 @@ def _trends(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase,
     )
 
 
-def _limits(grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str) -> Iterator[LimitsByLevel]:
-    """Peaks of both limits over a parameter, at some levels and values of the other parameters."""
-    peaks, first = sampled.limit_peaks(), sampled.limits[0]
-    last = len(first.limits.frequency) - 1
-    cases = [(level, item) for level in range(len(first.limits.level)) for item in slices]
-    for place in evenly(len(cases), MOST_FIGURES):
+def _all_limits(
+    grid: Grid, number: int, slices: list[_Slice], sampled: SampledCase, title: str, suffix: str
+) -> dict[str, object]:
+    """Limits over a parameter, at some levels and values of the other parameters: of each motion, and of all forces."""
+    levels = sampled.limits[0].first.limits.level
+    cases = [(level, item) for level in range(len(levels)) for item in slices]
+    motions = [item for item in sampled.limits if item.quantity.output is not None or len(sampled.limits) == 1]
+    forces = [item for item in sampled.limits if item not in motions]
+    stems = name_stems(item.quantity for item in motions)
+    values, label = sampled.values[:, number], grid.parameters[number].label
+    drawn: dict[str, object] = {}
+    for count, place in enumerate(evenly(len(cases), max(MOST_FIGURES // max(len(motions), 1), 2))):
         level, item = cases[place]
-        value, frequency = np.moveaxis(peaks[list(item.points), :, level], (0, 1, 2), (2, 1, 0))
-        doubtful = np.zeros(value.shape, dtype=bool)
-        for column, point in enumerate(item.points):
-            own = sampled.limits[point]
-            for side in range(2):
-                at = own.extreme(side, level)
-                at_end = last > 0 and at in {0, last}
-                doubtful[side, column] = at is not None and bool(own.jump[side, level, at] or at_end)
-        where = ", ".join(filter(None, (f"level {first.limits.level[level]:g}", item.label)))
-        yield LimitsByLevel(
-            level=sampled.values[list(item.points), number], value=value, frequency=frequency, doubtful=doubtful,
-            title=f"{title}: limits at {where}", amplitude_label=first.label,
-            level_label=grid.parameters[number].label,
-        )  # fmt: skip
+        points = list(item.points)
+        where = f"{title}: limits at {', '.join(filter(None, (f'level {levels[level]:g}', item.label)))}"
+        for own in motions:
+            stem = f"_{stems[own.quantity.place]}" if len(sampled.limits) > 1 else ""
+            drawn[f"sweep_limits{suffix}{stem}_{count + 1}"] = _limits(own, points, level, values[points], where, label)
+        if forces:
+            panels = [
+                ForceLimits(
+                    line=own.quantity.place, force=own.quantity.force, level=values[points],
+                    value=own.peaks()[points, :, level, 0].T, sampled=np.zeros((0, len(points))),
+                )
+                for own in forces
+            ]  # fmt: skip
+            drawn[f"sweep_limit_forces{suffix}_{count + 1}"] = LineForceLimits(
+                panels=panels, title=where, level_label=label
+            )
+    return drawn
+
+
+def _limits(
+    limits: SampledLimits, points: list[int], level: int, values: Real, title: str, label: str
+) -> LimitsByLevel:
+    """Peaks of both limits of a quantity at some points."""
+    last = len(limits.first.limits.frequency) - 1
+    value, frequency = np.moveaxis(limits.peaks()[points, :, level], (0, 1, 2), (2, 1, 0))
+    doubtful = np.zeros(value.shape, dtype=bool)
+    for column, point in enumerate(points):
+        own = limits.points[point]
+        for side in range(2):
+            at = own.extreme(side, level)
+            at_end = last > 0 and at in {0, last}
+            doubtful[side, column] = at is not None and bool(own.jump[side, level, at] or at_end)
+    return LimitsByLevel(
+        level=values, value=value, frequency=frequency, doubtful=doubtful, title=title,
+        amplitude_label=limits.first.label, level_label=label,
+    )  # fmt: skip

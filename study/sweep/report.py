@@ -6,6 +6,7 @@ import numpy as np
 
 from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
+from study.sweep.result import SampledCase, SampledLimits
 from study.sweep.run import Swept
 
 #: Lines of the table that can still be read; all are in the CSV.
@@ -17,23 +18,26 @@ def sweep_document(swept: Swept) -> dict[str, Any]:
     sampled, grid = swept.sampled, swept.grid
     points: list[dict[str, Any]] = []
     quantities = None if sampled.curves is None else sampled.curve_quantities()
-    peaks = sampled.limit_peaks() if sampled.limits else None
+    peaks = [item.peaks() for item in sampled.limits]
     for number, values in enumerate(sampled.values):
         point: dict[str, Any] = {"values": values.tolist()}
         if quantities is not None and sampled.curves is not None:
             point["curves"] = [
                 _curve(swept, number, curve, quantities[number, curve]) for curve in range(quantities.shape[1])
             ]
-        if peaks is not None:
+        if sampled.limits:
             point["limits"] = [
                 {
+                    "quantity": item.first.quantity,
+                    "unit": item.first.unit,
                     "level": float(level),
                     **{
-                        side: dict(zip(("value", "frequency_hz"), peaks[number, row, at].tolist(), strict=True))
+                        side: dict(zip(("value", "frequency_hz"), own[number, row, at].tolist(), strict=True))
                         for row, side in enumerate(SIDES)
                     },
                 }
-                for at, level in enumerate(sampled.limits[0].limits.level)
+                for item, own in zip(sampled.limits, peaks, strict=True)
+                for at, level in enumerate(item.first.limits.level)
             ]
         points.append(point)
     return {
@@ -42,7 +46,6 @@ def sweep_document(swept: Swept) -> dict[str, Any]:
             for item, values in zip(grid.parameters, grid.values, strict=True)
         ],
         "output": None if sampled.curves is None else sampled.curves.model.outputs[0].name,
-        "limit_unit": sampled.limits[0].unit if sampled.limits else None,
         "points": points,
         "files": [str(file) for file in swept.files],
     }
@@ -75,7 +78,7 @@ def sweep_text(swept: Swept) -> str:
     if sampled.curves is not None:
         lines += ["", *_peak_lines(swept)]
     if sampled.limits:
-        lines += ["", *_limit_lines(swept)]
+        lines += _shortened([line for item in sampled.limits for line in ("", *_limit_lines(sampled, item))])
     return "\n".join([*lines, "", *map(str, swept.files)])
 
 
@@ -106,9 +109,8 @@ def _peak_lines(swept: Swept) -> list[str]:
     return _shortened(lines)
 
 
-def _limit_lines(swept: Swept) -> list[str]:
-    sampled = swept.sampled
-    first, peaks = sampled.limits[0], sampled.limit_peaks()
+def _limit_lines(sampled: SampledCase, limits: SampledLimits) -> list[str]:
+    first, peaks = limits.first, limits.peaks()
     names = [f"{item.name}{f' [{item.unit}]' if item.unit else ''}" for item in sampled.parameters]
     what = "highest points of both limits" if first.has_peaks else "lowest and highest point of the band"
     head = "  ".join([*(f"{name:>10}" for name in names), f"{'level':>8}"])
@@ -118,7 +120,7 @@ def _limit_lines(swept: Swept) -> list[str]:
         cells.append(f"{first.limits.level[level]:8.4g}")
         cells += [f"{value:11.5g}  {at:10.6g}" for value, at in peaks[number, :, level]]
         lines.append(f"  {'  '.join(cells)}")
-    return _shortened(lines)
+    return lines
 
 
 def _shortened(lines: list[str]) -> list[str]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.result import SIDES
 from study.limits.result import LimitCurves
+from study.limits.several.quantity import Quantity
 from study.solve.result import SI_UNIT, SURFACE_UNIT
 from study.sweep.parameter import CaseParameter
 from study.sweep.samples import SampledCurves
@@ -20,6 +21,37 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampledLimits:
+    """Limits of one quantity at n points.
+
+    Parameters
+    ----------
+    quantity
+        Quantity.
+    points
+        Its limits at each point.
+    """
+
+    quantity: Quantity
+    points: tuple[LimitCurves, ...]
+
+    @property
+    def first(self) -> LimitCurves:
+        """Limits of the first point: words, unit, levels and frequencies are those of all."""
+        return self.points[0]
+
+    def peaks(self) -> Float[Real, "n 2 level 2"]:
+        """Value and frequency [Hz] of the highest points of both limits, the lower limit first; NaN where none is."""
+        peaks = np.full((len(self.points), 2, len(self.first.limits.level), 2), np.nan)
+        for point, side, level in np.ndindex(*peaks.shape[:3]):
+            own = self.points[point]
+            at = own.extreme(side, level)
+            if at is not None:
+                peaks[point, side, level] = own.value[side, level, at], own.limits.frequency[at]
+        return peaks
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,13 +67,13 @@ class SampledCase:
     curves
         Response curves; None of a case without a [sweep].
     limits
-        Limits of each point; empty where they were not asked for.
+        Limits of each quantity at all points; empty where they were not asked for.
     """
 
     parameters: tuple[CaseParameter, ...]
     values: Float[Real, "n d"]
     curves: SampledCurves | None
-    limits: tuple[LimitCurves, ...] = ()
+    limits: tuple[SampledLimits, ...] = ()
 
     def curve_quantities(self) -> Float[Real, "n curve output 4"]:
         """Place of the peak [Hz or -], amplitude [SI], damping ratio, and 1 for a peak at an end of its curve."""
@@ -55,16 +87,6 @@ class SampledCase:
             ],
             dtype=np.float64,
         )
-
-    def limit_peaks(self) -> Float[Real, "n 2 level 2"]:
-        """Value and frequency [Hz] of the highest points of both limits, the lower limit first; NaN where none is."""
-        peaks = np.full((len(self.limits), 2, len(self.limits[0].limits.level), 2), np.nan)
-        for point, side, level in np.ndindex(*peaks.shape[:3]):
-            own = self.limits[point]
-            at = own.extreme(side, level)
-            if at is not None:
-                peaks[point, side, level] = own.value[side, level, at], own.limits.frequency[at]
-        return peaks
 
 
 def format_curves_csv(sampled: SampledCase) -> str:
@@ -115,15 +137,15 @@ def format_peaks_csv(sampled: SampledCase) -> str:
 
 
 def format_limits_csv(sampled: SampledCase) -> str:
-    """One line per point, level and frequency, with both limits."""
-    first = sampled.limits[0]
-    head = [*_parameter_columns(sampled), "level", "frequency [Hz]", *(f"{side} [{first.unit}]" for side in SIDES)]
+    """One line per quantity, point, level and frequency, with both limits."""
+    head = ["quantity", "unit", *_parameter_columns(sampled), "level", "frequency [Hz]", *SIDES]
 
     def lines() -> Iterable[list[object]]:
-        for values, own in zip(sampled.values, sampled.limits, strict=True):
-            for level, at in np.ndindex(own.value.shape[1:]):
-                row = (own.limits.level[level], own.limits.frequency[at], *own.value[:, level, at])
-                yield [*_numbers(values), *_numbers(row)]
+        for item in sampled.limits:
+            for values, own in zip(sampled.values, item.points, strict=True):
+                for level, at in np.ndindex(own.value.shape[1:]):
+                    row = (own.limits.level[level], own.limits.frequency[at], *own.value[:, level, at])
+                    yield [own.quantity, own.unit, *_numbers(values), *_numbers(row)]
 
     return write_csv(head, lines())
 
@@ -143,19 +165,19 @@ def make_dataset(sampled: SampledCase, title: str) -> "xr.Dataset":
     if sampled.curves is not None:
         data = data.merge(_curve_data(sampled, sampled.curves), combine_attrs="override")
     if sampled.limits:
-        first, peaks = sampled.limits[0], sampled.limit_peaks()
+        peaks, along = np.array([item.peaks() for item in sampled.limits]), ("limit_quantity", "sample", "side")
+        values = np.array([[own.value for own in item.points] for item in sampled.limits])
+        first, unit = sampled.limits[0].first.limits, {"units": "see limit_unit"}
         data = data.assign(
-            limit=(
-                ("sample", "side", "limit_level", "limit_frequency"),
-                np.array([own.value for own in sampled.limits]),
-                {"units": first.unit, "long_name": first.quantity},
-            ),
-            limit_peak=(("sample", "side", "limit_level"), peaks[..., 0], {"units": first.unit}),
-            limit_peak_frequency=(("sample", "side", "limit_level"), peaks[..., 1], {"units": "Hz"}),
+            limit=((*along, "limit_level", "limit_frequency"), values, unit),
+            limit_peak=((*along, "limit_level"), peaks[..., 0], unit),
+            limit_peak_frequency=((*along, "limit_level"), peaks[..., 1], {"units": "Hz"}),
         ).assign_coords(
+            limit_quantity=np.array([item.first.quantity for item in sampled.limits], dtype=object),
+            limit_unit=("limit_quantity", np.array([item.first.unit for item in sampled.limits], dtype=object)),
             side=np.array(SIDES, dtype=object),
-            limit_level=first.limits.level,
-            limit_frequency=("limit_frequency", first.limits.frequency, {"units": "Hz"}),
+            limit_level=first.level,
+            limit_frequency=("limit_frequency", first.frequency, {"units": "Hz"}),
         )
     return data
 

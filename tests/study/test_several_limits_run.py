@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.io import loadmat
 
-from hbsolve.limits.result import load_limits
+from hbsolve.limits.result import SIDES, load_limits
 from hbsolve.limits.several_result import join_limits, load_several_limits
 from study import cli
 from study.shipped_cases import LIMITS
@@ -155,10 +156,52 @@ def test_a_mistake_is_one_sentence(home: Path, capsys: pytest.CaptureFixture[str
     assert re.search(".*".join(map(re.escape, message.split(".*"))), shown.err), shown.err
 
 
-def test_a_sweep_refuses_to_bound_everything(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (home / "my.toml").write_text(CASE + '[sweep]\nfrom = "130 Hz"\nto = "140 Hz"\n')
-    assert cli.main(["sweep", "my.toml", "pad.preload=18 N,20 N", "--out", "out", "--quiet"]) == 2
-    assert 'objective = "all" is for `stickslip limits`' in capsys.readouterr().err
+def test_a_sweep_of_everything_has_the_limits_of_each_point_and_a_picture_of_all_forces(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    # A single frequency is searched with others beside it, and takes longer than two.
+    case = CASE.replace("highest = 1", 'highest = 1\ntolerance = "5 %"')
+    more = limits(home, capfd, case.replace('"20 N"', '"30 N"'))
+    (home / "my.toml").write_text(case)
+    assert cli.main(["sweep", "my.toml", "pad.preload=20 N,30 N", "--out", "swept", "--json"]) == 0
+    document = json.loads(capfd.readouterr().out)
+    names = ["displacement of mass", "velocity of other/mass", *FORCES]
+    second = document["points"][1]["limits"]
+    assert [(row["quantity"], row["level"]) for row in second] == [(name, level) for name in names for level in (1, 4)]
+    alone = [row for item in more["quantities"] for row in item["levels"]]
+    for row, own in zip(second, alone, strict=True):
+        assert [row[side]["value"] for side in SIDES] == [own[side]["value"] for side in SIDES]
+    data = xr.open_dataset("swept/my_sweep.nc", engine="h5netcdf")
+    assert data["limit_quantity"].values.tolist() == names
+    assert data["limit_unit"].values.tolist() == ["um", "mm/s", "N", "N", "N", "N"]
+    with Path("swept/my_sweep_limits.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    for side, word in enumerate(SIDES):
+        # Of quantity, point, level and frequency; the CSV has ten digits.
+        found = np.array([float(row[word]) for row in rows]).reshape(6, 2, 2, 2)
+        np.testing.assert_allclose(found, data["limit"].values[:, :, side], rtol=1e-9, atol=1e-12)
+    assert {Path(file).name for file in document["files"]} == {each.name for each in Path("swept").iterdir()} == {
+        "my_sweep.nc", "my_sweep_limits.csv", "my_sweep.html", "my_sweep_limit_forces_1.png",
+        "my_sweep_limit_forces_2.png",
+        *(f"my_sweep_limits_{name}_{number}.png" for name in ("mass", "other_mass") for number in (1, 2)),
+    }  # fmt: skip
+
+
+def test_a_spread_of_everything_tells_quantities_apart(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (home / "my.toml").write_text(
+        f'{CASE}[[uncertain]]\nparameter = "pad.friction_coefficient"\ndistribution = "uniform"\nfrom = 0.4\nto = 0.6\n'
+    )
+    assert cli.main(["spread", "my.toml", "--draws", "2", "--out", "out", "--json"]) == 0
+    document = json.loads(capfd.readouterr().out)
+    rows = {(item["curve"], item["quantity"]): item for item in document["quantities"]}
+    assert len(rows) == 2 * 2 * (2 + len(FORCES))
+    # The mean of a stuck pad is bounded by mu N, which spreads, less the vibration, which does not.
+    upper = rows["level 1", f"upper limit of the {FORCES[0]}"]
+    assert upper["standard_deviation"] > 0
+    data = xr.open_dataset("out/my_spread.nc", engine="h5netcdf")
+    assert data["limit_band"].sizes["limit_quantity"] == 6
+    drawn = {Path(file).name for file in document["files"] if file.endswith("png")}
+    assert drawn == {f"my_spread_{what}_{number + 1}.png" for what in ("limits", "limit_shares") for number in range(6)}
 
 
 @slow

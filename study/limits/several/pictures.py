@@ -11,7 +11,7 @@ from study.limits.several.quantity import Quantity
 
 
 def draw_several_limits(
-    quantities: Sequence[Quantity], curves: Sequence[LimitCurves], title: str, *, harmonic: int, in_newtons: bool
+    quantities: Sequence[Quantity], curves: Sequence[LimitCurves], title: str, *, in_newtons: bool
 ) -> dict[str, object]:
     """What is drawn, by name.
 
@@ -21,20 +21,18 @@ def draw_several_limits(
         Quantities and their limits, in the same order.
     title
         Of the case.
-    harmonic
-        The one of dynamic forces [-].
     in_newtons
         Whether levels are forces.
     """
-    stems = _stems(str(quantity.table.sensor or quantity.table.contact) for quantity in quantities)
+    stems = name_stems(quantities)
     drawn: dict[str, object] = {}
     lines: dict[str, dict[str, LimitCurves]] = {}
     for quantity, item in zip(quantities, curves, strict=True):
         if quantity.output is not None:
             own = draw_limits(item, title, in_newtons=in_newtons)
-            drawn |= {f"{name}_{stems[quantity.output.name]}": result for name, result in own.items()}
+            drawn |= {f"{name}_{stems[quantity.place]}": result for name, result in own.items()}
         else:
-            lines.setdefault(str(quantity.table.contact), {})[quantity.force(harmonic)] = item
+            lines.setdefault(quantity.place, {})[quantity.force] = item
     if len(curves[0].limits.frequency) > 1:
         for line, forces in lines.items():
             drawn[f"limit_forces_{stems[line]}"] = _over_frequency(line, forces, title, in_newtons=in_newtons)
@@ -67,10 +65,10 @@ def _over_level(lines: Mapping[str, Mapping[str, LimitCurves]], title: str, *, i
     )  # fmt: skip
 
 
-def _stems(names: Iterable[str]) -> dict[str, str]:
-    """Part of a file's name for each name: letters that some file systems refuse become underscores."""
+def name_stems(quantities: Iterable[Quantity]) -> dict[str, str]:
+    """Part of a file's name for each sensor and line: letters that some file systems refuse become underscores."""
     stems: dict[str, str] = {}
-    for name in dict.fromkeys(names):
+    for name in dict.fromkeys(item.place for item in quantities):
         stem = re.sub(r"[^\w.-]+", "_", name)
         stems[name] = f"{stem}_{len(stems) + 1}" if stem in stems.values() else stem
     return stems

@@ -7,8 +7,9 @@ from correlation.model import Sensor
 from hbsolve.errors import BalanceError
 from study.limits.model import choose_output, find_contacts
 from study.limits.result import name_quantity
-from study.limits.table import LimitsTable
+from study.limits.table import FORCES, LimitsTable
 from study.solve.model import SolveModel
+from study.solve.result import find_main_harmonic
 
 #: Letters of a line's forces by direction, as in the reference paper; the number of the harmonic follows.
 LETTERS = {"tangential": "T", "second tangential": "second T", "normal": "N"}
@@ -26,16 +27,49 @@ class Quantity:
         [limits] of a case that asks for this quantity alone.
     output
         Sensor whose amplitude it is; None for forces.
+    harmonic
+        The one of amplitudes and dynamic forces [-].
     """
 
     name: str
     table: LimitsTable
     output: Sensor | None
+    harmonic: int
 
-    def force(self, harmonic: int) -> str:
-        """Short name of a force such as "T0" or "N1", by the harmonic of dynamic ones."""
+    @property
+    def place(self) -> str:
+        """Name of the sensor, or of the contact line."""
+        return str(self.table.contact if self.output is None else self.output.name)
+
+    @property
+    def force(self) -> str:
+        """Short name of a force such as "T0" or "N1"."""
         letter = LETTERS[self.table.direction or "tangential"]
-        return f"{letter}{0 if self.table.objective == 'static force' else harmonic}"
+        return f"{letter}{0 if self.table.objective == 'static force' else self.harmonic}"
+
+
+def own_quantity(table: LimitsTable, model: SolveModel) -> Quantity:
+    """The one quantity that a case asks for.
+
+    Parameters
+    ----------
+    table
+        Request of the case, of one objective.
+    model
+        Model of the case.
+
+    Raises
+    ------
+    BalanceError
+        A sensor that there is not.
+    """
+    output = None if table.objective in FORCES else choose_output(table, model.outputs)
+    return Quantity(
+        name=name_quantity(table, output, "" if output is None else model.motion_of(output)),
+        table=table if output is None else table.model_copy(update={"sensor": output.name}),
+        output=output,
+        harmonic=find_main_harmonic(model.system),
+    )
 
 
 def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ...]:
@@ -54,15 +88,20 @@ def list_quantities(table: LimitsTable, model: SolveModel) -> tuple[Quantity, ..
         A sensor or contact that there is not, or two sensors of one name.
     """
     outputs = model.outputs if table.sensor is None else (choose_output(table, model.outputs),)
+    harmonic = find_main_harmonic(model.system)
     result = [
         Quantity(
             name=name_quantity(table, output, model.motion_of(output)),
             table=table.model_copy(update={"objective": "amplitude", "sensor": output.name, "contact": None}),
             output=output,
+            harmonic=harmonic,
         )
         for output in outputs
     ]
-    result += [Quantity(name=name_quantity(own, None), table=own, output=None) for own in _forces(table, model)]
+    result += [
+        Quantity(name=name_quantity(own, None), table=own, output=None, harmonic=harmonic)
+        for own in _forces(table, model)
+    ]
     for number, item in enumerate(result):
         if any(item.name == other.name for other in result[:number]):
             raise BalanceError(f'two quantities are called "{item.name}": give sensors and contacts different names')

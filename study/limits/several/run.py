@@ -8,14 +8,12 @@ from hbsolve.limits.several_result import join_limits, save_several_limits
 from hbsolve.matlab import make_matlab_file
 from pipeline.output import replace_file
 from study.kind.registry import open_case
-from study.limits.curve import FoundLimits
-from study.limits.refinement import refine_to_tolerance
-from study.limits.result import LimitCurves, convert_limits
+from study.limits.result import LimitCurves
 from study.limits.run import read_limited_case, warn_of_narrow_resonance, write_netcdf_file
 from study.limits.several.pictures import draw_several_limits
 from study.limits.several.quantity import Quantity
 from study.limits.several.result import format_several_csv
-from study.limits.several.search import found_several_limits, make_several_search
+from study.limits.several.search import convert_several_limits, found_several_limits, make_several_search
 from study.limits.stored_search import run_search
 from study.limits.table import EVERYTHING
 from study.run_context import RunContext
@@ -73,23 +71,13 @@ def run_several_limits(path: Path, run: RunContext, executor: Executor | None = 
     search, quantities = make_several_search(opened.case, opened.case.limits, opened.case.sweep, model)
     warn_of_narrow_resonance(search.first, opened.case.limits, run)
     searched = run_search(found_several_limits, search, path.stem, run, executor)
-    found = {
-        name: refine_to_tolerance(search.of(name, item.output), searched[name], model.tolerance, run, name)
-        for name, item in zip(search.names, quantities, strict=True)
-    }
-    harmonic = search.first.harmonic
-    curves = tuple(
-        convert_limits(
-            item.table, item.output, harmonic, FoundLimits(limits=found[item.name], amplitude=None),
-            "" if item.output is None else model.motion_of(item.output),
-        )
-        for item in quantities
-    )  # fmt: skip
+    curves = convert_several_limits(search, quantities, searched, model, run)
+    found = {item.name: own.limits for item, own in zip(quantities, curves, strict=True)}
     units = {item.name: "N" if item.output is None else "m" for item in quantities}
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "mat", "csv")]
     write_netcdf_file(files[0], lambda draft: save_several_limits(found, units, draft))
     replace_file(files[1], make_matlab_file(join_limits(found, units)))
     replace_file(files[2], format_several_csv(curves))
-    drawn = draw_several_limits(quantities, curves, opened.title, harmonic=harmonic, in_newtons=model.in_newtons)
+    drawn = draw_several_limits(quantities, curves, opened.title, in_newtons=model.in_newtons)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
     return SeveralLimited(quantities=quantities, curves=curves, files=tuple(files))

@@ -1,6 +1,6 @@
 """Limits of all quantities of a case as a stage: one population and one set of histories serve them all."""
 
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,11 +12,14 @@ from hbsolve.limits.objective import Objective
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.several_limits import several_limits
 from pipeline.store import stage
-from study.limits.curve import explained_failures
+from study.limits.curve import FoundLimits, explained_failures
 from study.limits.model import LimitSearch, Sweep, make_limit_search, make_objective
+from study.limits.refinement import refine_to_tolerance
+from study.limits.result import LimitCurves, convert_limits
 from study.limits.several.progress import SeveralSearchProgress
 from study.limits.several.quantity import Quantity, list_quantities
 from study.limits.table import LimitsTable
+from study.run_context import RunContext
 from study.solve.model import SolveModel
 
 
@@ -111,3 +114,34 @@ def found_several_limits(
             first.levels, settings=first.settings, store=tasks, executor=executor,
             progress=None if report is None else SeveralSearchProgress(report),
         )  # fmt: skip
+
+
+def convert_several_limits(
+    search: SeveralSearch,
+    quantities: Sequence[Quantity],
+    found: Mapping[str, ResponseLimits],
+    model: SolveModel,
+    run: RunContext,
+) -> tuple[LimitCurves, ...]:
+    """What a search found of each quantity, refined to the tolerance of the case, in the unit of its surface.
+
+    Parameters
+    ----------
+    search, quantities
+        As `make_several_search` gives them.
+    found
+        Limits of each quantity by its name.
+    model
+        Model of the case.
+    run
+        Store and progress of the run.
+    """
+    curves = []
+    for item in quantities:
+        refined = refine_to_tolerance(
+            search.of(item.name, item.output), found[item.name], model.tolerance, run, item.name
+        )
+        motion = "" if item.output is None else model.motion_of(item.output)
+        own = FoundLimits(limits=refined, amplitude=None)
+        curves.append(convert_limits(item.table, item.output, item.harmonic, own, motion))
+    return tuple(curves)

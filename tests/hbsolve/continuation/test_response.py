@@ -15,7 +15,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.branch import load_branch
 from hbsolve.continuation.continuation_parameter import FrequencyPath
-from hbsolve.continuation.response import begin, frequency_response, joint_response, level_response, run
+from hbsolve.continuation.response import begin, follow_to_end, frequency_response, joint_response, level_response, run
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError
@@ -403,8 +403,8 @@ def test_a_stop_reason_is_stored_by_its_name_and_read_from_older_sentences(tmp_p
         data.attrs["stop_reason"] = text
     assert load_branch(file).stop_reason is StopReason.TURNED_BACK
     assert re.match(r"turned back.*, at 0\.2 Hz: ", load_branch(file).stop_message)
-    # Older files have no isolas.
-    assert {StopReason.read(older) for older in OLDER} == set(StopReason) - {StopReason.ISOLA}
+    # Older files have no isolas, and do not count folds.
+    assert {StopReason.read(older) for older in OLDER} == set(StopReason) - {StopReason.ISOLA, StopReason.FOLDED}
     with pytest.raises(BalanceError, match=r"weary.*FAILED"):
         StopReason.read("weary")
 
@@ -423,6 +423,14 @@ def test_a_branch_stops_at_the_number_of_points_asked_for() -> None:
     while state.stop_reason is None:
         _, state = continuation.advance(state)
     assert (state.n_point, state.stop_reason) == (7, StopReason.MOST_POINTS)
+
+
+def test_a_branch_that_folds_up_its_points_says_so() -> None:
+    continuation = Continuation(path=FrequencyPath(balance=duffing()), first=0.8, last=2.0)
+    first, state = begin(continuation)
+    full = replace(state, stop_reason=StopReason.MOST_POINTS)
+    for values, reason in (([0.8, 0.9, 1.0, 1.1], StopReason.MOST_POINTS), ([0.8, 1.0, 0.9, 1.1], StopReason.FOLDED)):
+        assert follow_to_end(continuation, ([(value, first) for value in values], full))[2] is reason
 
 
 def test_a_file_that_is_no_branch_is_refused(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.refined_limits import refine_limits
 from hbsolve.limits.response_limits import limit_problem, response_limits
-from hbsolve.limits.result import ResponseLimits, limits_from_xarray
+from hbsolve.limits.result import REFINED, ResponseLimits, limits_from_xarray
 from hbsolve.limits.search import LimitSettings
 from hbsolve.solution import newton_from
 from hbsolve.state import SteadyState, in_harmonics_of
@@ -59,6 +59,9 @@ def test_a_refined_amplitude_is_right_to_the_tolerance(amplitude: LimitProblem, 
     np.testing.assert_array_equal(refined.best_value, refined.refined)
     # Without refinement one of them would not be.
     assert np.abs(limits.value[:, 0] / exact - 1).max() > TOLERANCE
+    change = np.abs(refined.refined / limits.value - 1)
+    np.testing.assert_array_equal(refined.refined_moved, change > 2 * TOLERANCE)
+    assert {*refined.refined_moved.ravel().tolist()} == {False, True}
     # What was searched for is as it was.
     np.testing.assert_array_equal(refined.value, limits.value)
 
@@ -89,5 +92,7 @@ def test_limits_that_are_good_enough_stay_as_they_are(amplitude: LimitProblem, l
 
 
 def test_older_files_hold_limits_that_are_not_refined(limits: ResponseLimits) -> None:
-    data = limits.to_xarray().drop_vars(["refined", "refined_error", "refined_harmonic"])
-    np.testing.assert_array_equal(limits_from_xarray(data).best_value, limits.value)
+    data = limits.to_xarray().drop_vars(list(REFINED))
+    older = limits_from_xarray(data)
+    np.testing.assert_array_equal(older.best_value, limits.value)
+    assert not older.refined_moved.any()

@@ -54,3 +54,11 @@ def test_a_table_in_colours_is_plain_on_the_page(pictures: list[Path]) -> None:
     assert re.search(r"hex20.*123\.4", html)
     assert "\x1b" not in html
     assert told.document["files"] == [str(pictures[0].with_name("two_masses_modes.html"))]
+
+
+def test_the_name_of_a_command_stands_once_in_the_name_of_its_page(pictures: list[Path]) -> None:
+    drawn = [file.rename(file.with_name(f"chain_modes_{number}.png")) for number, file in enumerate(pictures)]
+    told = add_run_page(Answer(document={}, text="done"), "modes", drawn)
+    page = pictures[0].with_name("chain_modes.html")
+    assert told.document["files"] == [str(page)]
+    assert "<title>Chain</title>" in page.read_text(encoding="utf-8")
