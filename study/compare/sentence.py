@@ -197,10 +197,10 @@ def _from_to(first: float, last: float) -> str:
     return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
-def _change_of_damping(first: float, last: float) -> str:
-    """Of a damping ratio with the level, in words."""
+def _change_of_damping(first: float, last: float) -> tuple[str, str]:
+    """Of a damping ratio with the level, in words: a verb, and the rest."""
     ends = _from_to(100 * first, 100 * last)
-    return f"goes from {ends} %" if " to " in ends else f"stays at {ends} %"
+    return ("goes", f"from {ends} %") if " to " in ends else ("stays", f"at {ends} %")
 
 
 def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[str]:
@@ -214,11 +214,13 @@ def _softening(peaks: Sequence[PeakError], free: bool, unit: str) -> Iterator[st
         return
     verb, verb_of_model = ("falls" if change < 0 else "rises" for change in (measured, predicted))
     same = "" if verb == verb_of_model else f"{verb_of_model} "
+    of_damping, measured_damping = _change_of_damping(first.damping, last.damping)
+    of_model, predicted_damping = _change_of_damping(first.predicted_damping, last.predicted_damping)
+    like = "" if of_damping == of_model else f"{of_model} "
     sentence = (
         f"From {first.level:g} to {last.level:g} {unit} it {verb} by {abs(measured):.3g} Hz in the measurement and "
         f"{same}by {abs(predicted):.3g} Hz in the model, and the damping ratio "
-        f"{_change_of_damping(first.damping, last.damping)} in the measurement and "
-        f"{_change_of_damping(first.predicted_damping, last.predicted_damping)} in the model"
+        f"{of_damping} {measured_damping} in the measurement and {like}{predicted_damping} in the model"
     )
     if abs(predicted - measured) > CLEAR_PEAK * chance:
         sentence += f": {_compare_trends(measured, predicted)}"

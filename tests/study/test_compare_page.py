@@ -251,7 +251,7 @@ def test_resonances_are_described_by_what_is_more_than_chance(
 
 def test_damping_that_is_written_alike_does_not_change() -> None:
     text = " ".join(describe_resonances([peak(1.0, 100.0, 101.0, 0.00361), peak(5.0, 99.0, 100.5, 0.00362)], "kN"))
-    assert "the damping ratio stays at 0.36 % in the measurement and stays at 0.36 % in the model" in text
+    assert "the damping ratio stays at 0.36 % in the measurement and at 0.36 % in the model" in text
     assert "is 140 % too high" in " ".join(describe_resonances([peak(1.0, 100.0, 237.2)]))
 
 
