@@ -7,9 +7,13 @@ from correlation.feature.branch import Branches, find_branches
 
 
 def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
-    """One for each state that is left out, or of which some repeats are."""
+    """One for each state that is left out, or of which some repeats are: remarks, as a jump is no mistake."""
     return tuple(
-        Suspicion(where=_where(campaign, of, float(of.curves.frequency[state])), sentence=_sentence(of, int(state)))
+        Suspicion(
+            where=_where(campaign, of, float(of.curves.frequency[state])),
+            sentence=_sentence(of, int(state)),
+            remark=True,
+        )
         for of in find_branches(campaign)
         for state in np.flatnonzero(of.out.any(axis=0))
     )
@@ -37,7 +41,10 @@ def _sentence(of: Branches, state: int) -> str:
     for (repeats, whole), ways in ways_of.items():
         of_sweep = "" if len(ways_of) == 1 else f" of the sweep {' and '.join(ways)}"
         if whole:
-            clauses.append(f"all repeats{of_sweep} scatter between two steady states and are left out here")
+            clauses.append(
+                f"all repeats{of_sweep} scatter, between two steady states or as contacts slip in some only, and are "
+                "left out here"
+            )
         elif repeats:
             they, are = ("it", "is") if len(repeats) == 1 else ("they", "are")
             clauses.append(

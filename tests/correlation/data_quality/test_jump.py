@@ -70,6 +70,7 @@ def test_a_jump_is_told_with_its_place(small: Model, paper: ModuleType) -> None:
     (told,) = find_jump_suspicions(jumped(campaign))
     assert told.where == "jointed test, 3 N, 26.5 Hz"
     assert "left out" in told.sentence
+    assert told.remark  # structures jump: the reading is no mistake
 
 
 def test_a_repeat_that_jumped_alone_is_recognised(small: Model, paper: ModuleType) -> None:
