@@ -1,10 +1,11 @@
 """Whether a model is near enough to a structure for one effect to be what it lacks.
 
 A resonance that is far from all those of the calibrated model is no matter of one effect: a support, a mass or a unit
-is wrong, and many effects could mend that resonance alone. So it is if the measured one is not in the band at all.
+is wrong, and many effects could mend that resonance alone. So it is if the measured one is not in the band at all. And
+where its prior holds a calibration parameter back, what the fit leaves is that parameter's as well.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.model import Model
+from diagnosis.fit.calibration import Fit
 from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stick_at_rest
@@ -100,6 +102,29 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
         found.append(FarResonance("free" if free else "jointed", measured, nearest))
     farthest = max(found, key=lambda each: abs(np.log(each.nearest / each.measured)), default=None)
     return None if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= FAR else farthest
+
+
+def list_held_back(fit: Fit) -> tuple[str, ...]:
+    """Parameters with a prior that a fit leaves at a bound, such as "kt x 1.5".
+
+    Parameters
+    ----------
+    fit
+        Fit of calibration parameters.
+    """
+    lower, upper = np.array(fit.unknowns.bounds).reshape(-1, 2).T
+    held = np.isfinite(fit.unknowns.prior) & ~((lower < fit.values) & (fit.values < upper))
+    names = [*[""] * fit.unknowns.n_start, *fit.unknowns.names]
+    return tuple(f"{names[number]} x {fit.values[number]:.4g}" for number in np.flatnonzero(held))
+
+
+def tell_held_back(held_back: Sequence[str]) -> str:
+    """Parameters that are held back in a sentence."""
+    which = f"{held_back[0]} is" if len(held_back) == 1 else f"{' and '.join(held_back)} are"
+    return (
+        f"The model differs by more than its priors allow: {which} as far as a fit may go, and no known effect "
+        "explains what it leaves. While that holds, nothing tells whether something else is missing."
+    )
 
 
 def _list_peaks(observed: Observation) -> Iterator[tuple[bool, float]]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.closeness import AbsentPeak, FarResonance
+from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
@@ -47,5 +47,7 @@ def judge(
         return not passes(finalist.refit, by.thresholds), -support(finalist.refit)
 
     ranked = sorted(finalists, key=rank)
-    left = before.arrangement.left
-    return ranked, decide(by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far)
+    left, held_back = before.arrangement.left, list_held_back(before.refit.fit)
+    return ranked, decide(
+        by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
+    )

@@ -25,7 +25,7 @@ from correlation.model import Model
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.closeness import AbsentPeak, FarResonance
+from diagnosis.decision.closeness import AbsentPeak, FarResonance, tell_held_back
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
 from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
 from diagnosis.error_share import compute_suited_gains
@@ -226,6 +226,7 @@ def decide(
     run_step: RunStep,
     left: ErrorSize = NO_ERROR,
     far: FarResonance | AbsentPeak | None = None,
+    held_back: Sequence[str] = (),
 ) -> Verdict:
     """Verdict.
 
@@ -241,6 +242,8 @@ def decide(
         Model error that is left without an effect; where one passes, that which is left beside it counts.
     far
         A measured resonance that is far from those of the model, or a predicted one that is absent.
+    held_back
+        Calibration parameters of `before` that are as far as their priors let a fit go.
     """
     arrangements = {each.name: each.arrangement for each in finalists}
     refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < -SILENT), default=0.0)
@@ -269,6 +272,12 @@ def decide(
     elif finding is Finding.UNKNOWN and not found and gate.left:
         ((name, rest),) = gate.left.items()
         reason = _tell_stand_in(name, rest, thresholds)
+    if finding is Finding.UNKNOWN:
+        laws = [*gate.laws.values()]
+    else:
+        held_back = ()
+    if held_back:
+        place, nearest, reason, laws = None, None, tell_held_back(held_back), []
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
@@ -276,7 +285,7 @@ def decide(
         place=place, nearest=nearest, model_error=left,
         reason=reason, further=gate.further if effects else None,
         alike=_find_alike(scores, effects, finalists),
-        laws=[*gate.laws.values()] if finding is Finding.UNKNOWN else laws,
+        laws=laws, held_back=held_back,
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
     )  # fmt: skip
 

@@ -71,6 +71,8 @@ class Verdict(Tabular):
         law was found.
     probabilities
         Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
+    held_back
+        Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown.
     reason
         Finding in words where no effect is named; derived from threshold and place if it is empty.
     """
@@ -88,6 +90,7 @@ class Verdict(Tabular):
     alike: Sequence[str] = ()
     laws: Sequence[FittedLaw] = ()
     probabilities: Sequence[float] = ()
+    held_back: Sequence[str] = ()
     reason: str = ""
 
     def with_fits(self, before: Refit, effects: Sequence[Refit]) -> "Verdict":

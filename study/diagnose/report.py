@@ -51,6 +51,10 @@ LAW_FILE = "recovered_law.py"
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
 LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
+#: The next step where a prior holds a calibration parameter back.
+HELD_BACK = (
+    "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
+)
 #: The next step where held-out data or its interval do not confirm the only effect that is named.
 UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
 #: The next step where a test separates what is left.
@@ -122,6 +126,8 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 def advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
+    if verdict.held_back:
+        return HELD_BACK
     if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
         effect = verdict.effects[0].name
         return MEASURE.format(measure=result.next_step.sentence, effect=effect)

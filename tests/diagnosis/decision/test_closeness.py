@@ -1,7 +1,7 @@
 """A resonance that is far from all those of a model is told; one that contacts or a calibration may move is not."""
 
 from dataclasses import replace
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,9 @@ import pytest
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, take_training_part
 from correlation.model import Model
-from diagnosis.decision.closeness import ABOVE, FAR, find_absent_peak, find_far_resonance
+from diagnosis.decision.closeness import ABOVE, FAR, find_absent_peak, find_far_resonance, list_held_back
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.fit_parameter import Unknowns
 from reduction.joint_law.friction_contact import friction_contacts
 
 
@@ -75,3 +77,16 @@ def test_a_predicted_peak_that_was_not_measured_is_told(observed: Observation) -
     assert find_absent_peak(observed, observed.value) is None
     assert find_absent_peak(observed, peak) is None
     assert find_absent_peak(beyond, 1e-6 * peak) is None
+
+
+def test_parameters_with_a_prior_that_a_fit_leaves_at_a_bound_are_held_back(small: Model) -> None:
+    parameters = list_calibration_parameters(small)
+    first, last = parameters[0], parameters[-1]
+    unknowns = Unknowns.from_effects(small, [(first, first.deviation)], [last])
+    values = unknowns.vanishing
+    fit: Any = SimpleNamespace(unknowns=unknowns, values=values)
+    assert list_held_back(fit) == ()
+    values[1] = unknowns.bounds[1][1]  # a strength that no prior holds
+    assert list_held_back(fit) == ()
+    values[0] = unknowns.bounds[0][1]
+    assert list_held_back(fit) == (f"{first.name} x {values[0]:.4g}",)

@@ -71,6 +71,7 @@ def decided(
     before: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
     laws: Sequence[FittedLaw] = (),
+    held_back: Sequence[str] = (),
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
@@ -87,7 +88,7 @@ def decided(
         for each in sorted(refits, key=lambda each: -support(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
-    return decide(catalogue, scores, before, ranked, places, LIMITS, run_step, left)
+    return decide(catalogue, scores, before, ranked, places, LIMITS, run_step, left, None, held_back)
 
 
 def named(verdict: Verdict) -> list[str]:
@@ -273,6 +274,17 @@ def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: 
     verdict = decided(weak, places=(there, place(1)))
     assert verdict.finding is finding
     assert verdict.place is (there if finding is Finding.UNKNOWN else None)
+
+
+def test_a_parameter_that_its_prior_holds_back_leaves_nothing_to_name() -> None:
+    there = place(LIMITS.misfit + 26)
+    verdict = decided(refit("mass", LIMITS.gain - 5, 10), places=(there,), held_back=["kt x 1.5", "E x 1.05"])
+    assert (verdict.finding, verdict.place, verdict.held_back) == (Finding.UNKNOWN, None, ["kt x 1.5", "E x 1.05"])
+    assert "kt x 1.5 and E x 1.05 are as far as a fit may go" in verdict.sentence
+    # With an effect that explains the data its own fit counts, and nothing is to be named without a misfit.
+    assert decided(refit("mass", 100, 80), held_back=["kt x 1.5"]).held_back == ()
+    nothing = decided(refit("mass", 5, 5), held_back=["kt x 1.5"])
+    assert (nothing.finding, nothing.held_back) == (Finding.NOTHING, ())
 
 
 def test_an_unknown_force_is_no_more_than_an_effect_that_held_out_data_speak_against() -> None:
