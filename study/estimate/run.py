@@ -1,6 +1,6 @@
 """``stickslip estimate``: first values from a campaign, and the lines of the case that they make."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -13,6 +13,8 @@ from correlation.data_type.measured_loop import ForceLoop
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
+from diagnosis.fit.calibration_parameter import CalibrationParameter
+from geometry.plain_number import plain
 from pipeline.output import replace_file
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
@@ -34,6 +36,8 @@ MEASURE = {
     "zeta": "the resonance of the lowest level, a ring-down, or a mode with its damping ratio",
     "preload": "the normal force of a line with its static part (harmonic 0)",
 }
+#: A prior holds a measured value if that is within so many of its standard deviations.
+WITHIN = 2.0
 #: Parameters of the case that one factor stands for.
 WRITTEN = ("kt", "mu", "zeta")
 
@@ -131,7 +135,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     opened = open_case(case)
     campaign = read_measured(folder, run)
     setup = read_case(opened, campaign, run).setup
-    model, accepted = setup.model, {item.name for item in setup.accepted}
+    model, accepted = setup.model, {item.name: item for item in setup.accepted}
     with run.progress.step("suspicions", expected=2):
         suspicions = find_all_suspicions(campaign, with_sensors(setup.complete, campaign))
     warnings: list[str] = []
@@ -150,7 +154,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         chosen=chosen,
         missing=missing,
         suspicions=suspicions,
-        warnings=(*warnings, *contradictions(estimates)),
+        warnings=(*warnings, *contradictions(estimates), *_beyond_priors(chosen, accepted)),
         lines=tuple(difference(before, after, case.name)),
         written=write and after != before,
     )
@@ -188,6 +192,19 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
         partners: list[Resonance | None] = [*free] or [None]
         for item, partner in product(stuck, partners):
             yield from estimate_stiffness(model, item, partner, factor)
+
+
+def _beyond_priors(chosen: Sequence[FirstEstimate], accepted: Mapping[str, CalibrationParameter]) -> Iterator[str]:
+    """Values that no fit would keep, in words."""
+    for item in chosen:
+        (factor,) = accepted[item.parameter].parameters
+        bound = min(max(item.factor, factor.lower), factor.upper)
+        if bound != item.factor:
+            wide = plain(abs(item.factor - factor.vanishes) / WITHIN, 2)
+            yield (
+                f"{item.parameter}: {item.factor:.3g} times the case was measured, and its prior holds fits back "
+                f"at {bound:.3g}: correct it in the case, or write {item.parameter} = {wide} in [accepted]"
+            )
 
 
 def _written(item: FirstEstimate) -> Written:

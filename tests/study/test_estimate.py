@@ -168,6 +168,18 @@ def test_write_changes_the_case_and_keeps_its_comments(folder: Path, capfdbinary
     assert again["lines"] == []
 
 
+def test_a_value_beyond_what_its_prior_lets_a_fit_reach_is_said(
+    folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    assert not any("its prior" in str(each) for each in run(folder, capfdbinary)["warnings"])  # type: ignore[union-attr]
+    case = folder / "chain.toml"
+    case.write_text(case.read_text(encoding="utf-8").replace("[accepted]", "[accepted]\nkt = 0.01"), encoding="utf-8")
+    (said,) = (each for each in run(folder, capfdbinary)["warnings"] if "its prior" in each)  # type: ignore[union-attr]
+    assert "holds fits back at 1.05" in said
+    wide = float(said.split("kt = ")[1].split(" in [accepted]")[0])
+    assert 2 * wide == pytest.approx(MORE_KT - 1, rel=0.05)  # two digits
+
+
 def jenkins(slip: float) -> complex:
     """Complex stiffness over kt of one Jenkins element, at an amplitude over that at which it begins to slip."""
     angle = np.arccos(1 - 2 / slip)
