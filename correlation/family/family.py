@@ -2,6 +2,10 @@
 
 Under friction the steady state depends on how the structure came there, so repeats of one test differ by more than
 noise. A family is all of these curves; nothing is averaged, and nothing is left out where a curve jumps.
+
+Where the force of each point was measured, an amplitude is scaled to that of the level. How amplitudes of a structure
+with friction follow the force is not known beforehand (power 1 while contacts stick): the scaled one is uncertain by as
+much as it was scaled.
 """
 
 from collections.abc import Sequence
@@ -36,7 +40,9 @@ class FamilyCurve:
     frequency
         Frequencies in rising order, shape (n,) [Hz].
     value
-        Amplitudes, or signed means of harmonic 0, shape (n,) [SI unit of the sensor].
+        Amplitudes, scaled to the force of the level, or signed means of harmonic 0, shape (n,) [SI unit of the sensor].
+    scaled
+        Share of it that the scaling changed, shape (n,) [-]; none by default.
     """
 
     test: str
@@ -44,6 +50,7 @@ class FamilyCurve:
     sweep: int
     frequency: Values
     value: Values
+    scaled: Values | None = None
 
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "value")
@@ -84,6 +91,12 @@ class Family:
     def value(self) -> Values:
         """All readings, curve after curve, shape (p,)."""
         return np.concatenate([curve.value for curve in self.curves])
+
+    @property
+    def scaled(self) -> Values:
+        """Share of each reading that its scaling to the level changed, curve after curve, shape (p,) [-]."""
+        own = [np.zeros(len(each.value)) if each.scaled is None else each.scaled for each in self.curves]
+        return np.concatenate(own)
 
     @property
     def curve_number(self) -> NDArray[np.int64]:
@@ -130,10 +143,16 @@ def _set_point(level: float) -> float:
 
 
 def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
-    value = table.value.real if table.harmonic[0] == 0 else np.abs(table.value)
+    value, scaled, test = table.value.real, None, campaign.tests[int(table.test[0])]
+    if table.harmonic[0] and test.control == "force":
+        ratio = table.force / table.level
+        ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, 1.0)
+        value, scaled = np.abs(table.value) / ratio, np.abs(1 / ratio - 1)
+    elif table.harmonic[0]:
+        value = np.abs(table.value)
     return FamilyCurve(
-        test=campaign.tests[int(table.test[0])].name, repeat=int(table.repeat[0]), sweep=int(table.sweep[0]),
-        frequency=table.frequency, value=value,
+        test=test.name, repeat=int(table.repeat[0]), sweep=int(table.sweep[0]),
+        frequency=table.frequency, value=value, scaled=scaled,
     )  # fmt: skip
 
 

@@ -35,6 +35,8 @@ STEP = 1e-5
 ENOUGH = 3
 #: Numbers of a parabola.
 PARABOLA = 3
+#: A peak as broad as with a larger damping ratio is not that of one mode, which a parabola could tell [-].
+MOST_DAMPED = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +85,7 @@ def compute_peak_errors(
     whitening: Whitening,
     sweeps: tuple[int, ...] = (),
 ) -> tuple[PeakError, ...]:
-    """Resonances by configuration and level, as far as the band holds one; none whose peak ends in a jump.
+    """Resonances by configuration and level, as far as the band holds one; none that is no peak, or ends in a jump.
 
     Parameters
     ----------
@@ -115,6 +117,8 @@ def compute_peak_errors(
             model = fit_resonance(frequency, predicted[rows], own) if own.any() else (np.nan, np.nan)
             slopes = _slopes(frequency, value, chosen)
         except CampaignError:
+            continue
+        if measured[1] > MOST_DAMPED:
             continue
         logarithm = _by_number(value, features, rows)
         numbers = _numbers(features, rows)

@@ -51,6 +51,23 @@ def campaign(noise: float = NOISE, shift: float = SHIFT, jitter: float = 0.0, se
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("control", ["force", "response"])
+def test_amplitudes_are_scaled_to_the_force_of_the_level(control: str) -> None:
+    measured = campaign()
+    table = measured.measurement
+    off = 1 + 0.05 * np.random.default_rng(3).uniform(-1, 1, len(table))
+    moved = replace(table, value=table.value * off, force=table.level * off)
+    driven = replace(measured, measurement=moved, tests=(Test(name="stepped", control=control),))
+    for own, scaled in zip(measured_families(measured), measured_families(driven), strict=True):
+        assert not own.scaled.any()
+        if control == "force":
+            np.testing.assert_allclose(scaled.value, own.value, rtol=1e-12)
+            assert 0.03 < scaled.scaled.max() <= 0.05 / 0.95
+        else:  # the force follows from the response there
+            assert not scaled.scaled.any()
+            assert np.abs(scaled.value / own.value - 1).max() > 0.03
+
+
 def test_every_reading_is_in_exactly_one_family() -> None:
     measured = campaign()
     families = measured_families(measured)

@@ -112,3 +112,12 @@ def test_readings_on_another_branch_do_not_move_the_others_off_their_limits() ->
     assert found["t", 1] == 0.0
     (result,) = judged(own)
     assert result.outside.sum() == 4
+
+
+@pytest.mark.parametrize(("scaled", "leaves"), [(0.0, True), (0.05, False)])
+def test_a_reading_is_uncertain_by_as_much_as_it_was_scaled(scaled: float, leaves: bool) -> None:
+    value = 0.99 * resonance(POINTS)
+    value[5] *= 1.1
+    curve = FamilyCurve(test="t", repeat=1, sweep=1, frequency=POINTS, value=value, scaled=np.full(len(value), scaled))
+    (result,) = judged(Family(sensor="tip", harmonic=1, level=1.0, curves=(curve,)))
+    assert result.leaves == leaves
