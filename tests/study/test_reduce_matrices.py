@@ -156,6 +156,19 @@ def test_the_reduced_matrices_are_solved_by_the_names_of_their_boundary(
     assert curve["peak_amplitude"] == pytest.approx(1e6 * modal, rel=2e-3)  # in um
 
 
+def test_a_node_is_named_by_its_number_in_the_files(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    peaks = []
+    for place in ('at = "tip"', "node = 31"):
+        (home / "solve.toml").write_text(CASE + WHAT_TO_SOLVE.replace('at = "tip"', place))
+        assert stickslip("solve", "solve.toml", "--out", "solved", "--json") == 0
+        (curve,) = json.loads(capfd.readouterr().out)["curves"]
+        peaks.append((curve["peak_frequency_hz"], curve["peak_amplitude"]))
+    assert peaks[1] == peaks[0]
+    (home / "solve.toml").write_text(CASE + WHAT_TO_SOLVE.replace('at = "tip"', "node = 30"))
+    assert stickslip("solve", "solve.toml", "--out", "solved") == 2
+    assert "node = 30 is no node of the structure: it has nodes 16 to 31" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("seed", range(4))  # rigid motions get a stiffness of either sign
 def test_rigid_motions_are_found_behind_the_round_off_of_written_digits(
     home: Path, capfd: pytest.CaptureFixture[str], seed: int

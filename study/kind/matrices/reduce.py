@@ -3,6 +3,7 @@
 import importlib.metadata
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -136,7 +137,16 @@ def make_matrices_structure(opened: OpenCase, run: RunContext) -> Structure:
         return BaseMotion.reduced(result.rom, motion[order], (read.mass @ motion)[order])
 
     damping = opened.case.structure.damping
-    return make_reduced_structure(result.rom, base=base, loss_factor=0.0 if damping is None else damping.loss_factor)
+    structure = make_reduced_structure(
+        result.rom, base=base, loss_factor=0.0 if damping is None else damping.loss_factor
+    )
+    # The case speaks of nodes by the numbers of the files; rotations stand on nodes of their own after the others.
+    label = np.unique(read.dofs.node)
+    dofs = [
+        each if each.direction == "modal" else replace(each, node=int(label[each.node % len(label)]))
+        for each in structure.dofs
+    ]
+    return replace(structure, dofs=tuple(dofs))
 
 
 def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
