@@ -231,9 +231,14 @@ def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
     return f"{', '.join(listed)}; all other values are used" if listed else ""
 
 
+def says_free(name: str) -> bool:
+    """Whether a name says that a structure was measured without its contacts."""
+    return bool(set(name_words(name)) & {"free", "frei", "unjointed", "nocontact"})
+
+
 def ask_configuration(draft: Draft, name: str) -> Marked:
     """Whether a structure was measured with its contacts; names such as "free blade" say it."""
-    if set(name_words(name)) & {"free", "frei", "unjointed"}:
+    if says_free(name):
         return Marked(value="free", assumed=f'called "{name}"')
     why = "the file does not say it; most tests have all contacts"
     return draft.ask("With all contacts (jointed), or without (free)?", "jointed", why, "jointed", "free")

@@ -28,6 +28,7 @@ from study.campaign.draft_frequency import (
     draft_frequency_responses,
     draft_stepped_sine,
     responses_with_phases,
+    says_free,
     sensor_signs,
 )
 from study.campaign.draft_load_cell import draft_load_cells
@@ -249,13 +250,14 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
 
 
 def _test_names(tables: Sequence[JudgedTable]) -> dict[int, str]:
-    """Test of each table: tables with equal columns are runs of one test."""
+    """Test of each table: tables with equal columns are runs of one test, with the contacts or without."""
     groups: dict[tuple[str, ...], list[JudgedTable]] = {}
     for table in tables:
         # A level, a number or the way of a sweep in the name of a group tells a run, not a test.
         shape = re.sub(r"[({\[]\d+[)}\]]|[_ -]?\d+$", "", LEVEL_IN_NAME.sub("", WAY.sub("", table.table.path)))
         names = [table.table.short_name(column) for column in table.table.columns]
-        groups.setdefault((table.kind.value, shape, *names), []).append(table)
+        free = "free" if says_free(file_stem(table.table.file.path.name)) else ""
+        groups.setdefault((table.kind.value, shape, free, *names), []).append(table)
     result: dict[int, str] = {}
     taken: set[str] = set()
     for (kind, shape, *_), members in groups.items():

@@ -293,8 +293,9 @@ def drag_a_parameter(page: Any) -> None:
     until(page, "exactLines() !== null")
     exact = json.loads(page.evaluate(curve))
     moved = max(abs(a - b) for a, b in zip(exact, drawn, strict=True))
-    # A step of the slider is small beside the width of the resonance: sensitivities tell nine tenths of it.
-    assert 0 < max(abs(a - b) for a, b in zip(exact, near, strict=True)) < 0.1 * moved
+    # A step of the slider is small beside the width of the resonance: sensitivities tell nine tenths of it. The exact
+    # curve may have come before the near one was read.
+    assert max(abs(a - b) for a, b in zip(exact, near, strict=True)) < 0.1 * moved
 
 
 def run_as_a_user(script: Path, cache: Path) -> str:

@@ -955,3 +955,16 @@ def test_all_files_that_are_of_no_use_are_named(tmp_path: Path) -> None:
     (tmp_path / "parts.csv").write_text(f"part,colour\n{lines}\n", encoding="utf-8")
     with pytest.raises(CampaignError, match=r"(?s)microphone.*Pa.*parts\.csv"):
         write_manifest(measured := read_folder(tmp_path), draft_campaign(measured, Assumptions()))
+
+
+def test_sweeps_of_files_that_are_called_free_are_a_test_without_contacts(tmp_path: Path) -> None:
+    for name, top in (("free_1N", 90.0), ("jointed_1N", 100.0), ("jointed_2N", 99.0)):
+        x = receptance(FREQUENCY, top, 0.02)
+        write_csv(
+            tmp_path / f"{name}.csv", "f [Hz],force [N],x re [m],x im [m]", FREQUENCY, 0 * x.real + 1, x.real, x.imag
+        )
+    _, manifest = drafted(tmp_path)
+    assert {test["configuration"] for test in manifest["test"] if "free" in test["name"]} == {"free"}
+    assert {test["configuration"] for test in manifest["test"] if "jointed" in test["name"]} == {"jointed"}
+    runs = {run["file"]: run["test"] for run in manifest["run"]}
+    assert runs["jointed_1N.csv"] == runs["jointed_2N.csv"] != runs["free_1N.csv"]
