@@ -19,6 +19,7 @@ from correlation.campaign.measurement import Campaign, Measurement
 from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " n"]
+Both = Float[NDArray[np.float64], "2 p"]
 
 #: Two frequencies of different curves are one point of the test if they are nearer than this share of the distance to
 #: the next.
@@ -98,6 +99,16 @@ class Family:
         own = [np.zeros(len(each.value)) if each.scaled is None else each.scaled for each in self.curves]
         return np.concatenate(own)
 
+    def widen(self, deviation: Both, limit: Both) -> Both:
+        """Standard deviations of readings beside limits with that of their scaling, shape (2, p) [unit of the limits].
+
+        Parameters
+        ----------
+        deviation, limit
+            Those without it, and the limits, shape (2, p).
+        """
+        return np.hypot(deviation, self.scaled * limit)
+
     @property
     def curve_number(self) -> NDArray[np.int64]:
         """Number of the curve of each reading, shape (p,)."""
@@ -143,13 +154,12 @@ def _set_point(level: float) -> float:
 
 
 def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
-    value, scaled, test = table.value.real, None, campaign.tests[int(table.test[0])]
-    if table.harmonic[0] and test.control == "force":
+    test, is_mean, scaled = campaign.tests[int(table.test[0])], table.harmonic[0] == 0, None
+    value = table.value.real if is_mean else np.abs(table.value)
+    if test.control == "force" and not is_mean:
         ratio = table.force / table.level
         ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, 1.0)
-        value, scaled = np.abs(table.value) / ratio, np.abs(1 / ratio - 1)
-    elif table.harmonic[0]:
-        value = np.abs(table.value)
+        value, scaled = value / ratio, np.abs(1 / ratio - 1)
     return FamilyCurve(
         test=test.name, repeat=int(table.repeat[0]), sweep=int(table.sweep[0]),
         frequency=table.frequency, value=value, scaled=scaled,

@@ -117,7 +117,7 @@ def _outside(
     result: dict[SetUp, float] = {}
     for family, band, own in zip(families, bands, noise, strict=True):
         at = band.at(family.frequency, offset=offset)
-        deviation = np.sqrt(at.deviation**2 + own.deviation(at.value) ** 2 + (family.scaled * at.value) ** 2)
+        deviation = np.hypot(family.widen(at.deviation, at.value), own.deviation(at.value))
         beyond = np.maximum(at.value[0] - family.value, family.value - at.value[1])
         side = (family.value > at.value[1]).astype(int)
         sigma = np.maximum(deviation[side, np.arange(len(side))], np.finfo(float).tiny)

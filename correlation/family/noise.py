@@ -34,6 +34,7 @@ F. E. Satterthwaite, An approximate distribution of estimates of variance compon
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -160,34 +161,34 @@ class _Table:
     frequency: Values
     value: Table
 
-    @property
+    @cached_property
     def count(self) -> NDArray[np.int64]:
         """Curves at each point, shape (p,)."""
         return np.asarray(np.isfinite(self.value).sum(axis=0))
 
-    @property
+    @cached_property
     def mean(self) -> Values:
         """Mean curve, shape (p,)."""
         return np.asarray(np.nansum(self.value, axis=0) / np.maximum(self.count, 1))
 
-    @property
+    @cached_property
     def apart(self) -> Table:
         """Differences from the mean of the curves; NaN where a point has one curve alone."""
         return np.where(self.count > 1, self.value - self.mean, np.nan)
 
-    @property
+    @cached_property
     def unshifted(self) -> Table:
         """Differences from the mean without what the shifts of the frequency make."""
         return np.asarray(self.apart - np.nan_to_num(self.shifts)[:, None] * self.slope)
 
-    @property
+    @cached_property
     def slope(self) -> Values:
         """F dX/df of the mean curve, shape (p,); zero where there are too few points."""
         if len(self.frequency) < FEWEST_POINTS:
             return np.zeros_like(self.frequency)
         return np.asarray(self.frequency * Akima1DInterpolator(self.frequency, self.mean).derivative()(self.frequency))
 
-    @property
+    @cached_property
     def shifts(self) -> Values:
         """Relative shift of frequency of each curve by least squares, shape (c,); NaN where nothing tells."""
         apart, slope = self.apart, self.slope

@@ -161,8 +161,9 @@ def judge_family(
     value, at = family.value, band.at(family.frequency, shift, offset)
     limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)
     # Noise of a reading that is as large as the limit: the smaller reading of one below must not make it more certain.
-    deviation = np.sqrt(at.deviation**2 + noise.deviation(limit) ** 2 + (family.scaled * limit) ** 2)
-    freedom = np.fmin(noise.freedom(limit, np.hypot(at.deviation, family.scaled * limit)), CERTAIN)
+    beside_noise = family.widen(at.deviation, limit)
+    deviation = np.hypot(beside_noise, noise.deviation(limit))
+    freedom = np.fmin(noise.freedom(limit, beside_noise), CERTAIN)
     clear = -float(ndtri(CHANCE / (2 * max(n_reading, 1))))
     compared = np.isfinite(limit).all(axis=0)
     deviations, side = _distance(value, limit, deviation, freedom)
