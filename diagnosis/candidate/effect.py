@@ -50,6 +50,10 @@ class EffectParameter:
         if self.typical == self.vanishes:
             raise EffectError(f"{self.name} = {self.typical:g} {self.unit} is both typical and no effect")
 
+    def is_at_bound(self, value: float) -> bool:
+        """Whether a value is as far as a fit may go."""
+        return not self.lower < value < self.upper
+
 
 class Effect(Protocol):
     """A candidate: an effect that may be missing, and its place."""

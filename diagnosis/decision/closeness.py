@@ -112,10 +112,13 @@ def list_held_back(fit: Fit) -> tuple[str, ...]:
     fit
         Fit of calibration parameters.
     """
-    lower, upper = np.array(fit.unknowns.bounds).reshape(-1, 2).T
-    held = np.isfinite(fit.unknowns.prior) & ~((lower < fit.values) & (fit.values < upper))
-    names = [*[""] * fit.unknowns.n_start, *fit.unknowns.names]
-    return tuple(f"{names[number]} x {fit.values[number]:.4g}" for number in np.flatnonzero(held))
+    unknowns, first = fit.unknowns, fit.unknowns.n_start
+    every = zip(unknowns.names, unknowns.parameters, unknowns.prior[first:], fit.values[first:], strict=True)
+    return tuple(
+        f"{name} x {value:.4g}"
+        for name, parameter, prior, value in every
+        if np.isfinite(prior) and parameter.is_at_bound(value)
+    )
 
 
 def tell_held_back(held_back: Sequence[str]) -> str:

@@ -53,7 +53,7 @@ def _strayed(result: Round) -> Iterator[str]:
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
         pull = abs(value - factor.vanishes) / parameter.deviation
-        if not factor.lower < value < factor.upper:
+        if factor.is_at_bound(value):
             yield f"{parameter.name} x {value:.4g} is as far as a fit may go: something else may be what differs."
         elif pull > FAR:
             yield (

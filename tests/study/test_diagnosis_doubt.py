@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
+from diagnosis.candidate.effect import EffectParameter
 from study.diagnose.doubt import list_doubts
 
 
@@ -14,7 +15,7 @@ def result(
     values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0,
     error: ErrorSize = NO_ERROR, best: Any = None,
 ) -> Any:  # fmt: skip
-    factor = SimpleNamespace(vanishes=1.0, lower=0.95, upper=1.05)
+    factor = EffectParameter(name="factor", unit="-", lower=0.95, upper=1.05, typical=1.01, vanishes=1.0)
     parameter = SimpleNamespace(name="E", deviation=0.01, parameters=(factor,))
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
