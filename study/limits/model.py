@@ -134,7 +134,7 @@ def make_limit_search(
                 'objective = "all" is for `stickslip limits`, `sweep` and `spread`; here one quantity is bounded: take '
                 '"amplitude", "static force" or "dynamic force"'
             )
-        output = None if table.objective in FORCES else choose_output(table, model.outputs)
+        output = choose_bounded_output(table, model.outputs)
         search = LimitSearch(
             system=model.system,
             harmonics=model.harmonics,
@@ -174,6 +174,11 @@ def list_limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tupl
 def _named(error: BalanceError) -> BalanceError:
     """The system speaks of numbers; the case of its tables."""
     return BalanceError(f"the response limits cannot be searched for: {error}")
+
+
+def choose_bounded_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor | None:
+    """The sensor whose amplitude a table of one objective bounds; None for forces; see `choose_output`."""
+    return None if table.objective in FORCES else choose_output(table, outputs)
 
 
 def choose_output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:

@@ -14,9 +14,9 @@ from correlation.model import DERIVATIVE, Sensor
 from hbsolve.continuation.branch import STATES
 from hbsolve.limits.result import SIDES, ResponseLimits
 from study.limits.curve import FoundLimits
-from study.limits.model import LimitSearch, choose_output
+from study.limits.model import LimitSearch, choose_bounded_output
 from study.limits.refinement import refine_to_tolerance
-from study.limits.table import FORCES, LimitsTable
+from study.limits.table import LimitsTable
 from study.run_context import RunContext
 from study.solve.model import SolveModel
 from study.solve.result import SURFACE_UNIT
@@ -102,8 +102,8 @@ def convert_own_limits(
 ) -> LimitCurves:
     """Limits of the one objective of a case, refined to the tolerance of the case; see `convert_limits`."""
     result = replace(result, limits=refine_to_tolerance(search, result.limits, model.tolerance, run))
-    output = None if table.objective in FORCES else choose_output(table, model.outputs)
-    return convert_limits(table, output, search.harmonic, result, "" if output is None else model.motion_of(output))
+    output = choose_bounded_output(table, model.outputs)
+    return convert_limits(table, output, search.harmonic, result, model.motion_of(output))
 
 
 def convert_limits(

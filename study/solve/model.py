@@ -81,9 +81,9 @@ class SolveModel:
         """Acceleration of the base that an output reads in each harmonic at level 1; None if it reads none."""
         return None if self.base is None or output.relative else self.base @ output.row
 
-    def motion_of(self, output: Sensor) -> str:
-        """What a heading says of an output: "absolute" or "relative" on a shaken base, nothing otherwise."""
-        return "" if self.base is None else "relative" if output.relative else "absolute"
+    def motion_of(self, output: Sensor | None) -> str:
+        """What a heading says of an output: "absolute" or "relative" on a shaken base; nothing otherwise or of none."""
+        return "" if self.base is None or output is None else "relative" if output.relative else "absolute"
 
 
 def require_sweep(opened: OpenCase) -> None:

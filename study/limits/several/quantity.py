@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from correlation.model import Sensor
 from hbsolve.errors import BalanceError
-from study.limits.model import choose_output, find_contacts
+from study.limits.model import choose_bounded_output, choose_output, find_contacts
 from study.limits.result import name_quantity
-from study.limits.table import FORCES, LimitsTable
+from study.limits.table import LimitsTable
 from study.solve.model import SolveModel
 from study.solve.result import find_main_harmonic
 
@@ -63,9 +63,9 @@ def own_quantity(table: LimitsTable, model: SolveModel) -> Quantity:
     BalanceError
         A sensor that there is not.
     """
-    output = None if table.objective in FORCES else choose_output(table, model.outputs)
+    output = choose_bounded_output(table, model.outputs)
     return Quantity(
-        name=name_quantity(table, output, "" if output is None else model.motion_of(output)),
+        name=name_quantity(table, output, model.motion_of(output)),
         table=table if output is None else table.model_copy(update={"sensor": output.name}),
         output=output,
         harmonic=find_main_harmonic(model.system),

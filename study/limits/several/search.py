@@ -141,7 +141,6 @@ def convert_several_limits(
         refined = refine_to_tolerance(
             search.of(item.name, item.output), found[item.name], model.tolerance, run, item.name
         )
-        motion = "" if item.output is None else model.motion_of(item.output)
         own = FoundLimits(limits=refined, amplitude=None)
-        curves.append(convert_limits(item.table, item.output, item.harmonic, own, motion))
+        curves.append(convert_limits(item.table, item.output, item.harmonic, own, model.motion_of(item.output)))
     return tuple(curves)
