@@ -1,7 +1,7 @@
 """Do limits hold the families that a model itself would measure, and do other models' families leave them?
 
     OMP_NUM_THREADS=1 python -m benchmarks.family_coverage [--systems 1000:5000] [--change preload] [--jitter 0]
-        [--processes 2] [--output coverage.json]
+        [--scatter 0] [--processes 2] [--output coverage.json]
 
 A campaign is measured on a random system by time integration (`transient.virtual_bench.sweep`), which knows neither
 harmonics nor limits: friction histories at random, up and down sweeps, noise of 0.5 %. Its families are then laid over
@@ -51,7 +51,7 @@ from fe.dense_modes import compute_dense_modes
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.compare.families import family_search, judge_families, select_families
+from study.compare.families import correct_families, family_search, judge_families, select_families
 from study.compare.family_limits import find_family_limits
 from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
@@ -144,7 +144,7 @@ def pressed(system: JointedSystem, ratio: float) -> JointedSystem:
     return replace(system, joints=joints, static_load=ratio * system.static)
 
 
-def measure(model: Model, random: np.random.Generator, change: str, jitter: float) -> Campaign:
+def measure(model: Model, random: np.random.Generator, change: str, jitter: float, scatter: float = 0.0) -> Campaign:
     """A campaign on the system of a model by time integration."""
     rows = {item.name: item.row for item in model.sensors if isinstance(item, Sensor)}
     place = frequencies(model)
@@ -156,16 +156,17 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
         bench = SweptBench(pressed(changed(model.system, change), float(load)), rows, STEPS_PER_PERIOD)
         for level in LEVELS:
             share = random.uniform(-HISTORY, HISTORY, len(model.system.joints))
-            seen = bench.sweep([float(item * shift) for item in both], level, share, n_push=N_PUSH)
+            force = level * (1 + scatter * random.standard_normal(len(both))) if scatter else np.full(len(both), level)
+            seen = bench.sweep([float(item * shift) for item in both], force.tolist(), share, n_push=N_PUSH)
             for number, frequency in enumerate(both):
                 if not seen.periodic[number]:
                     continue
                 way = 1 if number < len(place) else -1
                 for sensor, value in enumerate([*seen.motion[number, :, 0], *seen.force[number, :, 1]]):
-                    records.append((repeat + 1, way, level, frequency, sensor, 1))
+                    records.append((repeat + 1, way, level, frequency, sensor, 1, force[number]))
                     values.append(complex(value))
                 for sensor, value in enumerate(seen.force[number, :, 0], start=len(rows)):
-                    records.append((repeat + 1, way, level, frequency, sensor, 0))
+                    records.append((repeat + 1, way, level, frequency, sensor, 0, force[number]))
                     values.append(complex(value.real))
     if not records:
         raise TransientError("no motion repeats itself: nothing can be measured")
@@ -173,8 +174,9 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
 
 
 def campaign(model: Model, records: Any, values: Any, random: np.random.Generator) -> Campaign:
-    """Readings with noise."""
-    repeat, sweep, level, frequency, sensor, harmonic = records.T
+    """Readings with noise; without a column of forces these are the levels."""
+    repeat, sweep, level, frequency, sensor, harmonic = records.T[:6]
+    force = records.T[6] if records.shape[1] > 6 else level
     n = len(values)
     floor = np.array([FLOOR * np.abs(values[sensor == item]).max() for item in range(int(sensor.max()) + 1)])
     zeta = (random.standard_normal((2, n)) + 1j * random.standard_normal((2, n))) / np.sqrt(2)
@@ -190,7 +192,7 @@ def campaign(model: Model, records: Any, values: Any, random: np.random.Generato
         title="random system", folder=Path(), sensors=sensors, tests=(Test(name="stepped"),),
         measurement=Measurement(
             test=np.zeros(n), order=np.arange(n), repeat=repeat, sweep=sweep, level=level, frequency=frequency,
-            sensor=sensor, harmonic=harmonic, value=value,
+            sensor=sensor, harmonic=harmonic, value=value, force=force,
         ),
         held_out=HeldOut(),
     )  # fmt: skip
@@ -203,19 +205,20 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
     search = search.boxed()
     limits = find_family_limits.compute(search)
-    return judge_families(chosen, limits, estimate_repeat_errors(measured, families), budget, search)
+    corrected = correct_families(chosen, limits)
+    return judge_families(corrected, limits, estimate_repeat_errors(measured, corrected), budget)
 
 
-def run(job: tuple[int, str, float, bool]) -> Mapping[str, Any]:
+def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:
     """One system."""
-    seed, change, jitter, gaps = job
+    seed, change, jitter, scatter, gaps = job
     begin = time.process_time()
     model = random_model(seed, gaps=gaps)
     if model is None:
         return {"seed": seed}
     try:
         with limited(PATIENCE):
-            measured = measure(model, np.random.default_rng([20261124, seed]), change, jitter)
+            measured = measure(model, np.random.default_rng([20261124, seed]), change, jitter, scatter)
         verdicts = verdicts_of(model, measured)
     except (TransientError, TimeUp, ValueError) as error:
         return {"seed": seed, "error": f"{type(error).__name__}: {error}"}
@@ -263,6 +266,7 @@ def main() -> None:
     words.add_argument("--change", choices=["none", "preload", "kt"], default="none")
     words.add_argument("--gaps", action="store_true", help="with contacts that are open at rest")
     words.add_argument("--jitter", type=float, default=0.0, help="of preload and frequency, in those of the bench")
+    words.add_argument("--scatter", type=float, default=0.0, help="of the force of each point, which is measured [-]")
     words.add_argument("--processes", type=int, default=1)
     words.add_argument("--output", type=Path, help="results as they come; campaigns that it has are not run again")
     asked = words.parse_args()
@@ -273,7 +277,7 @@ def main() -> None:
     if asked.output and asked.output.exists():
         results = [item for item in json.loads(asked.output.read_text()) if item["seed"] in seeds]
     done = {item["seed"] for item in results}
-    jobs = [(seed, asked.change, asked.jitter, asked.gaps) for seed in seeds if seed not in done]
+    jobs = [(seed, asked.change, asked.jitter, asked.scatter, asked.gaps) for seed in seeds if seed not in done]
     with multiprocessing.get_context("spawn").Pool(asked.processes) as pool:
         for result in pool.imap_unordered(run, jobs):
             results.append(result)

@@ -45,6 +45,9 @@ class PredictedBand:
         Whether a limit lies on another branch of optima than a neighbour, shape (2, f).
     shift
         Standard deviation of their frequency by it, one for all of them and relative, which is no part of that [-].
+    force_span, forced
+        Limits at the force of the level times exp(- span) and exp(span), amplitudes over this factor, shape (2, 2, f)
+        [unit]; None, and a span of 0, where they are not known.
     """
 
     frequency: Float[NDArray[np.float64], " f"]
@@ -52,6 +55,8 @@ class PredictedBand:
     deviation: Both
     jump: Bool[NDArray[np.bool_], "2 f"]
     shift: float = 0.0
+    force_span: float = 0.0
+    forced: Float[NDArray[np.float64], "2 2 f"] | None = None
 
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "value", "deviation")

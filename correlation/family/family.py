@@ -5,11 +5,11 @@ noise. A family is all of these curves; nothing is averaged, and nothing is left
 
 Where the force of each point was measured, an amplitude is scaled to that of the level. How amplitudes of a structure
 with friction follow the force is not known beforehand (power 1 while contacts stick): the scaled one is uncertain by as
-much as it was scaled.
+much as it was scaled, until limits tell how it does (`correlation.family.force_correction`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -42,8 +42,10 @@ class FamilyCurve:
         Frequencies in rising order, shape (n,) [Hz].
     value
         Amplitudes, scaled to the force of the level, or signed means of harmonic 0, shape (n,) [SI unit of the sensor].
+    ratio
+        Measured force over that of the level, shape (n,) [-]; 1 by default.
     scaled
-        Share of it that the scaling changed, shape (n,) [-]; none by default.
+        Share of the value that the scaling to the level is uncertain by, shape (n,) [-]; 0 by default.
     """
 
     test: str
@@ -51,10 +53,18 @@ class FamilyCurve:
     sweep: int
     frequency: Values
     value: Values
-    scaled: Values | None = None
+    ratio: Values | float = 1.0
+    scaled: Values | float = 0.0
 
     def __post_init__(self) -> None:
-        freeze_fields(self, "frequency", "value")
+        for name in ("ratio", "scaled"):
+            object.__setattr__(self, name, np.broadcast_to(getattr(self, name), self.frequency.shape))
+        freeze_fields(self, "frequency", "value", "ratio", "scaled")
+
+    def where(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> "FamilyCurve":
+        """The curve of some of its points."""
+        columns = {name: getattr(self, name)[rows] for name in ("frequency", "value", "ratio", "scaled")}
+        return replace(self, **columns)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,10 +104,14 @@ class Family:
         return np.concatenate([curve.value for curve in self.curves])
 
     @property
+    def ratio(self) -> Values:
+        """Measured force of each reading over that of the level, curve after curve, shape (p,) [-]."""
+        return np.concatenate([curve.ratio for curve in self.curves])
+
+    @property
     def scaled(self) -> Values:
-        """Share of each reading that its scaling to the level changed, curve after curve, shape (p,) [-]."""
-        own = [np.zeros(len(each.value)) if each.scaled is None else each.scaled for each in self.curves]
-        return np.concatenate(own)
+        """Share of each reading that its scaling to the level is uncertain by, curve after curve, shape (p,) [-]."""
+        return np.concatenate([curve.scaled for curve in self.curves])
 
     def widen(self, deviation: Both, limit: Both) -> Both:
         """Standard deviations of readings beside limits with that of their scaling, shape (2, p) [unit of the limits].
@@ -154,15 +168,15 @@ def _set_point(level: float) -> float:
 
 
 def _curve(campaign: Campaign, table: Measurement) -> FamilyCurve:
-    test, is_mean, scaled = campaign.tests[int(table.test[0])], table.harmonic[0] == 0, None
-    value = table.value.real if is_mean else np.abs(table.value)
-    if test.control == "force" and not is_mean:
-        ratio = table.force / table.level
-        ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, 1.0)
-        value, scaled = value / ratio, np.abs(1 / ratio - 1)
+    test = campaign.tests[int(table.test[0])]
+    # Of a test at a constant response the force is no cause.
+    force = table.force / table.level if test.control == "force" else np.ones(len(table))
+    ratio = np.where(np.isfinite(force) & (force > 0), force, 1.0)
+    value = table.value.real if table.harmonic[0] == 0 else np.abs(table.value) / ratio
+    scaled = np.zeros(len(table)) if table.harmonic[0] == 0 else np.abs(1 / ratio - 1)
     return FamilyCurve(
         test=test.name, repeat=int(table.repeat[0]), sweep=int(table.sweep[0]),
-        frequency=table.frequency, value=value, scaled=scaled,
+        frequency=table.frequency, value=value, ratio=ratio, scaled=scaled,
     )  # fmt: skip
 
 

@@ -63,11 +63,15 @@ class LimitReadings:
         Readings, and their standard deviations by numerical error, shape (2, f) [unit of the sensor].
     shift
         Standard deviation of the frequency by numerical error of the contacts, which is no part of the others [-].
+    forced
+        Readings at the lower and at the higher force, amplitudes over the factor of the force, shape (2, 2, f) [unit of
+        the sensor]; None if they were not asked for.
     """
 
     value: Float[NDArray[np.float64], "2 f"]
     deviation: Float[NDArray[np.float64], "2 f"]
     shift: float
+    forced: Float[NDArray[np.float64], "2 2 f"] | None = None
 
 
 def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
@@ -78,7 +82,9 @@ def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
     return ContactForceHarmonic(joints=model.lines[sensor.line], direction=direction, harmonic=harmonic)
 
 
-def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates]) -> list[LimitReadings]:
+def read_limits(
+    curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates], force_span: float = 0.0
+) -> list[LimitReadings]:
     """Readings at the limits of one level.
 
     A search finds which sliders lead to a limit, but not how large it is: a static force of a contact that slips
@@ -104,6 +110,8 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
         Numerical error; the part by frequency is left to the band, which moves along the limits.
     wanted
         States of each sensor.
+    force_span
+        Natural logarithm of the largest factor between forces of one level; 0 if there is none [-].
     """
     balance = curve.problem.balance
     seen = Configuration.from_model(model, False, None)
@@ -123,6 +131,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
     for states in wanted:
         value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
         by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
+        forced = np.full((2, *value.shape), np.nan)
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
@@ -136,6 +145,10 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
             last[side, at] = (1.0 if still else MARGIN) * (readings[-1] - readings[-2])
             moved[side, at] = readings[-1] - readings[0]
             searched[side, at] = error
+            if force_span:
+                forced[:, side, at] = readings[-1] + _changes_by_force(
+                    states, state, curve, at, slider, seen, force_span
+                )
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
@@ -150,6 +163,7 @@ def read_limits(curve: LimitCurve, model: Model, budget: Budget, wanted: Sequenc
                 value=np.take_along_axis(value, order, axis=0),
                 deviation=np.take_along_axis(deviation, order, axis=0),
                 shift=float(np.linalg.norm(shifts)),
+                forced=np.take_along_axis(forced, order[None], axis=1) if force_span else None,
             )
         )
     return result
@@ -184,6 +198,29 @@ def _refined_readings(
                 return readings, error, True
             before = now
     return readings, error, False
+
+
+def _changes_by_force(
+    states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real, seen: Configuration, span: float
+) -> Float[NDArray[np.float64], " 2"]:
+    """Change of a reading by the lower and by the higher force, amplitudes over the factor of the force, shape (2,).
+
+    The balance of the search tells changes; sliders of contacts that stick are those of the limit.
+    """
+    result, before = np.full(2, np.nan), _reading(states, state, seen)
+    for number, factor in enumerate((np.exp(-span), np.exp(span))):
+        forced = _state(
+            seen.balance, replace(curve, level=curve.level * factor), at, state.motion, slider, alone=False
+        )  # fmt: skip
+        if forced is not None:
+            result[number] = _reading(states, forced, seen) / (factor if states.harmonic else 1.0) - before
+    return result
+
+
+def _reading(states: LimitStates, state: SteadyState, seen: Configuration) -> float:
+    """Amplitude, or signed mean."""
+    z = seen.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
+    return float(abs(z) if states.harmonic else z.real)
 
 
 def _with_check_sensors(model: Model) -> Model:

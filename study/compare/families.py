@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.family.family import Family, measured_families
+from correlation.family.force_correction import correct_force
 from correlation.family.frequencies import choose_frequencies, find_stops
 from correlation.family.frequency_offset import estimate_frequency_offsets
 from correlation.family.level_order import find_earlier_levels
@@ -30,6 +31,8 @@ from study.run_context import RunContext
 
 #: Frequencies of the limits at each level: measured ones thinned to the first, or filled in to the second.
 MOST, FEWEST = 40, 24
+#: Natural logarithm of the factor between a force and its level: less is rounding; and the most that limits follow [-].
+LEAST_SPAN, MOST_SPAN = 1e-4, 0.2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -162,8 +165,9 @@ def find_families(
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
-    errors = estimate_repeat_errors(campaign, families)
-    verdicts = judge_families(chosen, limits, errors, budget, search)
+    corrected = correct_families(chosen, limits)
+    errors = estimate_repeat_errors(campaign, corrected)
+    verdicts = judge_families(corrected, limits, errors, budget)
     return replace(nothing, verdicts=verdicts, errors=errors, limits=limits)
 
 
@@ -249,6 +253,7 @@ def family_search(
         nominal=nominal,
         earlier=find_earlier_levels(campaign, levels),
         reach=reach,
+        force_spans=tuple(_force_span([item for item in families if item.level == level]) for level in levels),
         settings=LimitSettings(
             population=table.population,
             sample=table.samples,
@@ -260,12 +265,23 @@ def family_search(
     )
 
 
+def _force_span(families: Sequence[Family]) -> float:
+    """Natural logarithm of the largest factor between measured forces and the level that limits are asked about [-]."""
+    span = max(float(np.abs(np.log(family.ratio)).max()) for family in families)
+    return min(span, MOST_SPAN) if span > LEAST_SPAN else 0.0
+
+
+def correct_families(families: Sequence[Family], limits: FamilyLimits) -> tuple[Family, ...]:
+    """Each family at the force of its level; see `correct_force`."""
+    return tuple(correct_force(family, limits.band(family)) for family in families)
+
+
 def judge_families(
-    families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget, search: FamilySearch
+    families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
 ) -> tuple[FamilyVerdict, ...]:
-    """Each family over its band."""
+    """Each family, as `correct_families` has it, over its band."""
     n_reading = count_readings(families)
-    bands = [limits.bands[family.sensor, family.harmonic][search.levels.index(family.level)] for family in families]
+    bands = [limits.band(family) for family in families]
     noise = [errors.noise[family.sensor, family.harmonic] for family in families]
     # Resonances tell the frequency; what a contact's error does to it differs little from level to level.
     by_contact = [band.shift for band in bands if band.shift]

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.family.band import PredictedBand
+from correlation.family.family import Family
 from correlation.family.limit_reading import LimitReadings, LimitStates, objective_of, read_limits
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
@@ -60,6 +61,8 @@ class FamilySearch:
         Effort of the search.
     stops
         Frequencies at which the campaign's curves stop, each as rising places in `frequency`.
+    force_spans
+        Natural logarithm of the largest factor between the measured forces and each level [-]; none by default.
     """
 
     model: Model
@@ -72,6 +75,7 @@ class FamilySearch:
     reach: float | Float[NDArray[np.float64], "l s"] | None
     settings: LimitSettings
     stops: tuple[tuple[int, ...], ...] = ()
+    force_spans: tuple[float, ...] = ()
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
@@ -123,7 +127,9 @@ class FamilySearch:
 @stage("reach of the sliders", ignore=("report",))
 def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> Reaches:
     """How far each level drags each slider from the box of a search, shape (l, s) [m]; see `dragged_reaches`."""
-    return dragged_reaches(rest.problem(), rest.angular_frequency, rest.levels, stops=rest.stops, report=report)
+    spans = rest.force_spans or (0.0,) * len(rest.levels)
+    largest = [level * float(np.exp(span)) for level, span in zip(rest.levels, spans, strict=True)]
+    return dragged_reaches(rest.problem(), rest.angular_frequency, largest, stops=rest.stops, report=report)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -146,6 +152,10 @@ class FamilyLimits:
     levels: tuple[float, ...]
     reach: Reaches
     n_sampled: float
+
+    def band(self, family: Family) -> PredictedBand:
+        """The band of a family."""
+        return self.bands[family.sensor, family.harmonic][self.levels.index(family.level)]
 
 
 @stage("limits of families", ignore=("tasks", "executor", "report"))
@@ -199,6 +209,7 @@ def find_family_limits(
             PredictedBand(
                 frequency=search.frequency, value=read[number].value, deviation=read[number].deviation,
                 jump=limits.jump[:, level], shift=read[number].shift,
+                force_span=search.force_spans[level] if search.force_spans else 0.0, forced=read[number].forced,
             )
             for level, read in enumerate(readings)
         )
@@ -223,6 +234,6 @@ def _readings(
             for (name, harmonic), limits in zip(search.channels, found, strict=True)
         ]
         budget = replace(search.budget, refined=())
-        arguments = search.model, budget, states
+        arguments = search.model, budget, states, search.force_spans[number] if search.force_spans else 0.0
         tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
     return Runner.of(problem, omega, store, executor, None)("readings", tasks)

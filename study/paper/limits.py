@@ -12,7 +12,7 @@ from correlation.errors import CampaignError
 from correlation.family.family import Family, common_points, measured_families
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
-from study.compare.families import family_search, judge_families
+from study.compare.families import correct_families, family_search, judge_families
 from study.compare.family_limits import FamilySearch, find_family_limits, find_reaches
 from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
@@ -141,7 +141,7 @@ def _at(family: Family, peak: float) -> list[Family]:
         nearest = int(np.argmin(np.abs(curve.frequency - peak)))
         step = np.diff(curve.frequency[max(nearest - 1, 0) : nearest + 2])
         if abs(curve.frequency[nearest] - peak) <= step.max(initial=SAME_FREQUENCY * peak) / 2:
-            curves.append(replace(curve, frequency=np.array([peak]), value=curve.value[[nearest]]))
+            curves.append(replace(curve.where(np.array([nearest])), frequency=np.array([peak])))
     return [replace(family, curves=tuple(curves))] if curves else []
 
 
@@ -179,14 +179,14 @@ def find_limits(
     step = run.step(f"{stem}: reach of the sliders", expected=20)
     search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
     found = run_search(find_family_limits, search, f"{stem}_response", run, executor)
-    response = judge_families(measured.response, found, measured.errors, budget, search)
+    response = judge_families(correct_families(measured.response, found), found, measured.errors, budget)
     return IterationLimits(response=response, forces=tuple(_forces(search, measured, run, stem, executor)))
 
 
 def _forces(
     search: FamilySearch, measured: MeasuredFamilies, run: RunContext, stem: str, executor: Executor
 ) -> Sequence[FamilyVerdict]:
-    result = []
+    result: list[FamilyVerdict] = []
     for number, level in enumerate(search.levels):
         families = [family for family in measured.forces if family.level == level]
         if not families:
@@ -199,20 +199,20 @@ def _forces(
             levels=(level,),
             earlier=np.eye(1, dtype=bool),
             reach=search.reach[[number]],
+            force_spans=search.force_spans[number : number + 1],
         )
         found = run_search(find_family_limits, own, f"{stem}_forces_{level:g}N", run, executor)
         n_reading = count_readings(measured.forces)
-        for family in families:
-            channel = family.sensor, family.harmonic
-            result.append(
-                judge_family(
-                    family,
-                    found.bands[channel][0],
-                    measured.errors.noise[channel],
-                    shift=measured.errors.frequency,
-                    n_reading=n_reading,
-                )
+        result += [
+            judge_family(
+                family,
+                found.band(family),
+                measured.errors.noise[family.sensor, family.harmonic],
+                shift=measured.errors.frequency,
+                n_reading=n_reading,
             )
+            for family in correct_families(families, found)
+        ]
     return result
 
 

@@ -67,3 +67,28 @@ def test_harmonics_that_ring_in_a_stiff_contact_are_part_of_the_error() -> None:
     motion = np.abs(bench.sweep(list(frequency), 1.0).motion[:, 0, 0])
     assert (np.abs(readings.value[0] - motion) < 3 * readings.deviation[0]).all()
     assert (readings.deviation[0] < 0.02 * motion).all()
+
+
+def test_readings_at_another_force_are_those_of_integration_in_time() -> None:
+    """The contact slips at all three forces: an amplitude grows by another power of the force than the first."""
+    model, level = random_model(3), 3.0
+    assert model is not None
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+    near = model.sensors[0]
+    problem = limit_problem(balance, objective_of(model, near, 1), reach=1e-5)
+    frequency = frequencies(model)[[1, 3]]
+    omega = 2 * np.pi * frequency
+    found = np.array([steady_state(balance.at_level(level), item).motion for item in omega])
+    states = LimitStates(
+        sensor=near.name, harmonic=1, motion=np.array([found, found]), slider=np.zeros((2, len(omega), 1))
+    )
+    curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
+    (readings,) = read_limits(
+        curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states], force_span=np.log(1.1)
+    )
+    assert readings.forced is not None
+    bench = SweptBench(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
+    for number, factor in enumerate((1 / 1.1, 1.1)):
+        motion = np.abs(bench.sweep(list(frequency), factor * level).motion[:, 0, 0]) / factor
+        assert (np.abs(motion / readings.value[0] - 1) > 0.01).all()
+        np.testing.assert_allclose(readings.forced[number, 0], motion, rtol=1e-3)

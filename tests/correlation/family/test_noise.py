@@ -88,7 +88,7 @@ def test_noise_that_few_readings_of_another_level_tell_claims_no_failure() -> No
         # Four frequencies at the lowest level, which give two roughnesses, and two at the highest, which give none.
         few = [
             replace(item, curves=tuple(
-                replace(curve, frequency=curve.frequency[-count:], value=curve.value[-count:]) for curve in item.curves
+                curve.where(slice(-count, None)) for curve in item.curves
             ))
             for item, count in zip(families(random)[::2], (4, 2), strict=True)
         ]  # fmt: skip
@@ -113,7 +113,7 @@ def test_scatter_of_curves_that_are_too_short_for_a_roughness_claims_no_failure(
     for seed in range(100):
         short = [
             replace(item, curves=tuple(
-                replace(curve, frequency=curve.frequency[-2:], value=curve.value[-2:]) for curve in item.curves
+                curve.where(slice(-2, None)) for curve in item.curves
             ))
             for item in families(np.random.default_rng(seed))
         ]  # fmt: skip
@@ -136,10 +136,7 @@ def test_scatter_of_curves_that_are_too_short_for_a_roughness_claims_no_failure(
 
 def test_one_short_curve_tells_no_noise() -> None:
     random = np.random.default_rng(0)
-    one = [
-        replace(item, curves=(replace(item.curves[0], frequency=FREQUENCY[:2], value=item.curves[0].value[:2]),))
-        for item in families(random)
-    ]
+    one = [replace(item, curves=(item.curves[0].where(slice(0, 2)),)) for item in families(random)]
     assert estimate_repeat_errors(campaign(), one).noise["tip", 1].source == "unknown"
 
 
@@ -147,7 +144,7 @@ def test_curves_share_a_frequency_that_the_longest_has_not() -> None:
     random = np.random.default_rng(1)
     split = [
         replace(item, curves=tuple(
-            replace(curve, frequency=curve.frequency[own], value=curve.value[own])
+            curve.where(own)
             for curve, own in zip(item.curves, (slice(4), slice(4), slice(3, 6), slice(3, 6)), strict=True)
         ))
         for item in families(random)
