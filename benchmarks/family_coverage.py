@@ -51,7 +51,13 @@ from fe.dense_modes import compute_dense_modes
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.compare.families import correct_families, family_search, judge_families, select_families
+from study.compare.families import (
+    correct_families,
+    estimate_preloads,
+    family_search,
+    judge_families,
+    select_families,
+)
 from study.compare.family_limits import find_family_limits
 from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
@@ -205,7 +211,8 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
     search = search.boxed()
     limits = find_family_limits.compute(search)
-    corrected = correct_families(chosen, limits)
+    errors = estimate_repeat_errors(measured, correct_families(chosen, limits))
+    corrected = correct_families(chosen, limits, estimate_preloads(chosen, limits, errors, budget), errors)
     return judge_families(corrected, limits, estimate_repeat_errors(measured, corrected), budget)
 
 

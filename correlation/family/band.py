@@ -29,6 +29,15 @@ class BandAt(NamedTuple):
     deviation: Float[NDArray[np.float64], "2 n"]
 
 
+class LimitChange(NamedTuple):
+    """Limits where a force or a preload is another one."""
+
+    span: float
+    """Natural logarithm of the ratio [-]."""
+    value: Float[NDArray[np.float64], "2 2 f"]
+    """Limits at exp(-span) and at exp(span) times it, shape (2, 2, f); NaN where no state was found."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PredictedBand:
     """Limits of one sensor and harmonic at one level; arrays of both limits have the lower one first.
@@ -45,9 +54,10 @@ class PredictedBand:
         Whether a limit lies on another branch of optima than a neighbour, shape (2, f).
     shift
         Standard deviation of their frequency by it, one for all of them and relative, which is no part of that [-].
-    force_span, forced
-        Limits at the force of the level times exp(- span) and exp(span), amplitudes over this factor, shape (2, 2, f)
-        [unit]; None, and a span of 0, where they are not known.
+    by_force
+        Limits at other forces, amplitudes over the factor of the force; None where they are not known.
+    by_preload
+        Limits at other preloads, for each of the model's groups of preloads, or none.
     """
 
     frequency: Float[NDArray[np.float64], " f"]
@@ -55,8 +65,8 @@ class PredictedBand:
     deviation: Both
     jump: Bool[NDArray[np.bool_], "2 f"]
     shift: float = 0.0
-    force_span: float = 0.0
-    forced: Float[NDArray[np.float64], "2 2 f"] | None = None
+    by_force: LimitChange | None = None
+    by_preload: tuple[LimitChange, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_fields(self, "frequency", "value", "deviation")

@@ -5,7 +5,7 @@ noise. A family is all of these curves; nothing is averaged, and nothing is left
 
 Where the force of each point was measured, an amplitude is scaled to that of the level. How amplitudes of a structure
 with friction follow the force is not known beforehand (power 1 while contacts stick): the scaled one is uncertain by as
-much as it was scaled, until limits tell how it does (`correlation.family.force_correction`).
+much as it was scaled, until limits tell how it does (`correlation.family.correction`).
 """
 
 from collections.abc import Sequence
@@ -122,6 +122,11 @@ class Family:
             Those without it, and the limits, shape (2, p).
         """
         return np.hypot(deviation, self.scaled * limit)
+
+    @property
+    def set_ups(self) -> list[tuple[str, int]]:
+        """Test and repeat of each curve."""
+        return [(curve.test, curve.repeat) for curve in self.curves]
 
     @property
     def curve_number(self) -> NDArray[np.int64]:

@@ -25,13 +25,12 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.family.band import PredictedBand
+from correlation.family.correction import SetUp
 from correlation.family.family import Family
 from correlation.family.noise import ReadingNoise
 
 #: Limits at fewer frequencies have no shift; those that are smaller than this share of the largest count less.
 FEWEST_POINTS, SMALL = 4, 0.1
-#: A test and its repeat.
-SetUp = tuple[str, int]
 #: Largest offset in standard deviations, as far as a reading may be outside for its noise; steps of the search in the
 #: smaller one of them, and at most to either side.
 FURTHEST, FINE, MOST = 3.0, 4, 150
@@ -55,7 +54,7 @@ def estimate_frequency_offsets(
     set_up, model
         Standard deviations of the frequency from one set-up to another and of the model, relative [-].
     """
-    keys = list(dict.fromkeys((curve.test, curve.repeat) for family in families for curve in family.curves))
+    keys = list(dict.fromkeys(key for family in families for key in family.set_ups))
     if not (set_up or model):
         return dict.fromkeys(keys, 0.0)
     furthest = FURTHEST * (set_up + model)
@@ -63,15 +62,15 @@ def estimate_frequency_offsets(
     own, common = (int(FURTHEST * item / step + ROUND_OFF) for item in (set_up, model))
     grid = step * np.arange(-own - common, own + common + 1)
     cost = np.array(
-        [[look.get(key, 0.0) for key in keys] for look in (_outside(families, bands, noise, o) for o in grid)]
+        [[look.get(key, 0.0) for key in keys] for look in (outside_of_limits(families, bands, noise, o) for o in grid)]
     )
     # The smallest offset first, so that of equal ones it is taken.
     moved = sorted(range(-own, own + 1), key=abs)
-    price = np.array([_penalty(step * item, set_up) for item in moved])[:, None]
+    price = np.array([penalty(step * item, set_up) for item in moved])[:, None]
     best, result = np.inf, np.zeros(len(keys), dtype=np.int64)
     for m in sorted(range(-common, common + 1), key=abs):
         costs = cost[np.array(moved) + m + own + common] + price
-        total = float(costs.min(axis=0).sum()) + _penalty(step * m, model)
+        total = float(costs.min(axis=0).sum()) + penalty(step * m, model)
         if total < best:
             best, result = total, np.array(moved)[costs.argmin(axis=0)] + m
     return {key: float(step * number) for key, number in zip(keys, result, strict=True)}
@@ -106,24 +105,36 @@ def split_frequency_part(
     return shift, changes - shift[:, None, None] * own
 
 
-def _penalty(offset: float, deviation: float) -> float:
+def penalty(offset: float, deviation: float) -> float:
+    """What an offset costs [-]."""
     return (offset / deviation) ** 2 if deviation else 0.0
 
 
-def _outside(
-    families: Sequence[Family], bands: Sequence[PredictedBand], noise: Sequence[ReadingNoise], offset: float
+def outside_of_limits(
+    families: Sequence[Family],
+    bands: Sequence[PredictedBand],
+    noise: Sequence[ReadingNoise],
+    offset: float | Mapping[SetUp, float],
 ) -> dict[SetUp, float]:
-    """Bounded squares of the distances outside, in standard deviations, by set-up [-]."""
+    """Bounded squares of the distances outside, in standard deviations, by set-up [-].
+
+    Parameters
+    ----------
+    families, bands, noise
+        Families, and band and noise of each.
+    offset
+        Of the frequency, one for all or by set-up, relative [-].
+    """
     result: dict[SetUp, float] = {}
     for family, band, own in zip(families, bands, noise, strict=True):
-        at = band.at(family.frequency, offset=offset)
+        known = np.array([offset[key] if isinstance(offset, Mapping) else offset for key in family.set_ups])
+        at = band.at(family.frequency, offset=known[family.curve_number])
         deviation = np.hypot(family.widen(at.deviation, at.value), own.deviation(at.value))
         beyond = np.maximum(at.value[0] - family.value, family.value - at.value[1])
         side = (family.value > at.value[1]).astype(int)
         sigma = np.maximum(deviation[side, np.arange(len(side))], np.finfo(float).tiny)
         square = np.clip(np.nan_to_num(beyond / sigma, nan=0.0), 0.0, FURTHEST) ** 2
         sums = np.bincount(family.curve_number, square, minlength=len(family.curves))
-        for curve, value in zip(family.curves, sums, strict=True):
-            key = curve.test, curve.repeat
+        for key, value in zip(family.set_ups, sums, strict=True):
             result[key] = result.get(key, 0.0) + float(value)
     return result

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
+from correlation.family.band import LimitChange
 from correlation.family.frequency_offset import split_frequency_part
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
@@ -63,15 +65,16 @@ class LimitReadings:
         Readings, and their standard deviations by numerical error, shape (2, f) [unit of the sensor].
     shift
         Standard deviation of the frequency by numerical error of the contacts, which is no part of the others [-].
-    forced
-        Readings at the lower and at the higher force, amplitudes over the factor of the force, shape (2, 2, f) [unit of
-        the sensor]; None if they were not asked for.
+    by_force, by_preload
+        Readings at other forces, amplitudes over the factor of the force, and at other preloads, by the groups of the
+        model; None and nothing if they were not asked for.
     """
 
     value: Float[NDArray[np.float64], "2 f"]
     deviation: Float[NDArray[np.float64], "2 f"]
     shift: float
-    forced: Float[NDArray[np.float64], "2 2 f"] | None = None
+    by_force: LimitChange | None = None
+    by_preload: tuple[LimitChange, ...] = ()
 
 
 def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
@@ -83,8 +86,9 @@ def objective_of(model: Model, sensor: AnySensor, harmonic: int) -> Objective:
 
 
 def read_limits(
-    curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates], force_span: float = 0.0
-) -> list[LimitReadings]:
+    curve: LimitCurve, model: Model, budget: Budget, wanted: Sequence[LimitStates],
+    force_span: float = 0.0, preload_span: float = 0.0,
+) -> list[LimitReadings]:  # fmt: skip
     """Readings at the limits of one level.
 
     A search finds which sliders lead to a limit, but not how large it is: a static force of a contact that slips
@@ -110,8 +114,9 @@ def read_limits(
         Numerical error; the part by frequency is left to the band, which moves along the limits.
     wanted
         States of each sensor.
-    force_span
-        Natural logarithm of the largest factor between forces of one level; 0 if there is none [-].
+    force_span, preload_span
+        Natural logarithm of the largest factor on the force, and on each group of preloads, that readings are wanted
+        for; 0 for none [-].
     """
     balance = curve.problem.balance
     seen = Configuration.from_model(model, False, None)
@@ -126,12 +131,13 @@ def read_limits(
             for item in (model, checked)
         )
         finely.append((configuration, check))
+    variants = _variants(model, seen, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
     for states in wanted:
         value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
         by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
-        forced = np.full((2, *value.shape), np.nan)
+        changed = np.full((len(variants), 2, *value.shape), np.nan)
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
@@ -145,10 +151,9 @@ def read_limits(
             last[side, at] = (1.0 if still else MARGIN) * (readings[-1] - readings[-2])
             moved[side, at] = readings[-1] - readings[0]
             searched[side, at] = error
-            if force_span:
-                forced[:, side, at] = readings[-1] + _changes_by_force(
-                    states, state, curve, at, slider, seen, force_span
-                )
+            for row, variant in enumerate(variants):
+                changes = _changes(states, state, curve, at, slider, seen, variant)
+                changed[row, :, side, at] = readings[-1] + changes
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
@@ -158,12 +163,17 @@ def read_limits(
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         # A negative gain turns a mean around.
         order = np.argsort(value, axis=0)
+        by = [
+            LimitChange(variant.span, np.take_along_axis(one, order[None], axis=1))
+            for variant, one in zip(variants, changed, strict=True)
+        ]
         result.append(
             LimitReadings(
                 value=np.take_along_axis(value, order, axis=0),
                 deviation=np.take_along_axis(deviation, order, axis=0),
                 shift=float(np.linalg.norm(shifts)),
-                forced=np.take_along_axis(forced, order[None], axis=1) if force_span else None,
+                by_force=by[0] if force_span else None,
+                by_preload=tuple(by[1:] if force_span else by),
             )
         )
     return result
@@ -200,20 +210,42 @@ def _refined_readings(
     return readings, error, False
 
 
-def _changes_by_force(
-    states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real, seen: Configuration, span: float
-) -> Float[NDArray[np.float64], " 2"]:
-    """Change of a reading by the lower and by the higher force, amplitudes over the factor of the force, shape (2,).
+class _Variant(NamedTuple):
+    """Less and more of a force or of a group of preloads."""
+
+    span: float
+    sides: tuple[tuple[Configuration, float], ...]
+    """Configuration and factor on the force, of either side."""
+
+
+def _variants(model: Model, seen: Configuration, force_span: float, preload_span: float) -> list[_Variant]:
+    """Of the force, if it is asked for, then of each group of preloads."""
+    found = [_Variant(force_span, ((seen, np.exp(-force_span)), (seen, np.exp(force_span))))] if force_span else []
+    for group in model.preload_groups if preload_span else ():
+        sides = []
+        for factor in (np.exp(-preload_span), np.exp(preload_span)):
+            pressed = model
+            for name in group:
+                pressed = pressed.pressed(name, float(factor))
+            sides.append((Configuration.from_model(pressed, False, None), 1.0))
+        found.append(_Variant(preload_span, tuple(sides)))
+    return found
+
+
+def _changes(
+    states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real, seen: Configuration,
+    variant: _Variant,
+) -> Float[NDArray[np.float64], " 2"]:  # fmt: skip
+    """Change of a reading with less and with more, amplitudes over the factor of the force, shape (2,).
 
     The balance of the search tells changes; sliders of contacts that stick are those of the limit.
     """
     result, before = np.full(2, np.nan), _reading(states, state, seen)
-    for number, factor in enumerate((np.exp(-span), np.exp(span))):
-        forced = _state(
-            seen.balance, replace(curve, level=curve.level * factor), at, state.motion, slider, alone=False
-        )  # fmt: skip
-        if forced is not None:
-            result[number] = _reading(states, forced, seen) / (factor if states.harmonic else 1.0) - before
+    for number, (configuration, factor) in enumerate(variant.sides):
+        scaled = replace(curve, level=curve.level * factor)
+        found = _state(configuration.balance, scaled, at, state.motion, slider, alone=False)
+        if found is not None:
+            result[number] = _reading(states, found, configuration) / (factor if states.harmonic else 1.0) - before
     return result
 
 

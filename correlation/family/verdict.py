@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from scipy.special import bdtrc, chdtri, ndtr, ndtri
 
 from correlation.family.band import PredictedBand
+from correlation.family.correction import SetUp
 from correlation.family.family import Family, common_points
-from correlation.family.frequency_offset import SetUp
 from correlation.family.noise import ReadingNoise
 from correlation.metric.band import coverage, interval_score, tightness
 
@@ -156,7 +156,7 @@ def judge_family(
     offsets
         Known errors of the frequency by set-up, see `estimate_frequency_offsets` [-].
     """
-    known = [(offsets or {}).get((curve.test, curve.repeat), 0.0) for curve in family.curves]
+    known = [(offsets or {}).get(key, 0.0) for key in family.set_ups]
     offset = np.array(known)[family.curve_number]
     value, at = family.value, band.at(family.frequency, shift, offset)
     limit = np.where(np.isfinite(at.value).all(axis=0), at.value, np.nan)

@@ -1,8 +1,8 @@
 """Families of a campaign over the limits of a model, for ``stickslip compare --limits``."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 
@@ -11,12 +11,14 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, MeasuredSensor
+from correlation.family.band import PredictedBand
+from correlation.family.correction import SetUp, correct_family
 from correlation.family.family import Family, measured_families
-from correlation.family.force_correction import correct_force
 from correlation.family.frequencies import choose_frequencies, find_stops
 from correlation.family.frequency_offset import estimate_frequency_offsets
 from correlation.family.level_order import find_earlier_levels
-from correlation.family.noise import RepeatErrors, estimate_repeat_errors
+from correlation.family.noise import ReadingNoise, RepeatErrors, estimate_repeat_errors
+from correlation.family.preload_offset import PRELOAD_SPAN, estimate_preload_offsets
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
 from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
@@ -31,6 +33,8 @@ from study.run_context import RunContext
 
 #: Frequencies of the limits at each level: measured ones thinned to the first, or filled in to the second.
 MOST, FEWEST = 40, 24
+#: Natural logarithm of each preload over that of the model, by set-up.
+Preloads = Mapping[SetUp, Float[NDArray[np.float64], " g"]]
 #: Natural logarithm of the factor between a force and its level: less is rounding; and the most that limits follow [-].
 LEAST_SPAN, MOST_SPAN = 1e-4, 0.2
 
@@ -80,6 +84,8 @@ class FamilyComparison:
         Figures.
     calibration
         Calibration onto families, if it was asked for: the limits are then those of its model.
+    preloads
+        Of each set-up, as families were compared.
     """
 
     verdicts: tuple[FamilyVerdict, ...]
@@ -90,6 +96,7 @@ class FamilyComparison:
     level_unit: str
     files: tuple[Path, ...] = ()
     calibration: FamilyCalibration | None = None
+    preloads: Preloads = field(default_factory=dict)
 
 
 def compare_families(
@@ -165,10 +172,12 @@ def find_families(
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
-    corrected = correct_families(chosen, limits)
+    errors = estimate_repeat_errors(campaign, correct_families(chosen, limits))
+    preloads = estimate_preloads(chosen, limits, errors, budget)
+    corrected = correct_families(chosen, limits, preloads, errors)
     errors = estimate_repeat_errors(campaign, corrected)
     verdicts = judge_families(corrected, limits, errors, budget)
-    return replace(nothing, verdicts=verdicts, errors=errors, limits=limits)
+    return replace(nothing, verdicts=verdicts, errors=errors, limits=limits, preloads=preloads)
 
 
 def select_families(
@@ -253,6 +262,7 @@ def family_search(
         nominal=nominal,
         earlier=find_earlier_levels(campaign, levels),
         reach=reach,
+        preload_span=PRELOAD_SPAN,
         force_spans=tuple(_force_span([item for item in families if item.level == level]) for level in levels),
         settings=LimitSettings(
             population=table.population,
@@ -271,23 +281,58 @@ def _force_span(families: Sequence[Family]) -> float:
     return min(span, MOST_SPAN) if span > LEAST_SPAN else 0.0
 
 
-def correct_families(families: Sequence[Family], limits: FamilyLimits) -> tuple[Family, ...]:
-    """Each family at the force of its level; see `correct_force`."""
-    return tuple(correct_force(family, limits.band(family)) for family in families)
+def correct_families(
+    families: Sequence[Family],
+    limits: FamilyLimits,
+    preloads: Preloads | None = None,
+    errors: RepeatErrors | None = None,
+) -> tuple[Family, ...]:
+    """Each family at the force of its level and the preloads of the model; see `correct_family`.
+
+    Where the noise is known, forces are taken to have as much of it as the sensor.
+    """
+    noise = {} if errors is None else {channel: own.relative for channel, own in errors.noise.items()}
+    return tuple(
+        correct_family(family, limits.band(family), preloads, noise.get((family.sensor, family.harmonic), 0.0))
+        for family in families
+    )
+
+
+def estimate_preloads(
+    families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
+) -> Preloads:
+    """Preloads of each set-up over those of the model; see `estimate_preload_offsets`."""
+    set_up, model = _frequency_errors(families, limits, errors, budget)
+    return estimate_preload_offsets(*_seen(families, limits, errors), set_up=set_up, model=model)
 
 
 def judge_families(
     families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
 ) -> tuple[FamilyVerdict, ...]:
     """Each family, as `correct_families` has it, over its band."""
+    families, bands, noise = _seen(families, limits, errors)
     n_reading = count_readings(families)
-    bands = [limits.band(family) for family in families]
-    noise = [errors.noise[family.sensor, family.harmonic] for family in families]
-    # Resonances tell the frequency; what a contact's error does to it differs little from level to level.
-    by_contact = [band.shift for band in bands if band.shift]
-    shift = float(np.hypot(budget.frequency, np.median(by_contact) if by_contact else 0.0))
-    offsets = estimate_frequency_offsets(families, bands, noise, set_up=errors.frequency, model=shift)
+    set_up, model = _frequency_errors(families, limits, errors, budget)
+    offsets = estimate_frequency_offsets(families, bands, noise, set_up=set_up, model=model)
     return tuple(
         judge_family(family, band, own, shift=0.0, n_reading=n_reading, offsets=offsets)
         for family, band, own in zip(families, bands, noise, strict=True)
     )
+
+
+def _seen(
+    families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors
+) -> tuple[Sequence[Family], list[PredictedBand], list[ReadingNoise]]:
+    """Families, and band and noise of each."""
+    noise = [errors.noise[family.sensor, family.harmonic] for family in families]
+    return families, [limits.band(family) for family in families], noise
+
+
+def _frequency_errors(
+    families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
+) -> tuple[float, float]:
+    """Standard deviations of the frequency from one set-up to another and of the model, relative [-]."""
+    # Resonances tell the frequency; what a contact's error does to it differs little from level to level.
+    by_contact = [shift for family in families if (shift := limits.band(family).shift)]
+    shift = float(np.hypot(budget.frequency, np.median(by_contact) if by_contact else 0.0))
+    return errors.frequency, shift

@@ -63,6 +63,8 @@ class FamilySearch:
         Frequencies at which the campaign's curves stop, each as rising places in `frequency`.
     force_spans
         Natural logarithm of the largest factor between the measured forces and each level [-]; none by default.
+    preload_span
+        The same of the preloads of set-ups and those of the model [-].
     """
 
     model: Model
@@ -76,6 +78,7 @@ class FamilySearch:
     settings: LimitSettings
     stops: tuple[tuple[int, ...], ...] = ()
     force_spans: tuple[float, ...] = ()
+    preload_span: float = 0.0
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
@@ -209,7 +212,7 @@ def find_family_limits(
             PredictedBand(
                 frequency=search.frequency, value=read[number].value, deviation=read[number].deviation,
                 jump=limits.jump[:, level], shift=read[number].shift,
-                force_span=search.force_spans[level] if search.force_spans else 0.0, forced=read[number].forced,
+                by_force=read[number].by_force, by_preload=read[number].by_preload,
             )
             for level, read in enumerate(readings)
         )
@@ -234,6 +237,7 @@ def _readings(
             for (name, harmonic), limits in zip(search.channels, found, strict=True)
         ]
         budget = replace(search.budget, refined=())
-        arguments = search.model, budget, states, search.force_spans[number] if search.force_spans else 0.0
+        force_span = search.force_spans[number] if search.force_spans else 0.0
+        arguments = search.model, budget, states, force_span, search.preload_span
         tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
     return Runner.of(problem, omega, store, executor, None)("readings", tasks)

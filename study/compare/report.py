@@ -162,7 +162,7 @@ def _calibrated(compared: Compared) -> list[str]:
 
 def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
     all_of = whole(misfit)
-    mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes 1)"
+    mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes at most 1)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:

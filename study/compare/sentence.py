@@ -134,7 +134,7 @@ def _overall(misfit: Misfit) -> str:
     share = whole(misfit)
     noise = (
         f"{share.whitened:.3g} standard deviations (root mean square), where noise, friction histories and numerical "
-        "error make 1"
+        "error make at most 1"
     )
     if not np.isfinite(share.amplitude_error):
         return f"The differences are {noise}; no reading stands out of the noise."

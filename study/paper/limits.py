@@ -12,7 +12,13 @@ from correlation.errors import CampaignError
 from correlation.family.family import Family, common_points, measured_families
 from correlation.family.noise import RepeatErrors, estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict, count_readings, judge_family
-from study.compare.families import correct_families, family_search, judge_families
+from study.compare.families import (
+    Preloads,
+    correct_families,
+    estimate_preloads,
+    family_search,
+    judge_families,
+)
 from study.compare.family_limits import FamilySearch, find_family_limits, find_reaches
 from study.limits.stored_search import run_search
 from study.limits.table import LimitsTable
@@ -179,12 +185,15 @@ def find_limits(
     step = run.step(f"{stem}: reach of the sliders", expected=20)
     search = search.boxed(lambda rest: step.run(find_reaches, rest, report=step.report))
     found = run_search(find_family_limits, search, f"{stem}_response", run, executor)
-    response = judge_families(correct_families(measured.response, found), found, measured.errors, budget)
-    return IterationLimits(response=response, forces=tuple(_forces(search, measured, run, stem, executor)))
+    preloads = estimate_preloads(measured.response, found, measured.errors, budget)
+    response = judge_families(
+        correct_families(measured.response, found, preloads, measured.errors), found, measured.errors, budget
+    )
+    return IterationLimits(response=response, forces=tuple(_forces(search, measured, preloads, run, stem, executor)))
 
 
 def _forces(
-    search: FamilySearch, measured: MeasuredFamilies, run: RunContext, stem: str, executor: Executor
+    search: FamilySearch, measured: MeasuredFamilies, preloads: Preloads, run: RunContext, stem: str, executor: Executor
 ) -> Sequence[FamilyVerdict]:
     result: list[FamilyVerdict] = []
     for number, level in enumerate(search.levels):
@@ -211,7 +220,7 @@ def _forces(
                 shift=measured.errors.frequency,
                 n_reading=n_reading,
             )
-            for family in correct_families(families, found)
+            for family in correct_families(families, found, preloads, measured.errors)
         ]
     return result
 

@@ -86,9 +86,9 @@ def test_readings_at_another_force_are_those_of_integration_in_time() -> None:
     (readings,) = read_limits(
         curve, model, Budget(frequency=0.0, compliance=0.0, shares=0.0), [states], force_span=np.log(1.1)
     )
-    assert readings.forced is not None
+    assert readings.by_force is not None
     bench = SweptBench(model.system, {near.name: near.row}, STEPS_PER_PERIOD)
     for number, factor in enumerate((1 / 1.1, 1.1)):
         motion = np.abs(bench.sweep(list(frequency), factor * level).motion[:, 0, 0]) / factor
         assert (np.abs(motion / readings.value[0] - 1) > 0.01).all()
-        np.testing.assert_allclose(readings.forced[number, 0], motion, rtol=1e-3)
+        np.testing.assert_allclose(readings.by_force.value[number, 0], motion, rtol=1e-3)
