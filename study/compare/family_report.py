@@ -220,10 +220,12 @@ def _certainty(comparison: FamilyComparison) -> Iterator[str]:
     )
     gain = max((item.gain for item in errors.noise.values()), default=0.0)
     of_gain = f", of the gain of its repeat (up to {plain(100 * gain)} %)" if gain else ""
+    pressed = max((float(np.abs(item).max(initial=0.0)) for item in comparison.preloads.values()), default=0.0)
     yield (
         f"Outside means beyond a limit by more than {OUTSIDE:g} standard deviations of a reading's noise{of_gain} and "
         "of the model's numerical error, at the frequency offset of each set-up (they scatter by "
-        f"{plain(100 * errors.frequency)} %) that leaves least outside."
+        f"{plain(100 * errors.frequency)} %) and at preloads of each (up to {plain(100 * pressed)} % from the model's) "
+        "that leave least outside."
     )
     unknown = sorted({sensor for (sensor, _), item in errors.noise.items() if item.source == "unknown"})
     if unknown:
