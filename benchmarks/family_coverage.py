@@ -159,7 +159,10 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
     values: list[complex] = []
     for repeat in range(N_REPEAT):
         load, shift = 1 + jitter * random.standard_normal(2) * [PRELOAD_JITTER, FREQUENCY_JITTER]
-        bench = SweptBench(pressed(changed(model.system, change), float(load)), rows, STEPS_PER_PERIOD)
+        own = replace(model, system=changed(model.system, change))
+        for name in own.preloads:
+            own = own.pressed(name, float(load))
+        bench = SweptBench(own.system, rows, STEPS_PER_PERIOD)
         for level in LEVELS:
             share = random.uniform(-HISTORY, HISTORY, len(model.system.joints))
             force = level * (1 + scatter * random.standard_normal(len(both))) if scatter else np.full(len(both), level)
@@ -272,7 +275,12 @@ def main() -> None:
     words.add_argument("--most", type=int, default=100, help="campaigns at most")
     words.add_argument("--change", choices=["none", "preload", "kt"], default="none")
     words.add_argument("--gaps", action="store_true", help="with contacts that are open at rest")
-    words.add_argument("--jitter", type=float, default=0.0, help="of preload and frequency, in those of the bench")
+    words.add_argument(
+        "--jitter",
+        type=float,
+        default=0.0,
+        help="of preload (not of static loads) and frequency, in those of the bench",
+    )
     words.add_argument("--scatter", type=float, default=0.0, help="of the force of each point, which is measured [-]")
     words.add_argument("--processes", type=int, default=1)
     words.add_argument("--output", type=Path, help="results as they come; campaigns that it has are not run again")
