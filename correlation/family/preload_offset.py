@@ -31,8 +31,8 @@ from correlation.noise.scatter import USUAL_JITTER
 SCATTER = USUAL_JITTER[-1]
 #: Largest offset that is looked at [-].
 PRELOAD_SPAN = FURTHEST * SCATTER
-#: Offsets to either side, and how often all groups are gone through.
-STEPS, ROUNDS = 6, 2
+#: Offsets to either side, and how often all groups are gone through: each time between the neighbours of the last best.
+STEPS, ROUNDS = 6, 3
 
 
 def estimate_preload_offsets(
@@ -55,18 +55,18 @@ def estimate_preload_offsets(
     n_group = max((len(band.by_preload) for band in bands), default=0)
     keys = list(dict.fromkeys(key for family in families for key in family.set_ups))
     offsets = {key: np.zeros(n_group) for key in keys}
-    # The smallest offset first, so that of equal ones it is taken.
-    grid = sorted(PRELOAD_SPAN * np.arange(-STEPS, STEPS + 1) / STEPS, key=abs)
-    for _ in range(ROUNDS if n_group else 0):
+    # The smallest step first, so that of equal ones it is taken.
+    steps = np.array(sorted(range(-STEPS, STEPS + 1), key=abs)) / STEPS
+    for span in PRELOAD_SPAN / STEPS ** np.arange(ROUNDS if n_group else 0):
         corrected = [correct_family(family, band, offsets) for family, band in zip(families, bands, strict=True)]
         frequency = estimate_frequency_offsets(corrected, bands, noise, set_up=set_up, model=model)
         for group in range(n_group):
             costs = []
-            for q in grid:
-                tried = {key: np.where(np.arange(n_group) == group, q, value) for key, value in offsets.items()}
+            for step in span * steps:
+                tried = {key: value + step * np.eye(n_group)[group] for key, value in offsets.items()}
                 moved = [correct_family(family, band, tried) for family, band in zip(families, bands, strict=True)]
                 outside = outside_of_limits(moved, bands, noise, frequency)
-                costs.append([outside.get(key, 0.0) + penalty(q, SCATTER) for key in keys])
+                costs.append([outside.get(key, 0.0) + penalty(tried[key][group], SCATTER) for key in keys])
             for key, best in zip(keys, np.argmin(costs, axis=0), strict=True):
-                offsets[key][group] = grid[best]
+                offsets[key][group] += span * steps[best]
     return offsets
