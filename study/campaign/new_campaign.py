@@ -24,7 +24,6 @@ from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
 from study.campaign.draft import Draft, Note, plain
 from study.campaign.draft_frequency import (
-    LEVEL_IN_NAME,
     draft_frequency_responses,
     draft_stepped_sine,
     responses_with_phases,
@@ -35,6 +34,7 @@ from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
+from study.campaign.level import LEVEL_IN_NAME
 from study.campaign.note import list_notes, unused_columns, unused_file
 from study.campaign.question import Answers
 from study.campaign.repeat import mark_settling, number_repeats
