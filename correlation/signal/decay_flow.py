@@ -30,8 +30,8 @@ FLOW_POINTS = 2000
 BEYOND = 6.0
 #: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them.
 ROUNDS, ENOUGH = 25, 1e-4
-#: Singular values of scaled normal equations below this share are none, and coefficients whose normal equations are this
-#: far below the variance of the samples are not shown: their quotient stays within what a float holds [-].
+#: Singular values of scaled normal equations below this share are none, and a coefficient whose normal equations are
+#: this far below the variance of the samples is not shown: their quotient stays within what a float holds [-].
 SINGULAR, SHOWN = 1e-12, 1e-280
 #: Step of the difference by the amplitude at the start, in its logarithm.
 STEP = 5e-7

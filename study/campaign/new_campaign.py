@@ -20,6 +20,7 @@ from correlation.file.format import MEASURED_FILES
 from correlation.file.format.uff import NOT_READ
 from correlation.file.read_file import read_file
 from study.alike import merge_alike
+from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
 from study.campaign.draft import Draft, Note, plain
@@ -168,7 +169,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
                 why = reason.removeprefix(f"{name}: ")
                 draft.notes.append(Note(file=name, columns="", role=Kind.NOT_USED.value, unit="", evidence=why))
         draft.left_out += [sentence for table in tables for sentence in unused_columns(table)]
-    _draft_tables(draft, judged)
+    _draft_tables(draft, name_channels(judged))
     draft_load_cells(draft)
     draft_modes(draft, measured.files)
     draft.left_out += [
