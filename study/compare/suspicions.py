@@ -92,6 +92,7 @@ def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
     if kept:
         yield Suspicion(
             where=f'"{free[0]}"', remark=True,
+            headline=f"it keeps {', '.join(kept)} in the free structure ({', '.join(dict.fromkeys(free))})",
             sentence=f"is of the free structure, where the model keeps what is no contact line ({', '.join(kept)}): if "
             "it was measured without, compare it with a case that has no such joints",
         )  # fmt: skip
