@@ -18,7 +18,7 @@ from correlation.data_quality.channel import find_channel_suspicions
 
 SEED = 5200
 KINDS = ("linear", "hardening", "softening", "gap", "friction")
-TRAITS = ("zero phase", "fixed phase", "swapped in a repeat", "unnamed sweeps", "settling")
+TRAITS = ("zero phase", "fixed phase", "swapped in a repeat", "swapped at a level", "unnamed sweeps", "settling")
 
 
 def draw_campaign(seed: int) -> Campaign:
@@ -72,6 +72,11 @@ def plant(campaign: Campaign, trait: str) -> Campaign | None:
         if n_repeat < 2:
             return None
         changes["sensor"] = np.where(table.repeat == 2, 1 - table.sensor, table.sensor)
+    elif trait == "swapped at a level":
+        if n_repeat < 2 or len(campaign.levels) < 2:
+            return None
+        here = (table.repeat == 2) & (table.level == campaign.levels[-1])
+        changes["sensor"] = np.where(here, 1 - table.sensor, table.sensor)
     elif trait == "unnamed sweeps":
         if (table.sweep > 0).all():
             return None
@@ -87,7 +92,8 @@ def plant(campaign: Campaign, trait: str) -> Campaign | None:
 def is_found(campaign: Campaign, trait: str) -> bool:
     """Whether a suspicion names the trait."""
     word = {"zero phase": "imaginary part is zero", "fixed phase": "phase changes by", "settling": "still settle"}
-    word |= {"swapped in a repeat": "columns swapped in", "unnamed sweeps": "rises and falls"}
+    word |= {"swapped in a repeat": "columns swapped in", "swapped at a level": "columns swapped in"}
+    word |= {"unnamed sweeps": "rises and falls"}
     return any(word[trait] in item.sentence for item in find_channel_suspicions(campaign))
 
 

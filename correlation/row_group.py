@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Int, Shaped
+from jaxtyping import Float, Int, Shaped
 from numpy.typing import NDArray
 
 
@@ -40,3 +40,20 @@ def group_rows(columns: Sequence[Shaped[NDArray[Any], " k"]]) -> RowGroups:
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.cumsum(begins) - 1
     return RowGroups(first=order[begins], number=number)
+
+
+def group_medians(
+    number: Int[NDArray[np.int64], " k"], values: Float[NDArray[np.float64], " k"]
+) -> Float[NDArray[np.float64], " g"]:
+    """Find the median of each group.
+
+    Parameters
+    ----------
+    number
+        Number of the group of each value, shape (k,) [-]; every number from 0 to the largest is there.
+    values
+        Values [any unit].
+    """
+    count, ordered = np.bincount(number), values[np.lexsort((values, number))]
+    first = np.cumsum(count) - count
+    return np.asarray((ordered[first + (count - 1) // 2] + ordered[first + count // 2]) / 2)

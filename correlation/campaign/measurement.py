@@ -231,12 +231,16 @@ class Suspicion:
         Whether it spoils all readings of a test, so that a model says nothing about single channels beside it.
     remark
         Whether it says how the data are read or what they leave open, and not that they may be wrong.
+    headline
+        What a headline says of it where the verdict cannot be read without it; empty for its place, or nothing for a
+        remark.
     """
 
     where: str
     sentence: str
     of_test: bool = False
     remark: bool = False
+    headline: str = ""
 
     def __str__(self) -> str:
         """``where: sentence``."""

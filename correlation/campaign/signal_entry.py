@@ -22,6 +22,8 @@ from correlation.file.column import Column, MeasuredFile
 PARTS = (("column",), ("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 #: A phase that is unwrapped over some resonances hardly leaves this range [rad]; one in degrees does.
 MOST_RADIANS = 8 * math.pi
+#: Unit of whole numbers of a converter, which a sensitivity scales.
+COUNT = "count"
 #: Radians of one unit of a phase.
 PHASE = {"rad": 1.0, "deg": math.pi / 180, "degree": math.pi / 180}
 
@@ -41,7 +43,8 @@ class SignalEntry:
     phase_unit
         "rad" or "deg"; empty for that of the column.
     sensitivity
-        Reading per unit of the quantity, such as "100 mV/g_n"; empty where the columns hold the quantity itself.
+        Reading per unit of the quantity, such as "100 mV/g_n" or "655.36 count/(m/s^2)"; empty where the columns hold
+        the quantity itself.
     harmonic
         Harmonic of its values [-].
     sign
@@ -181,12 +184,13 @@ class SignalEntry:
         if not unit:
             remedy = f'write {{ column = "{column.name}", unit = "{si}" }} with the unit that it is in'
             if self.sensitivity:
-                remedy = 'add unit = "V", or the multiple of it that it is in, beside its sensitivity'
+                remedy = f'add unit = "V", a multiple of it or "{COUNT}", as it is in, beside its sensitivity'
             raise self.problem(f'"{column.name}" of {file.path.name} has no unit: {remedy}')
         try:
             if not self.sensitivity:
                 return si_factor(unit, si)
-            return si_factor(unit, "V") / si_quantity(self.sensitivity, f"V/({si})")
+            read = COUNT if unit == COUNT else "V"
+            return si_factor(unit, read) / si_quantity(self.sensitivity, f"{read}/({si})")
         except ValueError as error:
             raise self.problem(f'"{column.name}" of {file.path.name}: {error}') from None
 

@@ -1,9 +1,10 @@
 """Readings of some sensors side by side, so that one repeat can be held against the others."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Measurement
@@ -13,8 +14,28 @@ from correlation.row_group import group_rows
 Repeats = Complex[NDArray[np.complex128], "s n r"]
 
 
-def arrange_by_repeat(table: Measurement, sensors: Sequence[int], harmonic: int = 1) -> tuple[list[int], Repeats]:
-    """Numbers of the repeats, rising, and the values by point and repeat, NaN where one is not measured.
+class ByRepeat(NamedTuple):
+    """Values of one harmonic by point and repeat.
+
+    Parameters
+    ----------
+    repeat
+        Numbers of the repeats, rising.
+    value
+        Values, NaN where one is not measured, shape (s, n, r).
+    level, frequency, sweep
+        Level, frequency [Hz] and sweep of each point, shape (n,).
+    """
+
+    repeat: list[int]
+    value: Repeats
+    level: Float[NDArray[np.float64], " n"]
+    frequency: Float[NDArray[np.float64], " n"]
+    sweep: Int[NDArray[np.int64], " n"]
+
+
+def arrange_by_repeat(table: Measurement, sensors: Sequence[int], harmonic: int = 1) -> ByRepeat:
+    """Arrange the values of some sensors.
 
     Parameters
     ----------
@@ -27,9 +48,10 @@ def arrange_by_repeat(table: Measurement, sensors: Sequence[int], harmonic: int 
     """
     repeats, column = np.unique(table.repeat, return_inverse=True)
     rows = np.flatnonzero((table.harmonic == harmonic) & np.isin(table.sensor, sensors))
-    point = group_rows([table.level[rows], table.frequency[rows], table.sweep[rows]]).number
-    values = np.full((len(sensors), point.max(initial=-1) + 1, len(repeats)), np.nan, dtype=np.complex128)
+    point = group_rows([table.level[rows], table.frequency[rows], table.sweep[rows]])
+    values = np.full((len(sensors), len(point.first), len(repeats)), np.nan, dtype=np.complex128)
     for place, sensor in enumerate(sensors):
         own = table.sensor[rows] == sensor
-        values[place, point[own], column.ravel()[rows[own]]] = table.value[rows[own]]
-    return repeats.tolist(), values
+        values[place, point.number[own], column.ravel()[rows[own]]] = table.value[rows[own]]
+    first = rows[point.first]
+    return ByRepeat(repeats.tolist(), values, table.level[first], table.frequency[first], table.sweep[first])

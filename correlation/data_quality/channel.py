@@ -7,9 +7,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement, Suspicion
-from correlation.data_quality.by_repeat import Repeats, arrange_by_repeat
 from correlation.data_quality.conjugate import find_conjugate_repeats
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
+from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
 from geometry.plain_number import plain
 
@@ -17,11 +17,9 @@ from geometry.plain_number import plain
 CONSTANT = np.pi / 8
 #: A peak is so many times what both ends of the band are [-], and has so many points above half of its power.
 PEAK, HALF_POWER = 3.0, 3
-#: Sensors are suspected to be swapped in a repeat that is off by more than this (natural logarithm) [-] and so many
-#: times what the other repeats are, and by at most this share of it if they are swapped.
-SWAPPED, BESIDE_OTHERS, AFTER_SWAPPING = 0.02, 5.0, 1 / 4
-#: A phase in radians that is called degrees changes by so much over a peak, in radians, once it is taken as such.
-AS_RADIANS = (np.pi / 4, 1.5 * np.pi)
+#: A phase in radians that is called degrees changes by so much over a peak, in radians, once it is taken as such: by
+#: half of what the half-power width makes or more, and by one turn at most.
+AS_RADIANS = (np.pi / 4, 2 * np.pi)
 #: Steps of a run up and down that a sweep without a name makes.
 RUN = 4
 
@@ -30,7 +28,7 @@ def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes, each with its evidence."""
     checks = (
         _constant_phase,
-        _swapped_in_a_repeat,
+        find_sensors_swapped_in_a_repeat,
         find_forces_swapped_in_a_repeat,
         find_conjugate_repeats,
         _unnamed_sweeps,
@@ -41,32 +39,47 @@ def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
 def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:
     table = campaign.measurement
-    for test in range(len(campaign.tests)):
-        real: list[str] = []
-        for number, sensor in enumerate(campaign.sensors):
+    real: dict[int, list[str]] = {}
+    for number, sensor in enumerate(campaign.sensors):
+        spreads: dict[str, float] = {}
+        for test in range(len(campaign.tests) if sensor.has_phase else 0):
             rows = (table.test == test) & (table.sensor == number) & (table.harmonic == 1)
-            if not sensor.has_phase or rows.sum() < 5:
+            if rows.sum() < 5:
                 continue
-            where = f'test "{campaign.tests[test].name}", sensor "{sensor.name}"'
             if not table.value[rows].imag.any():
-                real.append(f'sensor "{sensor.name}"')
+                real.setdefault(test, []).append(f'sensor "{sensor.name}"')
                 continue
             levels = [table.where(rows & (table.level == level)) for level in np.unique(table.level[rows])]
             known = [spread for spread in map(_phase_over_peak, levels) if spread is not None]
             if known and max(known) < CONSTANT:
-                change = f"the phase changes by {plain(np.degrees(max(known)))} deg over the half-power width of a "
-                asked = (
-                    "was it read in radians that are called degrees? If so, write rad as the unit of the phase"
-                    if AS_RADIANS[0] < np.degrees(max(known)) < AS_RADIANS[1]
-                    else "were amplitudes written with a fixed phase? If so, write phase = false for the sensor"
-                )
-                yield Suspicion(where=where, sentence=f"{change}resonance, where it should by 90: {asked}")
-        if real:
-            yield Suspicion(
-                where=f'test "{campaign.tests[test].name}", {", ".join(real)}',
-                sentence="the imaginary part is zero in all rows: are these amplitudes? If so, write phase = false "
-                f"for {'the sensor' if len(real) == 1 else 'these sensors'}",
-            )
+                spreads[campaign.tests[test].name] = max(known)
+        if spreads:
+            yield _suspect_phase(sensor.name, spreads)
+    for test, names in sorted(real.items()):
+        yield Suspicion(
+            where=f'test "{campaign.tests[test].name}", {", ".join(names)}',
+            sentence="the imaginary part is zero in all rows: are these amplitudes? If so, write phase = false "
+            f"for {'the sensor' if len(names) == 1 else 'these sensors'}",
+        )
+
+
+def _suspect_phase(sensor: str, spreads: dict[str, float]) -> Suspicion:
+    """What a phase that hardly changes over the peaks of some tests is: one explanation for all of them."""
+    degrees = [float(np.degrees(spread)) for spread in spreads.values()]
+    # Where a phase is in radians once, it is nothing else elsewhere: that of the force may add to it.
+    in_radians = any(AS_RADIANS[0] < each < AS_RADIANS[1] for each in degrees)
+    asked = (
+        "was it read in radians that are called degrees? If so, write rad as the unit of the phase"
+        if in_radians
+        else "were amplitudes written with a fixed phase? If so, write phase = false for the sensor"
+    )
+    tests = ", ".join(f'"{test}"' for test in spreads)
+    changes = " and ".join(plain(each) for each in degrees)
+    return Suspicion(
+        where=f'test{"s" if len(spreads) > 1 else ""} {tests}, sensor "{sensor}"',
+        sentence=f"the phase changes by {changes} deg over the half-power width of a resonance, where it should by 90: "
+        f"{asked}",
+    )
 
 
 def _phase_over_peak(table: Measurement) -> float | None:
@@ -84,51 +97,6 @@ def _phase_over_peak(table: Measurement) -> float | None:
         return None
     # Between the points on either side lies at least the half-power width.
     return float(np.ptp(np.unwrap(np.angle(mean[above[0] - 1 : above[-1] + 2]))))
-
-
-def _swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
-    for test in range(len(campaign.tests)):
-        table = campaign.measurement.where(campaign.measurement.test == test)
-        for i, first in enumerate(campaign.sensors):
-            for j in range(i):
-                second = campaign.sensors[j]
-                if (first.quantity, first.component) != (second.quantity, second.component):
-                    continue
-                repeats, values = arrange_by_repeat(table, (i, j))
-                which = "one of these repeats" if len(repeats) == 2 else "this repeat"
-                for words, own, swapped, usual in _compare_repeats(repeats, values):
-                    if own > max(SWAPPED, BESIDE_OTHERS * usual) and swapped < AFTER_SWAPPING * own:
-                        yield Suspicion(
-                            where=f'test "{campaign.tests[test].name}", {words}',
-                            sentence=f'"{first.name}" and "{second.name}" differ from their other repeats by a factor '
-                            f"of {np.exp(own):.3g}, and by {np.exp(swapped):.3g} if they are swapped: were their "
-                            f"cables or columns swapped in {which}?",
-                        )
-
-
-def _compare_repeats(repeats: list[int], values: Repeats) -> Iterator[tuple[str, float, float, float]]:
-    """Each repeat in words, and how far both sensors are from the other repeats in ln |X| (medians).
-
-    Then how far they are when swapped, and how far the others are from their own middle at most. Of two repeats neither
-    is known to be the right one.
-    """
-    size = np.abs(values)
-    table = np.log(np.where(size > 0, size, np.nan))
-    table = table[:, np.isfinite(table).any(axis=2).all(axis=0)]
-    if len(repeats) < 2 or table.shape[1] < 3:
-        return
-    named = (
-        [f"repeat {repeat}" for repeat in repeats] if len(repeats) > 2 else [f"repeats {repeats[0]} and {repeats[1]}"]
-    )
-    for column, words in enumerate(named):
-        rest = np.delete(table, column, axis=2)
-        rows = np.isfinite(rest).any(axis=2).all(axis=0) & np.isfinite(table[:, :, column]).all(axis=0)
-        if rows.sum() >= 3:
-            usual = np.nanmedian(rest[:, rows], axis=2)
-            own = np.abs(table[:, rows, column] - usual)
-            swapped = np.abs(table[::-1, rows, column] - usual)
-            others = np.nanmedian(np.abs(rest[:, rows] - usual[:, :, None]), axis=(0, 1))
-            yield words, float(np.median(own)), float(np.median(swapped)), float(np.nanmax(others))
 
 
 def _unnamed_sweeps(campaign: Campaign) -> Iterator[Suspicion]:

@@ -90,8 +90,9 @@ def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
         for index, sensor in enumerate(campaign.sensors):
             if not sensor.has_phase:
                 continue
-            repeats, (values,) = arrange_by_repeat(table, [index])
-            for column, repeat in enumerate(repeats):
+            arranged = arrange_by_repeat(table, [index])
+            values = arranged.value[0]
+            for column, repeat in enumerate(arranged.repeat):
                 if judged := _judge(values[:, column], _mean(np.delete(values, column, axis=1))):
                     found.setdefault((repeat, judged[0]), []).append((sensor.name, judged))
         for (repeat, explanation), sensors in found.items():

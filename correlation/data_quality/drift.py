@@ -25,7 +25,9 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     for number, test in enumerate(campaign.tests):
         if test.settling:
             continue  # its readings differ since they settle
-        repeats, values = arrange_by_repeat(campaign.measurement.where(campaign.measurement.test == number), sensors)
+        repeats, values, *_ = arrange_by_repeat(
+            campaign.measurement.where(campaign.measurement.test == number), sensors
+        )
         size = np.abs(values).reshape(-1, len(repeats))
         size = size[(size > 0).all(axis=1)]
         if len(repeats) < FEWEST_REPEATS or len(size) < FEWEST:

@@ -58,7 +58,9 @@ def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
         if test.settling:
             continue  # its readings differ since they settle
         for level in np.unique(table.level[table.test == number]):
-            repeats, values = arrange_by_repeat(table.where((table.test == number) & (table.level == level)), sensors)
+            repeats, values, *_ = arrange_by_repeat(
+                table.where((table.test == number) & (table.level == level)), sensors
+            )
             factors = find_common_factors(np.abs(values).reshape(-1, len(repeats))) if len(repeats) > 1 else None
             if factors is None:
                 continue

@@ -91,7 +91,7 @@ def find_forces_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
         table = campaign.measurement.where(campaign.measurement.test == test)
         harmonics = np.unique(table.harmonic).tolist()
         for i, j in _pairs(campaign):
-            values = {harmonic: arrange_by_repeat(table, (i, j), harmonic)[1] for harmonic in harmonics}
+            values = {harmonic: arrange_by_repeat(table, (i, j), harmonic).value for harmonic in harmonics}
             found = []
             for column, repeat in enumerate(np.unique(table.repeat).tolist()):
                 evidence = _beside_others(values, column)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
 from correlation.feature.observation import find_points
 from correlation.prediction import Points
-from correlation.row_group import group_rows
+from correlation.row_group import group_medians, group_rows
 
 #: Points of a run that tell a ratio, and how far the logarithms of half of them may be from their median [-], by
 #: themselves or beside the other channels: what is noise, or next to nothing in the model, has no one ratio.
@@ -92,7 +92,7 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
     run = [table.test, table.level, table.repeat]
     # Where the model's resonance is off, all channels go up and down together.
     state = group_rows([*run, table.sweep, table.frequency]).number
-    common = _medians(state, logarithm)
+    common = group_medians(state, logarithm)
     channel = group_rows([*run, table.sensor]).number
     first, ratio = [], []
     for number in range(channel.max(initial=-1) + 1):
@@ -103,13 +103,6 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
             ratio.append(float(np.median(logarithm[values])))
     kept = table.where(np.array(first, dtype=np.int64))
     return _Runs(test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=np.array(ratio))
-
-
-def _medians(group: Int[NDArray[np.int64], " k"], values: Float[NDArray[np.float64], " k"]) -> NDArray[np.float64]:
-    """Median of each group, from 0 on."""
-    count, ordered = np.bincount(group), values[np.lexsort((values, group))]
-    first = np.cumsum(count) - count
-    return np.asarray((ordered[first + (count - 1) // 2] + ordered[first + count // 2]) / 2)
 
 
 def _scatter(values: Float[NDArray[np.float64], " v"]) -> float:

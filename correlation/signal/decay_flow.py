@@ -30,6 +30,9 @@ FLOW_POINTS = 2000
 BEYOND = 6.0
 #: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them.
 ROUNDS, ENOUGH = 25, 1e-4
+#: Singular values of scaled normal equations below this share are none, and a coefficient whose normal equations are
+#: this far below the variance of the samples is not shown: their quotient stays within what a float holds [-].
+SINGULAR, SHOWN = 1e-12, 1e-280
 #: Step of the difference by the amplitude at the start, in its logarithm.
 STEP = 5e-7
 
@@ -199,8 +202,9 @@ def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float =
             if damping > 1e5:
                 break
     variance = square / max(len(values) - len(normal), 1)
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    covariance = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) * variance
+    # What the samples do not show has a large variance in any unit, and no infinite one in counts of a converter.
+    scale = np.sqrt(np.maximum(np.diag(normal), max(1e-300, SHOWN * variance)))
+    covariance = np.linalg.pinv(normal / np.outer(scale, scale), rcond=SINGULAR, hermitian=True) * variance
     covariance = covariance / np.outer(scale, scale)
     return FlowFit(
         flows=tuple(replace(flow, coefficients=part) for flow, part in zip(flows, at, strict=True)),

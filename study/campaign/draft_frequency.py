@@ -11,7 +11,7 @@ from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX, MOTION_WORDS, Part, Role, name_words
 from study.campaign.draft import Draft
-from study.campaign.level import ask_levels, levels_of_force, number_passes
+from study.campaign.level import ask_levels, level_in_name, levels_of_force, named_set_point, number_passes
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import (
@@ -29,7 +29,6 @@ from study.campaign.table_kind import JudgedTable
 SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
-LEVEL_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?(?:N|newton|V|volt)(?![a-zA-Z])")
 
 
 def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
@@ -305,12 +304,6 @@ def is_driving_point(column: Column) -> bool:
     return response is not None and reference is not None and response.node == reference.node is not None
 
 
-def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
-    """Level in the name of a table, and its words, such as "10N"; None without one."""
-    match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
-    return (float(match[1].replace(",", ".").replace("p", ".")), match[0]) if match else (None, "")
-
-
 def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:
     """Level of a run: a setting, a number beside the columns, a number in the name, or the measured force."""
     for column in judged.settings:
@@ -328,7 +321,8 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
     frequency = judged.of_role(Role.FREQUENCY)[0].values[mask]
     sweep = _stated_sweep(judged, mask)
     if force is not None:
-        return levels_of_force(frequency, sweep, np.abs(force.values[mask]))
+        size = np.abs(force.values[mask])
+        return levels_of_force(frequency, sweep, size) or named_set_point(judged, force.name, size)
     sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
     return ask_levels(draft, judged.table.label, frequency, sweep, sizes)
 

@@ -1,5 +1,6 @@
-"""Levels of a run without a set point: one for all sweeps, or one for each where the sweeps are no repeats."""
+"""Levels of a run: the one in its name, and without a set point one for all sweeps, or one for each of them."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,13 +12,39 @@ from correlation.campaign.passes import find_passes, number_stated_passes
 from correlation.data_quality.missing_level import find_common_factors, in_words
 from study.campaign.draft import Draft
 from study.campaign.question import Marked
+from study.campaign.set_point import HELD
+from study.campaign.table_kind import JudgedTable
 
 Series = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
 WHY = "neither force nor level is in the file"
+LEVEL_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?(?:N|newton|V|volt)(?![a-zA-Z])")
 #: Digits of the force of a sweep.
 DIGITS = 2
+
+
+def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
+    """Level in the name of a table, and its words, such as "10N"; None without one."""
+    match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
+    return (float(match[1].replace(",", ".").replace("p", ".")), match[0]) if match else (None, "")
+
+
+def named_set_point(judged: JudgedTable, force: str, size: Series) -> dict[str, Any]:
+    """The level in the name of a run, if its measured force is near it; empty if not.
+
+    Parameters
+    ----------
+    judged
+        Table.
+    force, size
+        Column of the force and its sizes, shape (n,).
+    """
+    value, words = level_in_name(judged)
+    if value is None or not words.endswith("N") or judged.columns[force].unit != "N":
+        return {}
+    near = abs(float(np.nanmedian(size)) - value) < HELD * value
+    return {"level": Marked(value=value, assumed="the level in its name, which its force is near")} if near else {}
 
 
 def ask_levels(

@@ -20,11 +20,11 @@ from correlation.file.format import MEASURED_FILES
 from correlation.file.format.uff import NOT_READ
 from correlation.file.read_file import read_file
 from study.alike import merge_alike
+from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
 from study.campaign.convention import draft_conventions, keep_one_drive
 from study.campaign.draft import Draft, Note, plain
 from study.campaign.draft_frequency import (
-    LEVEL_IN_NAME,
     draft_frequency_responses,
     draft_stepped_sine,
     responses_with_phases,
@@ -35,6 +35,7 @@ from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
+from study.campaign.level import LEVEL_IN_NAME
 from study.campaign.note import list_notes, unused_columns, unused_file
 from study.campaign.question import Answers
 from study.campaign.repeat import mark_settling, number_repeats
@@ -168,7 +169,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
                 why = reason.removeprefix(f"{name}: ")
                 draft.notes.append(Note(file=name, columns="", role=Kind.NOT_USED.value, unit="", evidence=why))
         draft.left_out += [sentence for table in tables for sentence in unused_columns(table)]
-    _draft_tables(draft, judged)
+    _draft_tables(draft, name_channels(judged))
     draft_load_cells(draft)
     draft_modes(draft, measured.files)
     draft.left_out += [

@@ -4,17 +4,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.file.column import MeasuredFile
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
+from study.campaign.set_point import HELD
 
 Series = Float[NDArray[np.float64], " n"]
 
-#: Runs whose levels differ by less are repeats of one level [-].
-SAME_LEVEL = 0.03
 #: Digits of a level that was measured.
 DIGITS = 2
 #: Share by which steps one way exceed those the other way in passes of one direction [-].
@@ -26,7 +25,7 @@ REPEATS, SETTLING = "repeats", "settling"
 
 
 def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
-    """Give runs of one test, level and direction of sweep one level and a number each.
+    """Give runs of one test at one set point one level, and those of one direction of sweep among them a number each.
 
     Parameters
     ----------
@@ -35,37 +34,78 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
     files
         Measured files by their names.
     """
-    groups: list[tuple[tuple[Any, ...], float, list[dict[str, Any]]]] = []
+    by_test: dict[str, list[dict[str, Any]]] = {}
     for run in draft.entries["run"]:
         stated = "levels" in run or run["columns"].keys() & {"level", "repeat"}
-        if stated or "frequency" not in run["columns"]:
-            continue
-        level = run_level(run, files)
-        kind = (run["test"], run_direction(run, files), *sorted(run["columns"]))
-        for other, first, members in groups:
-            if kind == other and abs(level / first - 1) < SAME_LEVEL:
-                members.append(run)
-                break
+        if not stated and "frequency" in run["columns"]:
+            by_test.setdefault(run["test"], []).append(run)
+    for test, runs in by_test.items():
+        levels = np.array([run_level(run, files) for run in runs])
+        for group in group_levels(levels, np.array(["level" in run for run in runs])):
+            members = [runs[number] for number in group]
+            _give_one_level(members, levels[group])
+            kinds: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+            for run in members:
+                kinds.setdefault((run_direction(run, files), *sorted(run["columns"])), []).append(run)
+            for repeats in kinds.values():
+                _number(draft, test, repeats)
+
+
+def group_levels(level: Series, stated: Bool[NDArray[np.bool_], " n"]) -> list[list[int]]:
+    """Numbers of the runs of each set point.
+
+    Forces near a stated level are of it. Others are of one set point if neighbours are less apart than what a control
+    misses it by, and all of them less than what two runs on either side of it may be.
+
+    Parameters
+    ----------
+    level
+        Level of each run, as stated or as the median of its measured force, shape (n,); NaN without either.
+    stated
+        Whether it is stated, shape (n,).
+    """
+    points = np.unique(level[stated])
+    groups: list[list[int]] = [np.flatnonzero(stated & (level == point)).tolist() for point in points]
+    chain: list[int] = []
+    for number in np.flatnonzero(~stated)[np.argsort(level[~stated], kind="stable")].tolist():
+        nearest = int(np.argmin(np.abs(points - level[number]))) if len(points) else -1
+        if nearest >= 0 and abs(level[number] - points[nearest]) < HELD * points[nearest]:
+            groups[nearest].append(number)
+        elif chain and level[number] < min((1 + HELD) * level[chain[-1]], (1 + 2 * HELD) * level[chain[0]]):
+            chain.append(number)
         else:
-            groups.append((kind, level, [run]))
-    for (test, *_), _, members in groups:
-        if len(members) < 2:
-            continue
-        levels = [run_level(run, files) for run in members]
-        why = f"runs of {test} at one level and in one direction are taken for repeats"
-        differ = f"the levels of repeats, from {min(levels):.4g} to {max(levels):.4g}, are taken for one"
-        settle = _ask(draft, f"Are runs of {test} at one level and of one direction repeats", REPEATS, why)
-        why, differ = (why, differ) if settle.assumed else ("", "")
-        entry = draft.named("test", test)
-        if settle.value == SETTLING and entry is not None:
-            entry["settling"] = Marked(value=True, assumed=settle.assumed)
-        common = float(f"{np.median(levels):.{DIGITS}g}")
-        for number, run in enumerate(members, start=1):
+            chain = [number]
+            groups.append(chain)
+    return [sorted(group) for group in groups]
+
+
+def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
+    """Write the level of runs that have one set point, if their measured forces differ."""
+    if len(runs) < 2 or levels.max() == levels.min():
+        return
+    stated = next((run["level"] for run in runs if "level" in run), None)
+    common = float(f"{np.median(levels):.{DIGITS}g}") if stated is None else plain(stated)
+    why = f"forces from {levels.min():.4g} to {levels.max():.4g} are taken for one set point"
+    for run in runs:
+        if "level" not in run:
             columns = run.pop("columns")
-            if max(levels) > min(levels):
-                run["level"] = Marked(value=common, assumed=differ)
-            run["repeat"] = Marked(value=number, assumed=why)
+            run["level"] = Marked(value=common, assumed=why)
             run["columns"] = columns
+
+
+def _number(draft: Draft, test: str, runs: Sequence[dict[str, Any]]) -> None:
+    """Number runs of one level and direction, unless they are one response that settles."""
+    if len(runs) < 2:
+        return
+    why = f"runs of {test} at one level and in one direction are taken for repeats"
+    settle = _ask(draft, f"Are runs of {test} at one level and of one direction repeats", REPEATS, why)
+    entry = draft.named("test", test)
+    if settle.value == SETTLING and entry is not None:
+        entry["settling"] = Marked(value=True, assumed=settle.assumed)
+    for number, run in enumerate(runs, start=1):
+        columns = run.pop("columns")
+        run["repeat"] = Marked(value=number, assumed=why if settle.assumed else "")
+        run["columns"] = columns
 
 
 def mark_settling(draft: Draft, test: str, frequency: Series, sizes: Sequence[Series]) -> None:
@@ -105,7 +145,7 @@ def run_level(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> floa
         return float("nan")
     entry = {"column": force} if isinstance(force, str) else plain(force)
     values = _column(run, files, str(next(iter(entry.values()))))
-    return float(np.median(np.abs(values)))
+    return float(np.nanmedian(np.abs(values)))
 
 
 def run_direction(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> int:

@@ -3,8 +3,10 @@
 from typing import Any
 
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
+from correlation.campaign.signal_entry import COUNT
 from correlation.file.column import Column, Node
 from correlation.file.decibel import SCALE
+from correlation.file.format.wav import holds_counts
 from study.campaign.column_role import MOTION_WORDS, MOTIONS, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
@@ -12,6 +14,8 @@ from study.campaign.table_kind import JudgedTable
 
 #: Up to so many sensors are asked for one by one.
 FEW_SENSORS = 4
+#: Why readings of a converter have no unit.
+OF_COUNTS = "whole numbers of a converter: the file does not say how large one is, so that amplitudes mean nothing yet"
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -68,12 +72,13 @@ def add_sensor(
     if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
-    is_calibrated = guess.unit not in {"", "V", "mV"} or (bool(guess.quantity) and guess.quantity != "voltage")
-    if not is_calibrated and not needs_unit:
-        why = "the unit of its column is unknown"
-        why = "readings in volts: their sensitivity is unknown" if guess.unit else why
-        entry["calibrated"] = Marked(value=False, assumed=why)
-        entry["reading_unit"] = guess.unit or Marked(value="V", assumed="the file says no unit that is known")
+    counts = holds_counts(column) and not guess.unit
+    is_known = bool(guess.quantity) and guess.quantity != "voltage" and not counts
+    if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV"}):
+        why = "readings in volts: their sensitivity is unknown" if guess.unit else "the unit of its column is unknown"
+        entry["calibrated"] = Marked(value=False, assumed=OF_COUNTS if counts else why)
+        unknown = Marked(value="V", assumed="the file says no unit that is known")
+        entry["reading_unit"] = guess.unit or (COUNT if counts else unknown)
     draft.entries["sensor"].append(entry)
     return name
 
@@ -119,7 +124,13 @@ def reading(
         why = f'"{column.facts[SCALE]}" is taken for 20 lg of an amplitude'
         entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
-    if described is not None and not column.unit and "calibrated" not in described:
+    if described is not None and not guess.unit and "calibrated" not in described and holds_counts(column):
+        si = SI_UNIT[str(plain(described["quantity"]))]
+        text = f"How many counts of {column.name} of {judged.table.file.path.name} are 1 {si}?"
+        answer = draft.ask(text, "1", OF_COUNTS)
+        entry["unit"] = COUNT
+        entry["sensitivity"] = Marked(value=f"{answer.value} {COUNT}/({si})", assumed=answer.assumed)
+    elif described is not None and not column.unit and "calibrated" not in described:
         entry["unit"] = _unit(str(plain(described["quantity"])), guess, per)
     elif described is None and not column.unit and guess.unit:
         entry["unit"] = Marked(value=guess.unit, assumed=guess.evidence)

@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 
 Series = Float[NDArray[np.float64], " n"]
 
+#: A control holds its set point within this share [-].
+HELD = 0.05
+
 
 def changes_between_passes(values: Series, abscissa: Series) -> bool:
     """Whether most changes of a column lie where its abscissa turns, begins anew or stands.

@@ -12,9 +12,10 @@ from study.campaign.draft_frequency import (
     complex_force,
     force_column,
     is_response_controlled,
-    level_in_name,
     responses_with_phases,
 )
+from study.campaign.level import level_in_name
+from study.campaign.set_point import HELD
 from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.time_history import FLAT, share_near_limit
 
@@ -24,8 +25,6 @@ Series = Float[NDArray[np.float64], " n"]
 BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
 #: A force that varies by this factor within one pass is not the same level everywhere.
 FORCE_FACTOR = 1.3
-#: A measured force may differ from the one in the name of its file by this share [-].
-NAMED_FORCE = 0.05
 #: A share of samples at the largest value from which a channel is taken to clip [-].
 CLIPPED = 0.01
 
@@ -136,7 +135,7 @@ def _level_of_name(judged: JudgedTable) -> list[str]:
     if force is None or level is None or judged.columns[force.name].unit != "N" or not words.endswith("N"):
         return []
     median = float(np.nanmedian(np.abs(force.values)))
-    if abs(median - level) < NAMED_FORCE * level:
+    if abs(median - level) < HELD * level:
         return []
     return [
         f'{judged.table.file.path.name}: "{words}" in its name, but "{force.name}" is {median:.4g} N (median): did the '

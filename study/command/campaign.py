@@ -1,5 +1,6 @@
 """``stickslip campaign new``: the manifest of a folder of test files, drafted from what they say."""
 
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -81,8 +82,21 @@ def in_words(drafted: "NewCampaign") -> str:
     ):
         if sentences:
             lines += ["", title, *(f"  {' '.join(sentence.split())}" for sentence in sentences)]
-    following = f"next: check what is assumed, then stickslip compare CASE {drafted.path.parent}"
+    following = f"next: {_first(drafted)}, then stickslip compare CASE {drafted.path.parent}"
     return "\n".join([*lines, "", f"written: {drafted.path}", *([following] if draft.is_comparable else [])])
+
+
+def _first(drafted: "NewCampaign") -> str:
+    """What must be done before a comparison means something."""
+    from study.campaign.draft import assumed
+
+    sensors = drafted.draft.entries["sensor"]
+    if sum(bool(assumed(sensor.get("place"))) for sensor in sensors) < 2:
+        return "check what is assumed"
+    # Sensors that stand at one place by assumption alone are no measurement of a shape.
+    text = drafted.path.read_text(encoding="utf-8").splitlines()
+    lines = [str(number) for number, line in enumerate(text, start=1) if re.match(r"place = .* # assumed: ", line)]
+    return f"edit the places of the sensors, which are assumed, in {drafted.path} (lines {', '.join(lines)})"
 
 
 def _cut(text: str, width: int) -> str:

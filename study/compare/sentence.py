@@ -60,7 +60,7 @@ def summarise(compared: Compared) -> Summary:
     tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions)
     if tone != "missing" and (vague := _vague(compared)):
         tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
-        tag += doubt(compared.suspicions)
+        tag += qualify(compared.suspicions) + doubt(compared.suspicions)
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
     cards = [
         (f"{name} data, reduced chi^2 (1 is noise)", format_square(whole(side).whitened))
@@ -105,9 +105,15 @@ def judge(difference: float, missing: Sequence[str], suspicions: Sequence[Suspic
     }[tone]
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
+    tag += qualify(suspicions)
     if doubted := doubt(suspicions):
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag}{doubted}"
     return tone, tag
+
+
+def qualify(suspicions: Sequence[Suspicion]) -> str:
+    """Part of a headline: under which conditions its verdict holds; empty if there are none."""
+    return "".join(f"; {text}" for text in dict.fromkeys(item.headline for item in suspicions) if text)
 
 
 def doubt(suspicions: Sequence[Suspicion]) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.conjugate import find_conjugate_tests
+from correlation.data_quality.constant_factor import find_constant_factors
 from correlation.data_quality.jump import find_jump_suspicions
 from correlation.data_quality.model import find_model_suspicions, find_swapped_sensors
 from correlation.data_quality.response import find_response_suspicions
@@ -69,6 +70,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *find_wrong_units(campaign, points, predicted),
     )
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
+        of_tests = (*of_tests, *find_constant_factors(campaign, points, predicted))
         of_tests = _wrong_levels(campaign, table, points, model, predicted) or of_tests
     swapped: tuple[Suspicion, ...] = ()
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
@@ -90,6 +92,7 @@ def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
     if kept:
         yield Suspicion(
             where=f'"{free[0]}"', remark=True,
+            headline=f"it keeps {', '.join(kept)} in the free structure ({', '.join(dict.fromkeys(free))})",
             sentence=f"is of the free structure, where the model keeps what is no contact line ({', '.join(kept)}): if "
             "it was measured without, compare it with a case that has no such joints",
         )  # fmt: skip

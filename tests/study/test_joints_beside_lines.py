@@ -9,6 +9,7 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.model import Model, Sensor
 from reduction.joint_law.jenkins import JenkinsElement
 from reduction.jointed_system import JointedSystem
+from study.compare.sentence import judge
 from study.compare.suspicions import find_all_suspicions
 from study.estimate.resonance import LINEAR, SLIPS, STEADY, Resonance, estimate_damping
 
@@ -71,3 +72,13 @@ def test_a_free_test_beside_a_joint_that_stays_is_remarked() -> None:
         find_all_suspicions(campaign("jointed"), model(slider())),
     ):
         assert not any('"hammer"' in each.where for each in clean)
+
+
+def test_a_headline_says_which_joints_are_kept_in_a_free_structure() -> None:
+    kept = find_all_suspicions(campaign("free"), model(slider()))
+    for difference in (0.5, 5.0):
+        tone, tag = judge(difference, (), kept)
+        assert tag.endswith("; it keeps rub in the free structure (hammer)")
+        # It is how the model was made, and no doubt about the measurements.
+        assert tone == judge(difference, ())[0]
+    assert judge(5.0, (), find_all_suspicions(campaign("free"), model())) == judge(5.0, ())

@@ -12,6 +12,8 @@ from geometry.rehearsal import rehearse
 
 #: What is read of a file in a second on any machine [byte/s], and memory for each of its bytes [-].
 SPEED, MEMORY = 5e6, 20
+#: Fact of a channel: the type of its numbers.
+STORED_AS = "stored as"
 
 
 def recognise(head: bytes) -> bool:
@@ -37,7 +39,7 @@ def read(path: Path) -> MeasuredFile:
     if rate <= 0 or not samples.size:
         raise CampaignError(f"{path.name}: has {len(samples)} samples at {rate} Hz; record it again")
     table = samples.reshape(len(samples), -1)
-    facts = {"sampling rate": f"{rate} Hz", "stored as": str(samples.dtype)}
+    facts = {"sampling rate": f"{rate} Hz", STORED_AS: str(samples.dtype)}
     time = Column(name="time", values=np.arange(len(table)) / rate, unit="s", function="time", facts=facts)
     if table.dtype.kind == "f" and not np.isfinite(table).all():
         raise CampaignError(f"{path.name}: has samples that are no finite numbers; record or copy it again")
@@ -49,6 +51,11 @@ def read(path: Path) -> MeasuredFile:
         for number in range(table.shape[1])
     )  # fmt: skip
     return MeasuredFile(path=path, format="wav", columns=(time, *channels), facts=facts)
+
+
+def holds_counts(column: Column) -> bool:
+    """Whether a column holds whole numbers of a converter, whose scale its file does not say."""
+    return not column.unit and column.facts.get(STORED_AS, "").startswith(("int", "uint"))
 
 
 MEASURED_FILES.register(

@@ -15,6 +15,7 @@ def test_a_reading_stands_at_its_sensor_point_and_repeat() -> None:
         test=0 * one, order=one, repeat=repeat, sweep=one, level=one.astype(float), frequency=frequency.astype(float),
         sensor=sensor, harmonic=np.array([1] * len(rows) + [2]), value=value.astype(complex), force=one.astype(float),
     )  # fmt: skip
-    repeats, values = arrange_by_repeat(table, [1, 0])
-    assert repeats == [1, 3]
-    np.testing.assert_array_equal(values, [[[2, 6], [4, np.nan]], [[1, 5], [3, 7]]])
+    arranged = arrange_by_repeat(table, [1, 0])
+    assert arranged.repeat == [1, 3]
+    assert arranged.frequency.tolist() == [10, 11]
+    np.testing.assert_array_equal(arranged.value, [[[2, 6], [4, np.nan]], [[1, 5], [3, 7]]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from correlation.signal.decay_flow import Flow
+from correlation.signal.decay_flow import Flow, fit_flows
 
 
 @pytest.mark.parametrize(("breaks", "degree"), [(np.linspace(-3, 0, 5), 2), (np.array([-3.0, 0.0]), 0)])
@@ -19,3 +19,16 @@ def test_slopes_of_a_wave_are_those_of_differences(breaks: np.ndarray, degree: i
         difference = (flow.wave(coefficients + moved, step) - flow.wave(coefficients - moved, step)).real / (2 * unit)
         # A sample that passes a point of the flow within the step sees another straight line.
         np.testing.assert_allclose(found[:, number], difference, atol=1e-3 * np.abs(difference).max())
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("unit", [1.0, 2.0**15, 2.0**31])
+def test_a_mode_that_the_samples_do_not_show_has_a_finite_variance_in_counts_too(unit: float) -> None:
+    """Its slopes squared are about e^-700, near the smallest number that a float holds."""
+    samples = unit * np.random.default_rng(0).standard_normal(400)
+    hidden = np.array([-348.0, 0.0, np.log(2.0), 700.0])
+    flow = Flow(breaks=np.array([-350.0, -348.0]), degree=0, coefficients=hidden, n_sample=400, harmonics=())
+    fit = fit_flows(samples, 1 / 2000, [flow])
+    assert np.isfinite(fit.covariance[0]).all()
+    # Ignorance in any unit: far beyond the logarithms and radians that are fitted.
+    assert np.diag(fit.covariance[0]).max() > 1e6

@@ -38,3 +38,20 @@ def test_without_a_terminal_somebody_must_say_yes(
     assert cli.main(["campaign", "new", str(folder)]) == 2
     assert "add --yes" in capfd.readouterr().err
     assert not (folder / "campaign.toml").exists()
+
+
+@pytest.mark.parametrize("n_sensor", [1, 2])
+def test_places_that_are_assumed_for_several_sensors_come_before_a_comparison(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], n_sensor: int
+) -> None:
+    names = ["tip", "root"][:n_sensor]
+    rows = [[f, *([1 / (100.0**2 - f**2 + 2 * f), 0.1] * n_sensor)] for f in np.linspace(90, 110, 21)]
+    header = ["f [Hz]", *(f"acc {name} {part} [m/s^2/N]" for name in names for part in ("re", "im"))]
+    lines = [",".join(header), *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "frf.csv").write_text("\n".join(lines))
+    assert cli.main(["campaign", "new", str(tmp_path), "--yes"]) == 0
+    text = (tmp_path / "campaign.toml").read_text().splitlines()
+    places = [str(number) for number, line in enumerate(text, start=1) if line.startswith("place = ")]
+    (following,) = [line for line in capfd.readouterr().out.splitlines() if line.startswith("next: ")]
+    assert (f"{tmp_path / 'campaign.toml'} (lines {', '.join(places)})" in following) == (n_sensor > 1)
+    assert following.endswith(f"then stickslip compare CASE {tmp_path}")

@@ -1,0 +1,159 @@
+r"""Channels that read one well-known factor too much or too little at all points: g for m/s^2, inches, rms for peak.
+
+The ratio of a reading to the model, :math:`r = \ln |X_m / X_p|`, is that of a wrong unit at every frequency and level,
+at a resonance too once what all channels of a state have in common is taken off. A model that is wrong differs by
+another factor, by factors that change over frequency and level, or at the other channels too. `wrong_unit` judges
+powers of ten.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.feature.observation import find_points
+from correlation.prediction import Points
+from correlation.row_group import group_medians, group_rows
+
+#: One channel is off by so many times what the model is off by at the others, and its factor is a known one within the
+#: second number times that, and within the share of its logarithm [-].
+BESIDE, WITHIN, NEAR = 4.0, 3.0, 1 / 8
+#: A factor of amplitudes, and one that all channels have, is told from a model that is off only within this [-]: the
+#: readings of a channel have it within their scatter, and a model that is 40 % off hardly does.
+CLOSE = 0.01
+#: Points of a channel that tell a factor, and what its phase may be off by beside the others [rad].
+FEWEST, PHASE = 5, 0.2
+INCH, G = 0.0254, 9.80665
+#: What values are in, and what the manifest says, by the factor that they are off by.
+UNITS = {
+    quantity: {1 / INCH: (f"inch{per}", f"m{per}"), INCH: (f"m{per}", f"inch{per}"),
+               INCH / 1e-3: (f"mm{per}", f"inch{per}"), 1e-3 / INCH: (f"inch{per}", f"mm{per}"), **more}
+    for quantity, per, more in (
+        ("displacement", "", {}), ("velocity", "/s", {}),
+        ("acceleration", "/s^2", {G: ("m/s^2", "g_n"), 1 / G: ("g_n", "m/s^2")}),
+    )
+}  # fmt: skip
+AMPLITUDES = {
+    2**-0.5: ("rms", "peak"), 2**0.5: ("peak", "rms"), 2.0: ("peak to peak", "peak"), 0.5: ("peak", "peak to peak"),
+}  # fmt: skip
+
+Ratios = Float[NDArray[np.float64], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Readings:
+    """Fundamentals of calibrated motions: sensor, run (test and level), state, and ln (measured / model)."""
+
+    sensor: Int[NDArray[np.int64], " n"]
+    run: Int[NDArray[np.int64], " n"]
+    state: Int[NDArray[np.int64], " n"]
+    ratio: Complex[NDArray[np.complex128], " n"]
+
+
+def find_constant_factors(
+    campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
+) -> tuple[Suspicion, ...]:
+    """Channels that read a factor of units or of amplitudes too much, one alone or all alike.
+
+    Parameters
+    ----------
+    campaign
+        Campaign.
+    points, predicted
+        Points and the prediction of the model there, shape (k,).
+    """
+    readings = _read(campaign, points, predicted)
+    sensors = np.unique(readings.sensor).tolist()
+    if len(sensors) < 2:
+        return ()
+    return tuple(_of_all(campaign, readings, sensors)) or tuple(_of_one(campaign, readings, sensors))
+
+
+def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Readings:
+    table, point = campaign.measurement, find_points(campaign, points)
+    model = np.where(point >= 0, predicted[point], np.nan)
+    moves = np.array([each.quantity in UNITS and each.calibrated for each in campaign.sensors])
+    there = (table.harmonic == 1) & moves[table.sensor] & np.isfinite(model) & (model != 0) & (table.value != 0)
+    table = table.where(there)
+    run = [table.test, table.level]
+    return _Readings(
+        sensor=table.sensor,
+        run=group_rows(run).number,
+        state=group_rows([*run, table.repeat, table.sweep, table.frequency]).number,
+        ratio=np.log(table.value / model[there]),
+    )
+
+
+def _of_all(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
+    """All channels have the same factor, so near that nothing but a factor of the load does the same."""
+    quantities = {campaign.sensors[each].quantity for each in sensors}
+    factors = [_constant(readings, readings.sensor == each, readings.ratio.real) for each in sensors]
+    known = {**AMPLITUDES, **(UNITS[next(iter(quantities))] if len(quantities) == 1 else {})}
+    factor = _nearest(known, float(np.median(factors)))
+    miss = float(np.abs(np.array(factors) - np.log(factor)).max())
+    if miss < CLOSE:
+        mend = "convention.amplitude or these columns" if factor in AMPLITUDES else "the column unit"
+        yield Suspicion(
+            where="all sensors",
+            sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
+            f"frequencies: {_asked(*known[factor], 'their')} If so, correct {mend}; if not, the load of the case",
+            remark=True,
+        )
+
+
+def _of_one(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iterator[Suspicion]:
+    """One channel has a factor that the others, which agree with the model, do not have."""
+    for sensor in sensors:
+        apart = _beside_others(readings, sensor)
+        if campaign.sensors[sensor].has_phase and not np.nanmedian(np.abs(apart.imag)) < PHASE:
+            continue
+        factor = _constant(readings, np.isfinite(apart), apart.real)
+        size = np.abs(readings.ratio.real)
+        fit = max(float(np.median(size[readings.sensor == each])) for each in sensors if each != sensor)
+        units = UNITS[campaign.sensors[sensor].quantity]
+        nearest = _nearest({**units, **AMPLITUDES}, factor)
+        known = abs(np.log(nearest))
+        close = min(max(WITHIN * fit, CLOSE), NEAR * known) if nearest in units else CLOSE
+        if known > BESIDE * fit and abs(factor - np.log(nearest)) < close:
+            yield Suspicion(
+                where=f'sensor "{campaign.sensors[sensor].name}"',
+                sentence=f"it reads {np.exp(factor):.3g} times what the model says, at all levels and frequencies, and "
+                f"the model is off by up to {np.expm1(fit):.1%} at the other sensors (medians): "
+                f"{_asked(*{**units, **AMPLITUDES}[nearest], 'its')} If so, correct its "
+                f"{'unit' if nearest in units else 'columns'}",
+                remark=nearest not in units,
+            )
+
+
+def _beside_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.complex128], " n"]:
+    """Ratios of one channel by the medians of the others in the same states; NaN in rows of others, or without any."""
+    own = readings.sensor == sensor
+    state, number = np.unique(readings.state[~own], return_inverse=True)
+    usual = np.full(readings.state.max() + 1, np.nan, dtype=np.complex128)
+    parts = (group_medians(number, part[~own]) for part in (readings.ratio.real, readings.ratio.imag))
+    usual[state] = next(parts) + 1j * next(parts)
+    apart = np.where(own, readings.ratio - usual[readings.state], np.nan)
+    return np.asarray(apart.real + 1j * ((apart.imag + np.pi) % (2 * np.pi) - np.pi))
+
+
+def _constant(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"], ratio: Ratios) -> float:
+    """Median of some ratios, if every run has it and most points do; NaN if not."""
+    values = ratio[rows]
+    if len(values) < FEWEST:
+        return np.nan
+    middle = float(np.median(values))
+    runs = group_medians(np.unique(readings.run[rows], return_inverse=True)[1], values)
+    apart = max(float(np.abs(runs - middle).max()), float(np.median(np.abs(values - middle))))
+    return middle if apart < max(2 * CLOSE, NEAR * abs(middle)) else np.nan
+
+
+def _nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
+    """The known factor nearest to one of some logarithm."""
+    return min(known, key=lambda each: abs(np.log(each) - factor))
+
+
+def _asked(is_in: str, said: str, whose: str) -> str:
+    return f"are {whose} values {is_in}, where the manifest says {said}?"

@@ -1,0 +1,199 @@
+r"""Two sensors that are swapped in a repeat, or in some runs of it alone, by the repeats themselves.
+
+The ratio of two channels is that of a shape: gains, preloads and resonances that differ from repeat to repeat are in
+both. With :math:`q = \ln (x_i / x_j)`, swapped channels have :math:`-q`, so that a run is :math:`2 |q|` away from the
+other repeats of its points, and swapped again it is none.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, MeasuredSensor, Suspicion
+from correlation.data_quality.by_repeat import ByRepeat, arrange_by_repeat
+
+#: A point can tell a swap if it changes q by more than this, and by more than what the scatter of the runs makes of all
+#: parts, repeats and pairs of a test with this probability (Student, Bonferroni) [-].
+SMALL, BY_CHANCE = 0.04, 0.01
+#: So many points can tell it, and of most of these, more than one of two runs has, the channels agree with the other
+#: repeats within the smaller share of the change if they are swapped, and not within the larger one as they are [-].
+FEWEST, MOST, NEAR, FAR = 5, 0.6, 1 / 4, 3 / 4
+#: One of two repeats is the wrong one if it is so many times as far as the other from what other levels say [-].
+CLEARER = 2.0
+
+#: ln (x_i / x_j) at n points in r repeats [-].
+Logarithms = Complex[NDArray[np.complex128], "n r"]
+Mask = Bool[NDArray[np.bool_], " n"]
+
+
+class _Beside(NamedTuple):
+    """How far each repeat is from the others, as it is and with channels swapped, and by how much a swap changes it.
+
+    Then how far the others are from their median (root mean square, NaN for one); ln of ratios, shape (n, r) each.
+    """
+
+    own: Float[NDArray[np.float64], "n r"]
+    swapped: Float[NDArray[np.float64], "n r"]
+    change: Float[NDArray[np.float64], "n r"]
+    scatter: Float[NDArray[np.float64], "n r"]
+
+
+class _Swap(NamedTuple):
+    """How far a part of a repeat is from the others as it is and with two channels swapped, by what a swap changes.
+
+    Medians [-]; then the column of the repeat, -1 for one of two, and the part in words.
+    """
+
+    own: float
+    swapped: float
+    column: int
+    where: str
+
+
+def find_sensors_swapped_in_a_repeat(campaign: Campaign) -> Iterator[Suspicion]:
+    """Pairs of sensors that agree with their other repeats only if they are swapped in one, or in some runs of one.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with at least two repeats.
+    """
+    motions = [number for number, sensor in enumerate(campaign.sensors) if sensor.quantity != CONTACT_FORCE]
+    for number, test in enumerate(campaign.tests):
+        arranged = arrange_by_repeat(campaign.measurement.where(campaign.measurement.test == number), motions)
+        if len(arranged.repeat) < 2:
+            continue
+        sensors = [campaign.sensors[each] for each in motions]
+        pairs = [(i, j) for i, j in combinations(range(len(sensors)), 2) if sensors[i].quantity == sensors[j].quantity]
+        for i, j in pairs:
+            pair = sensors[i], sensors[j]
+            q = _logarithm(arranged, (i, j), pair)
+            for swap in _find(arranged, q, campaign.drive.unit, BY_CHANCE / len(pairs)):
+                yield _suspect(test.name, pair, arranged.repeat, swap)
+
+
+def _suspect(test: str, pair: tuple[MeasuredSensor, MeasuredSensor], repeats: list[int], swap: _Swap) -> Suspicion:
+    one_of = swap.column < 0
+    asked = "in one of these repeats" if one_of else "in these runs of it" if swap.where else "in this repeat"
+    which = f"repeats {repeats[0]} and {repeats[1]}" if one_of else f"repeat {repeats[swap.column]}"
+    return Suspicion(
+        where=f'test "{test}", {which}{swap.where}',
+        sentence=f'the ratio of "{pair[0].name}" and "{pair[1].name}" differs from the other repeats by {swap.own:.0%} '
+        f"of what a swap changes it by, and by {swap.swapped:.0%} if they are swapped (medians): were their cables or "
+        f"columns swapped {asked}?",
+    )
+
+
+def _logarithm(arranged: ByRepeat, pair: tuple[int, int], sensors: tuple[MeasuredSensor, MeasuredSensor]) -> Logarithms:
+    first, second = arranged.value[list(pair)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = first / second
+        q = np.log(ratio if all(sensor.has_phase for sensor in sensors) else np.abs(ratio).astype(np.complex128))
+    return np.asarray(np.where(np.isfinite(q), q, np.nan))
+
+
+def _find(arranged: ByRepeat, q: Logarithms, level_unit: str, chance: float) -> list[_Swap]:
+    """Swaps of one pair: of a whole repeat, or else of all runs at one level of it, or else of single runs."""
+    beside = _compare(q)
+    with np.errstate(invalid="ignore"):
+        turns = (beside.change > SMALL) & (beside.swapped < NEAR * beside.change)
+    if turns.sum(axis=0).max() < FEWEST:
+        return []
+    every = np.ones(len(q), dtype=np.bool_)
+    levels = [(f", level {level:.4g} {level_unit}", arranged.level == level) for level in np.unique(arranged.level)]
+    sweeps = np.unique(arranged.sweep)
+    runs = [
+        (f"{words}, sweep {SWEEPS[int(sweep)]}", mask & (arranged.sweep == sweep))
+        for words, mask in levels for sweep in (sweeps if len(sweeps) > 1 else ())
+    ]  # fmt: skip
+    stages = [("", every)], levels if len(levels) > 1 else [], runs
+    each = chance / (beside.own.shape[1] * sum(map(len, stages)))
+    for parts in stages:
+        swaps = [_judge(arranged, q, beside, mask, words, each) for words, mask in parts]
+        if found := [swap for swap in swaps if swap is not None]:
+            return found
+    return []
+
+
+def _compare(q: Logarithms) -> _Beside:
+    """Each repeat beside the median of the others; of two, the first stands for both."""
+    columns = range(q.shape[1] if q.shape[1] > 2 else 1)
+    result = _Beside(*np.full((4, len(q), len(columns)), np.nan))
+    for column in columns:
+        rest = np.delete(q, column, axis=1)
+        there = np.isfinite(q[:, column]) & np.isfinite(rest).any(axis=1)
+        own, rest = q[there, column], rest[there]
+        usual = _median(rest)
+        result.own[there, column] = np.abs(_turned(own - usual))
+        result.swapped[there, column] = np.abs(_turned(own + usual))
+        result.change[there, column] = np.abs(_turned(2 * usual))
+        if len(columns) > 1:
+            apart = np.abs(_turned(rest - usual[:, None])) ** 2
+            count = np.isfinite(apart).sum(axis=1) - 1  # the median takes one
+            with np.errstate(divide="ignore", invalid="ignore"):
+                result.scatter[there, column] = np.sqrt(np.nansum(apart, axis=1) / count)
+    return result
+
+
+def _judge(arranged: ByRepeat, q: Logarithms, beside: _Beside, part: Mask, words: str, chance: float) -> _Swap | None:
+    """The clearest repeat whose channels are swapped in a part of the points; None if they are in no one."""
+    found = []
+    count = q.shape[1]
+    for column in range(beside.own.shape[1]):
+        own, swapped, change, scatter = (values[:, column] for values in beside)
+        if count > 2:
+            usual = _usual(arranged.level, scatter, 2 * (count - 2), chance)
+        else:  # all other runs of both say what is usual
+            usual = _usual(arranged.level[~part], own[~part], 2, chance)
+        with np.errstate(invalid="ignore"):
+            tells = part & (change > max(SMALL, usual))
+        if tells.sum() < FEWEST:
+            continue
+        as_is, swapped = (each[tells] / change[tells] for each in (own, swapped))
+        if np.quantile(as_is, 1 - MOST) > FAR and np.quantile(swapped, MOST) < NEAR:
+            which = column if count > 2 else _which(arranged, q, part)
+            found.append(_Swap(float(np.median(as_is)), float(np.median(swapped)), which, words))
+    return min(found, key=lambda swap: swap.swapped, default=None)
+
+
+def _usual(
+    level: Float[NDArray[np.float64], " n"], scatter: Float[NDArray[np.float64], " n"], freedom: int, chance: float
+) -> float:
+    """What scatter makes of q by chance, from its medians at each level, which have so many degrees of freedom each."""
+    known = np.isfinite(scatter)
+    each = [float(np.median(scatter[known & (level == one)])) for one in np.unique(level[known])]
+    if not each:
+        return 0.0
+    return float(stdtrit(freedom * len(each), 1 - chance / 2) * np.sqrt(np.mean(np.square(each))))
+
+
+def _which(arranged: ByRepeat, q: Logarithms, part: Mask) -> int:
+    """The one of two repeats that is further from the same frequencies at other levels; -1 if they do not say it."""
+    rest = q[~part]
+    distances = []
+    for frequency, own in zip(arranged.frequency[part], q[part], strict=True):
+        same = rest[arranged.frequency[~part] == frequency].ravel()
+        if np.isfinite(same).any() and np.isfinite(own).all():
+            distances.append(np.abs(_turned(own - _median(same[None])[0])))
+    if len(distances) < FEWEST:
+        return -1
+    first, second = np.median(np.array(distances), axis=0)
+    return 0 if first > CLEARER * second else 1 if second > CLEARER * first else -1
+
+
+def _median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArray[np.complex128], " n"]:
+    """Median over the columns that are there, with phases on the turn about the first of them."""
+    first = q[np.arange(len(q)), np.argmax(np.isfinite(q), axis=1)]
+    apart = _turned(q - first[:, None])
+    median = np.median if np.isfinite(apart).all() else np.nanmedian  # the latter takes ten times as long
+    return np.asarray(first + median(apart.real, axis=1) + 1j * median(apart.imag, axis=1))
+
+
+def _turned(q: Complex[NDArray[np.complex128], "..."]) -> Complex[NDArray[np.complex128], "..."]:
+    """Logarithms with their phases on the turn about zero."""
+    return np.asarray(q.real + 1j * ((q.imag + np.pi) % (2 * np.pi) - np.pi))

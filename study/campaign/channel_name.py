@@ -1,0 +1,54 @@
+"""Channels that only the name of their file or group tells, such as ``acc_tip.wav``: named by what differs there."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from study.campaign.column_role import Recognised, Role, name_words
+from study.campaign.level import LEVEL_IN_NAME
+from study.campaign.table import file_stem
+from study.campaign.table_kind import OF_FILE, JudgedTable
+
+#: Words of a name that tell a run, its level, direction or configuration, and no sensor.
+OF_A_RUN = re.compile(
+    r"(rep|repeat|run|lauf|test|messung|level|sweep|up|down|free|frei|unjointed|nocontact|jointed)?\d*", re.IGNORECASE
+)
+
+
+def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
+    """The same tables, with the words in which names of files differ as those of their channels.
+
+    Parameters
+    ----------
+    tables
+        Judged tables of all files.
+    """
+    words = {id(judged): _words(judged) for judged in tables if any(map(_is_of_file, judged.columns.values()))}
+    if len(words) < 2:
+        return list(tables)
+    common = set.intersection(*map(set, words.values()))
+    return [_named(judged, [word for word in words.get(id(judged), ()) if word not in common]) for judged in tables]
+
+
+def _is_of_file(guess: Recognised) -> bool:
+    return guess.role is Role.RESPONSE and guess.evidence.startswith(OF_FILE)
+
+
+def _words(judged: JudgedTable) -> list[str]:
+    """Words of the names of a file and a group that may be those of a sensor."""
+    whole = LEVEL_IN_NAME.sub("", f"{file_stem(judged.table.file.path.name)} {judged.table.path}")
+    parts = [part for part in re.split(r"[\W_]+", whole) if not OF_A_RUN.fullmatch(part)]
+    return [" ".join(name_words(part)) for part in parts]
+
+
+def _named(judged: JudgedTable, words: Sequence[str]) -> JudgedTable:
+    """A table whose channels, and their phases, are called by some words."""
+    stems = {guess.stem for guess in judged.columns.values() if _is_of_file(guess)}
+    if not words or not stems:
+        return judged
+    columns = dict(judged.columns)
+    for name, guess in judged.columns.items():
+        if guess.stem in stems and (_is_of_file(guess) or guess.role is Role.PHASE):
+            own = [guess.stem] if len(stems) > 1 else []
+            columns[name] = replace(guess, stem=" ".join([*words, *own]))
+    return replace(judged, columns=columns)
