@@ -121,10 +121,18 @@ class LinearStructure:
             return None if own is None else own._replace(static=self.balance.structure.static_motion)
         if frequency not in self._recovery:
             harmonic, d = self.balance.n_harmonic, self.balance.n_direction
-            size = 16 * harmonic * d * self.balance.system.n_dof
-            if size * (len(self._recovery) + 1) > RECOVERY and not self.balance.is_dense:
+            condensed, size = self.at(frequency), 16 * harmonic * d * self.balance.system.n_dof
+            room = RECOVERY // max(size, 1) - len(self._recovery)
+            if self.balance.is_dense:
+                self._recovery[frequency] = self.balance.structure.recovery(condensed)
+            elif room < 1:
                 return None
-            self._recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
+            else:
+                # The states of all frequencies seen are hardly ever asked for one alone.
+                rest = {each: item for each, item in self._condensed.items() if each not in self._recovery}
+                chosen = dict([(frequency, condensed), *rest.items()][:room])
+                found = self.balance.structure.recoveries([*chosen.values()])
+                self._recovery.update(zip(chosen, found, strict=True))
         return self._recovery[frequency]
 
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
@@ -152,6 +160,11 @@ class LinearStructure:
         condensed = [source.at(frequency) for frequency in rest]
         known |= recovered | dict(zip(rest, source.balance.structure.seen(condensed, rows), strict=True))
         return [known[frequency] for frequency in frequencies]
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Those seen so far [Hz]."""
+        return tuple((self.base or self)._condensed)
 
     @property
     def _static(self) -> Complex[Array, "harmonic d"]:
