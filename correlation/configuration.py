@@ -360,7 +360,9 @@ class Configuration:
         found = derivatives(self._at_level(state.level), state, rates.system, condensed, recovery)
         if frequency not in self.by_load:
             along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
-            self.by_load[frequency] = np.moveaxis(self.balance.structure.displacements(condensed, along), 0, 2)
+            new = [each for each in self.linear.frequencies if each not in self.by_load]
+            by_row = self.balance.structure.displacements_at_each([self.at(each) for each in new], along)
+            self.by_load.update((each, np.moveaxis(item, 0, 2)) for each, item in zip(new, by_row, strict=True))
         [(_, contact)] = self.linear.seen([frequency], motion)
         moved = found.loads.swapaxes(0, 1) @ self.by_load[frequency]
         moved -= found.reaction.swapaxes(0, 1) @ contact.swapaxes(1, 2)

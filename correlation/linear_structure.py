@@ -83,11 +83,14 @@ class LinearStructure:
         if self.base is not None:
             return self.base.at(frequency)._replace(static=self._static)
         if frequency not in self._condensed:
-            self._condense([frequency])
+            self.condense([frequency])
         return self._condensed[frequency]
 
-    def _condense(self, frequencies: Sequence[float]) -> None:
-        """Condense at the frequencies that have not been seen."""
+    def condense(self, frequencies: Sequence[float]) -> None:
+        """Condense at the frequencies that have not been seen, many at once."""
+        if self.base is not None:
+            self.base.condense(frequencies)
+            return
         new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in self._condensed]
         omega = [2 * np.pi * frequency * (1 + self.shift) for frequency in new]
         if not self.balance.is_dense:
@@ -101,7 +104,7 @@ class LinearStructure:
         if self.base is not None:
             return self.base.stacked(frequencies)._replace(static=self._static)
         if frequencies not in self._stack:
-            self._condense(frequencies)
+            self.condense(frequencies)
             rows = [self._condensed[frequency] for frequency in frequencies]
             self._stack[frequencies] = Stack(
                 np.array([row.angular_frequency for row in rows]),
@@ -116,16 +119,22 @@ class LinearStructure:
 
     def recovery(self, frequency: float) -> Recovery | None:
         """Recovery of all states at a frequency; none where many of them would take too much memory."""
-        if self.base is not None:
-            own = self.base.recovery(frequency)
-            return None if own is None else own._replace(static=self.balance.structure.static_motion)
-        if frequency not in self._recovery:
-            harmonic, d = self.balance.n_harmonic, self.balance.n_direction
-            size = 16 * harmonic * d * self.balance.system.n_dof
-            if size * (len(self._recovery) + 1) > RECOVERY and not self.balance.is_dense:
-                return None
-            self._recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
-        return self._recovery[frequency]
+        self.recover([frequency])
+        own = (self.base or self)._recovery.get(frequency)
+        if self.base is None or own is None:
+            return own
+        return own._replace(static=self.balance.structure.static_motion)
+
+    def recover(self, frequencies: Sequence[float]) -> None:
+        """Make the recoveries at the frequencies that have none, many at once, as far as memory allows."""
+        source = self.base or self
+        source.condense(frequencies)
+        new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in source._recovery]
+        size = 16 * source.balance.n_harmonic * source.balance.n_direction * source.balance.system.n_dof
+        if not source.balance.is_dense:
+            new = new[: max(RECOVERY // max(size, 1) - len(source._recovery), 0)]
+        found = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
+        source._recovery.update(zip(new, found, strict=True))
 
     def read(self, frequencies: tuple[float, ...], rows: Float[NDArray[np.float64], "s r"]) -> Reading:
         """What sensors read that follow these rows of the displacement."""
@@ -152,6 +161,11 @@ class LinearStructure:
         condensed = [source.at(frequency) for frequency in rest]
         known |= recovered | dict(zip(rest, source.balance.structure.seen(condensed, rows), strict=True))
         return [known[frequency] for frequency in frequencies]
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Those seen so far [Hz]."""
+        return tuple((self.base or self)._condensed)
 
     @property
     def _static(self) -> Complex[Array, "harmonic d"]:

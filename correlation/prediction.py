@@ -159,6 +159,7 @@ class Predictor:
         for compiled in self._tracks(model, before, TOLERANCE, near=False):
             one, steps = self._on_branches(compiled)
             jumps += steps
+            one.solver.linear.recover(one.frequencies)
             for number, (frequency, sweep) in enumerate(zip(one.frequencies, one.sweep, strict=True)):
                 if (state := one.state(number)) is not None:
                     states[sweep][(one.free, one.level, frequency)] = state
@@ -281,6 +282,7 @@ class Predictor:
         for free, levels in self._configurations if tangents else ():
             solver = self._solver(model, free)
             rates = solver.rates(tangents)
+            solver.linear.recover([frequency for groups in levels.values() for frequency, _ in groups])
             for level, groups in levels.items():
                 for frequency, rows in groups:
                     state = prediction.states.get((free, level, frequency))

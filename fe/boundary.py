@@ -7,7 +7,6 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from fe.damping import RayleighDamping, add_damping
 from fe.errors import SupportError
@@ -178,6 +177,8 @@ def _refuse_rigid_motion(
     fixed: NDArray[np.bool_],
     grounded: Float[NDArray[np.float64], "node 3"],
 ) -> None:
+    from scipy.sparse.csgraph import connected_components  # with all solvers of scipy, and most commands have no mesh
+
     # Whether a motion is resisted is a matter of geometry alone: a soft spring holds as a stiff one does.
     resisting = fixed | (grounded > 0)
     # Rows of one node couple as a block, so the graph of the x rows is the graph of the bodies.

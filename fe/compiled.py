@@ -23,7 +23,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
-from fe.stored_code import checked_file_class
+from fe.stored_code import checked_file_class, stored_library_class
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -138,6 +138,7 @@ class _StoredCode:
             # numba's `load_overload` reads all that it knows how to compile before: a tenth of the time of a command
             # that compiles nothing. Its compiler does so again where something must be compiled.
             name_symbols()
+            target_context.codegen()._library_class = stored_library_class()
             found = self._store._load_overload(sig, target_context)
         except Exception:  # a file that a power cut or a bad disk damaged
             _say_once("damaged", f"compiled code in {self._path} is damaged and is compiled again")

@@ -1,4 +1,7 @@
-"""Files of compiled code with a checksum: machine code with one changed bit ends the program, or computes nonsense."""
+"""Stored compiled code: files with a checksum, of which only the machine code is read until more is asked for.
+
+Machine code with one changed bit ends the program, or computes nonsense.
+"""
 
 import hashlib
 import io
@@ -46,6 +49,46 @@ def checked_file_class() -> type[Any]:
                 stream.write(hashlib.sha256(content).digest() + content)
 
     return CheckedFile
+
+
+@cache
+def stored_library_class() -> type[Any]:
+    """Numba's class of a function's machine code, which leaves what it was made from unread.
+
+    Only compiling another function that calls it takes that, and reading it takes longer than all else of loading.
+    """
+    from llvmlite.binding import parse_bitcode
+    from numba.core.codegen import JITCodeLibrary
+
+    class StoredLibrary(JITCodeLibrary):
+        _machine_code, _unread = b"", None
+
+        @classmethod
+        def _unserialize(cls: Any, codegen: Any, state: Any) -> Any:
+            name, kind, data = state
+            if kind != "object":
+                return super()._unserialize(codegen, state)  # type: ignore[no-untyped-call]
+            library = cls(codegen, name)
+            library._machine_code, library._unread = data
+            library.enable_object_caching()
+            library._set_compiled_object(library._machine_code)
+            library._finalize_final_module()
+            return library
+
+        def _get_module_for_linking(self: Any) -> Any:
+            if self._unread is not None:
+                self._shared_module, self._unread = parse_bitcode(self._unread), None
+                self._codegen._engine._load_defined_symbols(self._shared_module)
+            return super()._get_module_for_linking()  # type: ignore[no-untyped-call]
+
+        def get_pointer_to_function(self: Any, name: str) -> Any:
+            if self._unread is not None and b"\0" + name.encode() + b"\0" in self._machine_code:
+                return self._codegen._engine.get_function_address(name)
+            # A name may also be stored as the end of a longer one: only what is unread tells it apart from none.
+            self._get_module_for_linking()
+            return super().get_pointer_to_function(name)  # type: ignore[no-untyped-call]
+
+    return StoredLibrary
 
 
 def _read(path: Path) -> bytes:

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_heading, add_legend, choose_family_colours, new_figure, open_box
+from figure.style import INK, Axes, Figure, Headed, add_heading, add_legend, choose_family_colours, new_figure, open_box
 
 Values = Float[NDArray[np.float64], " k"]
 
@@ -59,18 +59,18 @@ class Backbones(Headed):
     amplitude_label: str
 
 
+#: Width of a line [points]; lines of the model nearer than two widths, in a panel so many widths high, are one.
+LINE, WIDTHS = 1.6, 140
+
+
 @draws(Backbones, "backbone")
 def backbone_figure(result: Backbones) -> Figure:
     """Draw the change of frequency and the damping side by side; bands and bars are 95 % intervals."""
     figure = new_figure(10.4, 4.6)
     left, right = figure.subplots(1, 2)
-    colours = iter(choose_family_colours(sum(curve.kind != "model" for curve in result.curves)))
-    for curve in result.curves:
-        colour = INK if curve.kind == "model" else next(colours)
-        for axes, value, deviation in (
-            (left, 100 * (curve.frequency / curve.reference - 1), 100 * curve.frequency_deviation / curve.reference),
-            (right, 100 * curve.damping, 100 * curve.damping_deviation),
-        ):
+    measured = [curve for curve in result.curves if curve.kind != "model"]
+    for curve, colour in zip(measured, choose_family_colours(len(measured)), strict=True):
+        for axes, (value, deviation) in zip((left, right), _values(curve), strict=True):
             if curve.kind == "levels":
                 axes.errorbar(
                     curve.amplitude, value, 1.96 * deviation, color=colour, marker="o", markersize=5,
@@ -82,17 +82,47 @@ def backbone_figure(result: Backbones) -> Figure:
                     curve.amplitude, value - 1.96 * deviation, value + 1.96 * deviation, color=colour, alpha=0.22,
                     linewidth=0,
                 )  # fmt: skip
-            style = "--" if curve.kind == "model" else "-"
-            axes.plot(curve.amplitude, value, color=colour, linestyle=style, linewidth=1.6, label=curve.label)
+            axes.plot(curve.amplitude, value, color=colour, linewidth=LINE, label=curve.label)
+    for number, axes in enumerate((left, right)):
+        _draw_models(axes, result.curves, number)
     left.set_ylabel("change of frequency [%]")
     right.set_ylabel("damping ratio [%]")
     for axes in (left, right):
         axes.set_xscale("log")
         axes.set_xlabel(result.amplitude_label)
         open_box(axes)
-    handles, labels = left.get_legend_handles_labels()
     # One entry stands for the model of all modes.
-    entries = dict(zip(labels, handles, strict=True))
+    entries = dict(zip(*reversed(left.get_legend_handles_labels()), strict=True))
     add_legend(figure, list(entries.values()), list(entries), most=4)
     add_heading(figure, result)
     return figure
+
+
+def _values(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
+    """Change of frequency and damping with their standard deviations [%]."""
+    of = curve.reference
+    return (
+        (100 * (curve.frequency / of - 1), 100 * curve.frequency_deviation / of),
+        (100 * curve.damping, 100 * curve.damping_deviation),
+    )
+
+
+def _draw_models(axes: Axes, curves: Sequence[BackboneCurve], number: int) -> None:
+    """Dashed lines of the model, each only where it lies on no other: dashes on dashes look like a full line."""
+    values = [_values(curve)[number] for curve in curves]
+    ends = np.concatenate([value + side * deviation for value, deviation in values for side in (-1.96, 1.96)])
+    near = 2 * float(np.ptp(ends[np.isfinite(ends)])) / WIDTHS
+    drawn: list[tuple[Values, Values]] = []
+    models = [(curve, value) for curve, (value, _) in zip(curves, values, strict=True) if curve.kind == "model"]
+    for curve, value in sorted(models, key=lambda pair: -float(np.ptp(np.log(pair[0].amplitude)))):
+        order = np.argsort(curve.amplitude)
+        place, line = np.log(curve.amplitude[order]), value[order]
+        covered = np.zeros(len(line), dtype=np.bool_)
+        for other, seen in drawn:
+            covered |= np.abs(np.interp(place, other, seen, left=np.nan, right=np.nan) - line) < near
+        drawn.append((place, line))
+        if not covered.all():
+            axes.plot(
+                np.exp(place), np.where(covered, np.nan, line), color=INK, linestyle="--", linewidth=LINE,
+                label=curve.label,
+            )  # fmt: skip

@@ -1,5 +1,6 @@
 """Measured families over predicted limits: a panel per level, every repeat and sweep, what lies outside marked."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -40,6 +41,10 @@ SWEEP: dict[int, dict[str, Any]] = {
 WAYS = {1: "up", -1: "down", 0: "no sweep"}
 #: Points of a curve that have a marker; more would hide each other.
 MOST_MARKED = 25
+#: Width of the line of a limit [points]; a panel is at least so many of them high.
+LINE, WIDTHS = 1.6, 90
+#: Dashes of an upper limit over the lower one where no width is seen between: both colours are.
+DASHES: Any = (0, (2.5, 2.5))
 #: Limits are drawn over curves, and their markers over limits, so that all are seen where histories make no width.
 OVER, MARKED = 3.0, 4.0
 #: Repeats that a legend names one by one; more are named by the first and the last.
@@ -158,25 +163,44 @@ def _draw(axes: Axes, panel: FamilyPanel, colours: dict[int, str]) -> None:
             axes.plot(f, [limit], marker="_", markersize=26, color=colour, markeredgewidth=1.8, zorder=OVER)
     else:
         axes.fill_between(f, *panel.limit, color=PALE, alpha=0.18, linewidth=0)
-        for y, jump, colour in zip(panel.limit, panel.jump, LIMITS, strict=True):
-            for first in range(len(f) - 1):
-                dotted = bool(jump[first] or jump[first + 1])
-                style: dict[str, Any] = {"linestyle": ":", "linewidth": 1.2} if dotted else {"linewidth": 1.6}
-                axes.plot(f[first : first + 2], y[first : first + 2], color=colour, zorder=OVER, **style)
+        together = _coincide(panel)
+        for y, jump, colour, side in zip(panel.limit, panel.jump, LIMITS, ("lower", "upper"), strict=True):
+            dotted = jump[1:] | jump[:-1]
+            dashed = together if side == "upper" else np.zeros_like(together)
+            for first, last in _runs(2 * dotted + (dashed & ~dotted)):
+                style: Any = ":" if dotted[first] else DASHES if dashed[first] else "-"
+                axes.plot(
+                    f[first : last + 1], y[first : last + 1], color=colour, linestyle=style, zorder=OVER,
+                    linewidth=1.2 if dotted[first] else LINE, dash_capstyle="butt",
+                )  # fmt: skip
     for number, curve in enumerate(panel.curves):
         way = SWEEP[curve.sweep]
-        style = {"color": colours[curve.repeat], "alpha": 0.85}
-        axes.plot(curve.frequency, curve.value, linestyle=way["linestyle"], linewidth=0.8, **style)
+        ink: dict[str, Any] = {"color": colours[curve.repeat], "alpha": 0.85}
+        axes.plot(curve.frequency, curve.value, linestyle=way["linestyle"], linewidth=0.8, **ink)
         # Curves are marked at different points, since repeats lie on each other.
         every = -(-len(curve.frequency) // MOST_MARKED)
         marked = slice(number % every, None, every)
-        style |= {"marker": way["marker"], "markersize": 2.6, "linestyle": "", "zorder": MARKED}
-        axes.plot(curve.frequency[marked], curve.value[marked], **style)
+        ink |= {"marker": way["marker"], "markersize": 2.6, "linestyle": "", "zorder": MARKED}
+        axes.plot(curve.frequency[marked], curve.value[marked], **ink)
     for curve in panel.curves:
         if curve.outside.any():
             axes.plot(curve.frequency[curve.outside], curve.value[curve.outside], **_ring())
     axes.set_title(panel.label, fontsize=10, loc="left")
     open_box(axes)
+
+
+def _coincide(panel: FamilyPanel) -> NDArray[np.bool_]:
+    """Whether the band between two frequencies is narrower than the lines of its limits, shape (f - 1,)."""
+    drawn = np.concatenate([panel.limit.ravel(), *(curve.value for curve in panel.curves)])
+    high, low = np.nanmax(drawn, initial=-np.inf), np.nanmin(drawn, initial=np.inf)
+    narrow = np.abs(panel.limit[1] - panel.limit[0]) < (high - low) / WIDTHS
+    return np.asarray(narrow[1:] & narrow[:-1])
+
+
+def _runs(kind: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """First and last of each run of equal numbers, the last one excluded."""
+    ends = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]
+    return list(itertools.pairwise(ends))
 
 
 def _lowest(panel: FamilyPanel) -> float:
@@ -196,11 +220,17 @@ def _legend(figure: Figure, result: FamiliesOverLimits, colours: dict[int, str])
     from matplotlib.patches import Patch
 
     curves = [c for row in result.rows for panel in row.panels for c in panel.curves]
-    entries: dict[str, Any] = {
-        "upper limit": Line2D([], [], color=LIMITS[1], linewidth=1.6),
-        "lower limit": Line2D([], [], color=LIMITS[0], linewidth=1.6),
-        "all friction histories": Patch(color=PALE, alpha=0.18),
-    }
+    panels = [panel for row in result.rows for panel in row.panels]
+    together = [_coincide(panel) if len(panel.frequency) > 1 else np.zeros(1, dtype=np.bool_) for panel in panels]
+    lower, upper = (Line2D([], [], color=colour, linewidth=LINE) for colour in LIMITS)
+    entries: dict[str, Any] = {}
+    if not all(item.all() for item in together):
+        entries |= {
+            "upper limit": upper, "lower limit": lower, "all friction histories": Patch(color=PALE, alpha=0.18),
+        }  # fmt: skip
+    if any(item.any() for item in together):
+        dashes = Line2D([], [], color=LIMITS[1], linewidth=LINE, linestyle=DASHES, dash_capstyle="butt")
+        entries["both limits, closer than this line is wide"] = (lower, dashes)
     if any(panel.jump.any() for row in result.rows for panel in row.panels):
         entries["jump of a limit"] = Line2D([], [], color=INK, linestyle=":", linewidth=1.2)
     for sweep in sorted({curve.sweep for curve in curves}, reverse=True):

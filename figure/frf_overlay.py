@@ -107,6 +107,8 @@ LEGEND_ROW = 0.22
 TITLE_ROOM, BETWEEN, SIDE, END, FOOT = 0.3, 0.17, 0.92, 0.22, 0.55
 #: Where the labels end, left of the axes [inches]: numbers of seven characters fit between.
 LABEL_PLACE = 0.72
+#: Room above and below the points of a flat panel, of its height: a point there is clear of the frame.
+CLEARANCE = 0.15
 #: Room for numbers between the axes and the label below them [points].
 LABEL_PAD = 21
 
@@ -197,6 +199,7 @@ def _residual(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
                 value, deviation = 100 * (np.abs(curve.predicted) / size - 1), 100 * curve.deviation / size
         there = np.isfinite(value)
         _points(axes, curve.frequency[there], value[there], deviation[there], colours[curve.level])
+    axes.margins(y=CLEARANCE)
     axes.set_ylabel(f"residual [{panel.unit}]" if panel.is_static else "residual [%]")
 
 
@@ -222,6 +225,7 @@ def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
             min(lowest, float(np.degrees(measured.min()))),
             max(highest, float(np.degrees(measured.max()))),
         )
+    axes.margins(y=CLEARANCE)
     axes.set_ylabel("phase [deg]")
     if highest - lowest > 80:
         axes.yaxis.set_major_locator(MultipleLocator(45 if highest - lowest < 200 else 90))

@@ -22,13 +22,15 @@ STEPS = (0, 2, 3, 5, 10, 20, 50)
 COLOURS = ("#f4f6f8", "#fee5b8", "#fdbb6c", "#f68a3c", "#d94a1e", "#a11a14", "#5a0a1e")
 #: Frequencies named along an axis, at most.
 MOST_TICKS = 7
-#: Width of a panel and height of a level in it; room for its title, for frequencies below it, and between panels; width
-#: of a character of a level [inches].
+#: Least width of a panel, and height of a level in it; room for its title, for frequencies below it, and between
+#: panels; width of a character of a level [inches].
 PANEL_WIDTH, CELL, TITLE_ROOM, FOOT, BETWEEN, CHARACTER = 3.5, 0.28, 0.26, 0.36, 0.28, 0.065
 #: Sizes of titles and axis labels, and of levels and frequencies; distances from a panel to its title, to levels and
 #: frequencies, and to the axis label below these [points].
 TITLE_SIZE, NUMBER_SIZE, TITLE_GAP, NUMBER_GAP, LABEL_GAP = 9, 8, 3.0, 3.5, 15.5
 POINTS_PER_INCH = 72
+#: Width that the scale and its label need [inches]; fewer panels are as wide together.
+LEAST_WIDTH = 7.5
 #: Room left and right of all panels; height of the scale, of its numbers and label, and of all of it [inches].
 SIDE, END, BAR, BAR_FOOT, BAR_ROOM = 0.2, 0.1, 0.18, 0.5, 0.85
 
@@ -87,9 +89,10 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
         for harmonic in harmonics
     }
     side = SIDE + CHARACTER * max(len(level) for level in result.levels)
-    across, cells = PANEL_WIDTH, CELL * len(result.levels)
+    cells = CELL * len(result.levels)
     tall = [TITLE_ROOM + cells + (FOOT if row in bottom.values() else 0.0) for row in range(len(sensors))]
-    width = max(side + (across + BETWEEN) * len(harmonics) + END, 7.5)
+    width = max(side + (PANEL_WIDTH + BETWEEN) * len(harmonics) + END, LEAST_WIDTH)
+    across = (width - side - END) / len(harmonics) - BETWEEN
     height = HEADING + sum(tall) + BAR_ROOM
     figure = bare_figure(width, height)
     axes = _page_axes(figure, width, height)
@@ -99,11 +102,11 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
             if (panel := by_place.get((sensor, harmonic))) is None:
                 continue
             left, top = side + column * (across + BETWEEN), HEADING + sum(tall[:row]) + TITLE_ROOM
-            _draw_panel(axes, panel, left, top, colours, norm)
+            _draw_panel(axes, panel, left, top, across, colours, norm)
             if harmonic == first:
                 _name_levels(axes, result.levels, left, top)
             if row == bottom[harmonic]:
-                _name_frequencies(axes, result.frequency, left, top + cells)
+                _name_frequencies(axes, result.frequency, left, top + cells, across)
     bar = figure.colorbar(
         ScalarMappable(norm=norm, cmap=colours), orientation="horizontal", extend="max",
         cax=add_axes(figure, 0.1 * width, height - BAR_FOOT - BAR, 0.8 * width, BAR),
@@ -126,11 +129,11 @@ def _page_axes(figure: Figure, width: float, height: float) -> Axes:
 
 
 def _draw_panel(
-    axes: Axes, panel: MapPanel, left: float, top: float, colours: "Colormap", norm: "BoundaryNorm"
+    axes: Axes, panel: MapPanel, left: float, top: float, across: float, colours: "Colormap", norm: "BoundaryNorm"
 ) -> None:
     """Draw one panel, with lines between its cells: a level and a frequency can be followed by eye."""
     n_level, n_frequency = panel.size.shape
-    x = left + PANEL_WIDTH * np.arange(n_frequency + 1) / n_frequency
+    x = left + across * np.arange(n_frequency + 1) / n_frequency
     y = top + CELL * np.arange(n_level, -1, -1)
     axes.pcolormesh(x, y, panel.size, cmap=colours, norm=norm, edgecolors="white", linewidth=0.8)
     words = f"harmonic {panel.harmonic}" if panel.harmonic else "static"
@@ -149,13 +152,15 @@ def _name_levels(axes: Axes, levels: Sequence[str], left: float, top: float) -> 
         )  # fmt: skip
 
 
-def _name_frequencies(axes: Axes, frequency: Float[NDArray[np.float64], " f"], left: float, bottom: float) -> None:
+def _name_frequencies(
+    axes: Axes, frequency: Float[NDArray[np.float64], " f"], left: float, bottom: float, across: float
+) -> None:
     """Write some of the frequencies below a panel, and what they are."""
     y = bottom + NUMBER_GAP / POINTS_PER_INCH
     for place in evenly(len(frequency), MOST_TICKS):
-        x = left + PANEL_WIDTH * (place + 0.5) / len(frequency)
+        x = left + across * (place + 0.5) / len(frequency)
         axes.text(x, y, f"{frequency[place]:.4g}", fontsize=NUMBER_SIZE, color=INK, va="top", ha="center")
     axes.text(
-        left + PANEL_WIDTH / 2, bottom + LABEL_GAP / POINTS_PER_INCH, "frequency [Hz]", fontsize=TITLE_SIZE,
+        left + across / 2, bottom + LABEL_GAP / POINTS_PER_INCH, "frequency [Hz]", fontsize=TITLE_SIZE,
         va="top", ha="center",
     )  # fmt: skip

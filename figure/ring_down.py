@@ -36,7 +36,7 @@ class DecayDrawing(Headed):
     modes
         Label, time and amplitude of each mode, shape (k,) each.
     floor
-        Amplitude that vanishes in the noise [unit of the label].
+        Amplitude down to which modes stand out of the noise and are read [unit of the label].
     signal_label
         Of the signal, with its unit.
     """
@@ -63,7 +63,7 @@ def ring_down_figure(result: DecayDrawing) -> Figure:
         above.plot(at, amplitude + offset, color=colour, linewidth=1.8)
         above.plot(at, offset - amplitude, color=colour, linewidth=1.8)
         below.plot(at, amplitude, color=colour, linewidth=2.0, label=label)
-    below.axhline(result.floor, color=PALE, linestyle=":", linewidth=1.2, label="noise floor")
+    below.axhline(result.floor, color=PALE, linestyle=":", linewidth=1.2, label="modes are read down to here")
     below.set_yscale("log")
     below.set_xlabel("time [s]")
     above.set_ylabel(result.signal_label)

@@ -226,12 +226,18 @@ class CondensedStructure:
 
     def recovery(self, condensed: Condensed) -> Recovery:
         """What many states at one Omega are recovered by; a single one is cheaper by `displacement`."""
+        return self.recoveries([condensed])[0]
+
+    def recoveries(self, condensed: Sequence[Condensed]) -> list[Recovery]:
+        """`recovery` at several Omega."""
         along = np.zeros((len(self.directions), *self.static.shape), dtype=np.complex128)
         along[:, 1:] = self.directions[:, None, :]
-        dynamic, *moved = self.displacements(condensed, np.concatenate([self.dynamic[None], along]))
-        contact = np.moveaxis(np.array(moved, dtype=np.complex128).reshape(along.shape), 0, 2).copy()
-        contact[0] = self._rest[0]
-        return Recovery(self.static_motion, dynamic, contact)
+        found = []
+        for dynamic, *moved in self.displacements_at_each(condensed, np.concatenate([self.dynamic[None], along])):
+            contact = np.moveaxis(np.array(moved, dtype=np.complex128).reshape(along.shape), 0, 2).copy()
+            contact[0] = self._rest[0]
+            found.append(Recovery(self.static_motion, dynamic, contact))
+        return found
 
     def seen(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
@@ -276,25 +282,40 @@ class CondensedStructure:
     def displacements(
         self, condensed: Condensed, forces: Complex[Array, "p harmonic r"]
     ) -> Complex[Array, "p harmonic r"]:
-        """Full responses of the stuck structure to several forces, shape (p, H + 1, r) both [N, m].
+        """Full responses of the stuck structure to several forces, shape (p, H + 1, r) both [N, m]."""
+        return self.displacements_at_each([condensed], forces)[0]
+
+    def displacements_at_each(
+        self, condensed: Sequence[Condensed], forces: Complex[Array, "p harmonic r"]
+    ) -> list[Complex[Array, "p harmonic r"]]:
+        """`displacements` at several Omega, many at once.
 
         Where the damping couples the modes of the stuck structure and not those without its joints, these carry the
         response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
         """
-        omega = harmonics(condensed.angular_frequency, forces.shape[1])
-        free = self._free
+        stuck, rest = self.stuck, forces[:, :1]
+        mean = stuck.response(np.zeros(1), rest) if self._free is None else stuck.static_response(rest[:, 0])[:, None]
+        chunks = _chunks(condensed, 16 * forces.size)
+        return [np.concatenate([mean, each], axis=1) for chunk in chunks for each in self._moved(chunk, forces[:, 1:])]
+
+    def _moved(
+        self, condensed: Sequence[Condensed], forces: Complex[Array, "p harmonic r"]
+    ) -> list[Complex[Array, "p harmonic r"]]:
+        """What harmonics 1 to H move at all of them in one."""
+        free, count = self._free, len(condensed)
+        omega, _ = self._all_harmonics([item.angular_frequency for item in condensed])
+        all_forces = np.tile(forces, (1, count, 1))
         if free is None:
-            return np.asarray(self.stuck.response(omega, forces))
+            return np.split(self.stuck.response(omega, all_forces), count, axis=1)
         B, D = self.directions, self.reference
+        receptance = np.concatenate([item.receptance[1:] for item in condensed])
 
         def reaction(moved: Array) -> Array:
             """What the stuck contacts push back with where the free structure would move so."""
-            stuck = moved - (condensed.receptance[1:] @ (D * moved)[..., None])[..., 0]
+            stuck = moved - (receptance @ (D * moved)[..., None])[..., 0]
             return np.asarray(D * stuck)
 
-        q = free.restrained(omega[1:], forces[:, 1:], B, reaction)
-        mean = self.stuck.static_response(forces[:, 0])
-        return np.asarray(np.concatenate([mean[:, None], q], axis=1))
+        return np.split(free.restrained(omega, all_forces, B, reaction), count, axis=1)
 
 
 def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:

@@ -89,24 +89,40 @@ def rescue(
     found = from_many_starts(balance, condensed, x, sliders, FEW_STARTS)
     if found is None:
         found = along_an_arc(balance, condensed.angular_frequency, before, sliders)
-    return from_many_starts(balance, condensed, x, sliders) if found is None else found
+    return from_many_starts(balance, condensed, x, sliders, failed=FEW_STARTS) if found is None else found
 
 
 def from_many_starts(
-    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, n_start: int = N_START
-) -> SteadyState | None:
-    """What the first start that leads to a solution leads to; none if none does."""
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, n_start: int = N_START,
+    *, failed: int = 0,
+) -> SteadyState | None:  # fmt: skip
+    """What the first start that leads to a solution leads to; none if none does.
+
+    Parameters
+    ----------
+    balance, condensed, sliders
+        What is solved.
+    x
+        Motion that the starts are about; the stuck one by default.
+    n_start
+        How many starts there are, where joints have few directions [-].
+    failed
+        The `n_start` of a call before that led to nothing: its starts are the first of these, and left out [-].
+    """
     linear = balance.linear(condensed)
     scale = float(np.linalg.norm(linear)) or 1.0
     near = linear if x is None else x
     random = np.random.default_rng(SEED)
     share = min(1.0, FEW_DIRECTIONS / max(balance.n_direction, 1)) ** 2
-    for number in range(max(LEAST_START, round(n_start * share))):
+    done, last = (max(LEAST_START, round(n * share)) if n else 0 for n in (failed, n_start))
+    for number in range(last):
         if number % 2:
             start = near * (1 + SPREAD * random.normal(size=near.shape))
         else:
             start = linear + (near - linear) * random.uniform(-0.5, 1.5)
             start = start + STUCK_SPREAD * linear * random.normal(size=near.shape)
+        if number < done:
+            continue
         result, norm, count = newton_at(balance, condensed, linear, start, sliders, TOLERANCE * scale, ITERATIONS)
         if norm <= TOLERANCE * scale:
             return recover_state(balance, condensed, result, sliders, norm / scale, count)

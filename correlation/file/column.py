@@ -47,6 +47,8 @@ class Column:
         Real or complex values, shape (n,); NaN where a field is empty.
     unit
         Unit as text that `correlation.campaign.measurement_unit` understands; empty if it is unknown.
+    label
+        Name and unit as they stand in the file, where the name does not hold both.
     abscissa
         Name of the column over which this one is given; None if the file does not say.
     function
@@ -64,6 +66,7 @@ class Column:
     name: str
     values: NDArray[Any]
     unit: str = ""
+    label: str = ""
     abscissa: str | None = None
     function: str = ""
     response: Point | None = None

@@ -20,18 +20,17 @@ POWER = re.compile(r"psd|power|auto|cross|energy|densit", re.IGNORECASE)
 SCALE = "decibels"
 
 
-def read_decibels(column: Column, label: str) -> Column:
+def read_decibels(column: Column) -> Column:
     r"""The amplitudes :math:`x = x_0\,10^{L / 20}` of a column of decibels L; any other column as it is.
 
     Parameters
     ----------
     column
-        As the file has it.
-    label
-        Name and unit that the file gives it, such as "tip (dB re 1 m/N)"; without a reference :math:`x_0` is 1.
+        As the file has it, its label such as "tip (dB re 1 m/N)"; without a reference :math:`x_0` is 1.
     """
+    label = column.label or column.name
     found = DECIBEL.search(label)
-    if found is None or SCALE in column.facts or POWER.search(label) or column.words or np.iscomplexobj(column.values):
+    if found is None or POWER.search(label) or column.words or np.iscomplexobj(column.values):
         return column
     reference = float(found["reference"] or 1.0)
     with np.errstate(over="ignore"):

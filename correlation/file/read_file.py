@@ -46,7 +46,7 @@ def read_file(path: Path) -> MeasuredFile:
     if not (measured.columns or measured.shapes or measured.nodes):
         reasons = "; ".join(f"{name}: {text}" for name, text in measured.facts.items() if text.startswith("not read"))
         raise CampaignError(f"{path.name}: has no numbers ({reasons[:200] or 'no channels'}); give another file")
-    return replace(measured, columns=tuple(read_decibels(column, column.name) for column in measured.columns))
+    return replace(measured, columns=tuple(read_decibels(column) for column in measured.columns))
 
 
 def file_format(path: Path) -> MeasuredFileFormat:

@@ -107,6 +107,7 @@ def weigh_together(
     *,
     fitted: bool = True,
     likes: Sequence[Comparison] | None = None,
+    predictor: Predictor | None = None,
 ) -> list[tuple[Comparison, Scatter]]:
     """`weighted` for several sets of measurements of one campaign, such as training and held-out data.
 
@@ -123,9 +124,12 @@ def weigh_together(
         As for `weighted`.
     likes
         Other comparisons of the same sets, whose outliers count.
+    predictor
+        Of all sets, with what `Predictor.share` keeps of the model; made anew by default.
     """
     together = join_measured(sides)
-    nominal = ModelFeatures(together.predictor.share(model), together.features, model, prediction)
+    predictor = together.predictor.share(model) if predictor is None else predictor
+    nominal = ModelFeatures(predictor, together.features, model, prediction)
     rows = _split_rows(sides, together.features)
     repeats, errors = make_nuisance_modes(nominal, budget, refined)
 

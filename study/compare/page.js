@@ -104,7 +104,7 @@ function drawMap(data, number) {
   }], {
     font: FONT, height: mapHeight(rows), margin: { l: 110, r: 20, ...MAP_MARGIN }, paper_bgcolor: "white", plot_bgcolor: "white",
     xaxis: axis({ tickvals: ticks, ticktext: ticks.map((column) => map.frequency[column]), showgrid: false, title: { text: "frequency [Hz]" }, tickangle: 0 }),
-    yaxis: axis({ tickvals: map.groups.map((group) => (group.first + group.last) / 2), ticktext: map.groups.map((group) => group.label), showgrid: false, ticks: "", autorange: false, range: [rows - 0.4, -0.6] }),
+    yaxis: axis(mapRows(map)),
   }, CONFIG);
   byId("whole").textContent = "all points together: " + label(map.whole) + " standard deviations";
   [...byId("configurations").children].forEach((button, at) => button.classList.toggle("on", at === number));

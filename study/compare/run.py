@@ -239,8 +239,9 @@ def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Mode
         Numerical error of the model.
     """
     sets = [Measured.prepare(item, sweeps) for item in observed]
-    prediction = join_measured(sets).predictor.predict(model)
-    weights = weigh_together(sets, model, prediction, budget, budget.refined, fitted=False)
+    predictor = join_measured(sets).predictor.share(model)
+    prediction = predictor.predict(model)
+    weights = weigh_together(sets, model, prediction, budget, budget.refined, fitted=False, predictor=predictor)
     return [
         Side(comparison=comparison, prediction=take_prediction(prediction, sets, number))
         for number, (comparison, _) in enumerate(weights)

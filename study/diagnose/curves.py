@@ -83,7 +83,9 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
         for sensor, harmonic in keys(chosen[0]):
             levels = [float(level) for level in np.unique(points.level)[::-1]]
             words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
-            groups.append({"label": words, "first": row, "last": row + len(levels) - 1})
+            named = [f"{level:g} {result.campaign.drive.unit}" for level in levels]
+            groups.append({"label": words, "first": row, "last": row + len(levels) - 1, "levels": named})
+            labels += [f"{words}, {level}" for level in named]
             for level in levels:
                 rows = find_rows(points, sensor, harmonic, level)
                 at = np.searchsorted(frequency, points.frequency[rows])
@@ -91,7 +93,6 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
                     line = np.full(len(frequency), np.nan)
                     line[at] = part.size[rows]
                     image.append(line)
-                labels.append(f"{words}, {level:g} {result.campaign.drive.unit}")
             for image in images:
                 image.append(np.full(len(frequency), np.nan))
             labels.append("")

@@ -17,6 +17,11 @@ function logAxis(measured, predicted) {
 const MAP_MARGIN = { t: 34, b: 56 };
 const mapHeight = (rows) => Math.max(240, MAP_MARGIN.t + MAP_MARGIN.b + 13 * rows);
 const mapBar = (steps, rows) => ({ tickvals: steps.map((_, step) => step - 0.5), ticktext: steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (mapHeight(rows) - MAP_MARGIN.t - MAP_MARGIN.b)), lenmode: "fraction", y: 1, yanchor: "top", outlinewidth: 0 });
+// Names of its rows: of each the level, and of the first of a sensor and harmonic these before it.
+function mapRows(map) {
+  const named = map.groups.flatMap(({ label, levels, first }) => levels.map((level, number) => [first + number, number ? level : "<b>" + label + "</b>, " + level]));
+  return { tickvals: named.map(([row]) => row), ticktext: named.map(([, text]) => text), tickfont: { size: 11 }, showgrid: false, ticks: "", autorange: false, range: [map.labels.length - 0.4, -0.6] };
+}
 // A figure that was made as plain data.
 function drawPlot(id, plot) {
   const layout = { font: FONT, paper_bgcolor: "white", plot_bgcolor: "white", margin: { l: 70, r: 24, t: 14, b: 50 }, hovermode: "closest", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" }, ...plot.layout };

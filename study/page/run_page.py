@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from io import StringIO
 from itertools import takewhile
 from pathlib import Path
 
@@ -12,8 +11,6 @@ from study.page.plain_page import render_plain_page
 from study.page.section import PageSection
 from study.run_context import Answer
 
-#: Width of what is no plain text [characters].
-WIDTH = 110
 #: Height of a picture that is seen at once on most screens.
 TALLEST = "46rem"
 #: Between the words of the name of a file.
@@ -26,7 +23,7 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     Parameters
     ----------
     answer
-        Answer of the command.
+        Answer of the command, in plain text.
     command
         Name of the command.
     pictures
@@ -39,7 +36,7 @@ def add_run_page(answer: Answer, command: str, pictures: Sequence[Path]) -> Answ
     files = answer.document.get("files", ())
     if any(Path(file).suffix == ".html" for file in files):
         return answer
-    text, names = as_text(answer), [file.stem.split(BETWEEN) for file in pictures]
+    text, names = str(answer.text), [file.stem.split(BETWEEN) for file in pictures]
     # The last word of a name says what the picture shows.
     starts = zip(*(name[:-1] for name in names), strict=False)
     common = [each[0] for each in takewhile(lambda each: len(set(each)) == 1, starts)]
@@ -69,14 +66,3 @@ def _heading(words: Sequence[str]) -> str:
     """Words of the name of a file as a heading; "mode1" is "Mode 1"."""
     text = re.sub(r"(?<=[a-z])(?=\d)", " ", " ".join(words))
     return text[:1].upper() + text[1:]
-
-
-def as_text(answer: Answer) -> str:
-    """Answer as plain text."""
-    if isinstance(answer.text, str):
-        return answer.text
-    from rich.console import Console
-
-    stream = StringIO()
-    Console(file=stream, width=WIDTH, color_system=None).print(answer.text)
-    return stream.getvalue().rstrip()

@@ -1,14 +1,13 @@
 """The mesh study as one self-contained HTML page."""
 
 import base64
-import importlib.metadata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from casefile.quantity import format_quantity
-from study.page.html import content_policy, page_provenance
+from study.page.html import fill_template
 from study.table1.study import MeshStudy
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -52,21 +51,13 @@ class StudyPage:
 
 def page(studies: Sequence[StudyPage]) -> str:
     """HTML of all studies, the default one first."""
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=False)
-    environment.filters |= {
+    filters = {
         "as": lambda value, digits: "" if value is None else format(value, digits),
         "data": lambda content, kind: f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}",
         "quantity": _quantity,
     }
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    version = importlib.metadata.version("stickslip")
     asked = all(item.study.asked_calculix for item in studies)
-    return template.render(
-        policy=content_policy(), provenance=page_provenance(), version=version, aim=AIM, asked_calculix=asked,
-        pages=studies,
-    )  # fmt: skip
+    return fill_template(TEMPLATE, {}, filters, aim=AIM, asked_calculix=asked, pages=studies)
 
 
 def _quantity(value: Any, key: str) -> str:

@@ -150,3 +150,19 @@ def test_the_linker_knows_all_that_numba_would_name(run: Runner) -> None:
     # Machine code that calls what has no name there ends the process.
     run.script = NAMES
     assert run() == ("", "")
+
+
+CALLER = """
+import numba
+(library,) = [overload.library for overload in machine.overloads.values()]
+unread = library._unread is not None
+caller = numba.njit(lambda x: machine(x) + 1.0)
+print(unread, caller(2.0), library._unread is not None)
+"""
+
+
+def test_what_stored_code_was_made_from_is_read_when_another_function_is_compiled_with_it(run: Runner) -> None:
+    run.script += CALLER
+    hits, _ = run()
+    assert hits == "0\nFalse 5.0 False"
+    assert run() == ("1\nTrue 5.0 False", "")

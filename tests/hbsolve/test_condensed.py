@@ -46,3 +46,21 @@ def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pyte
             np.testing.assert_allclose(condensed.receptance[k], own.directions @ alpha @ own.directions.T, atol=1e-11)
             np.testing.assert_allclose(contact[k], rows @ alpha @ own.directions.T, atol=1e-11)
             np.testing.assert_allclose(dynamic[k], rows @ alpha @ own.dynamic[k], atol=1e-11)
+
+
+@pytest.mark.parametrize("damping", ["stuck", "free", "none"])
+def test_full_responses_at_several_frequencies_are_those_of_the_matrices(
+    damping: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hbsolve.condensed.TOGETHER", 2 * 16 * 4 * HARMONICS * N)
+    own, random = structure(damping), np.random.default_rng(7)
+    several = own.at_each(SEVERAL)
+    forces = random.standard_normal((5, HARMONICS, N)) + 1j * random.standard_normal((5, HARMONICS, N))
+    stuck = own.stiffness + own.directions.T @ (own.reference[:, None] * own.directions)
+    moved, recoveries = own.displacements_at_each(several, forces), own.recoveries(several)
+    for omega, motion, recovery in zip(SEVERAL, moved, recoveries, strict=True):
+        for k in range(HARMONICS):
+            alpha = np.linalg.inv(stuck - (k * omega) ** 2 * own.mass + 1j * k * omega * own.damping)
+            np.testing.assert_allclose(motion[:, k], forces[:, k] @ alpha.T, atol=1e-11)  # round-off, as above
+            np.testing.assert_allclose(recovery.contact[k], alpha @ own.directions.T, atol=1e-11)
+            np.testing.assert_allclose(recovery.dynamic[k], alpha @ own.dynamic[k], atol=1e-11)

@@ -16,7 +16,7 @@ from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, slider_start
-from hbsolve.steady_state import along_an_arc, from_many_starts, steady_state
+from hbsolve.steady_state import along_an_arc, from_many_starts, rescue, steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, IwanJoint, JenkinsElement, JointedSystem
 
 ONE = np.ones(1)
@@ -126,8 +126,8 @@ def test_a_steady_state_is_rescued_by_few_starts_by_an_arc_and_by_many_starts(mo
         tried.append("Newton")
         raise NoSteadyState("Newton's method wandered")
 
-    def no_start(balance: HarmonicBalance, condensed: Condensed, x: object, sliders: object, most: int = 200) -> None:
-        tried.append("many" if most > hbsolve.steady_state.FEW_STARTS else "few")
+    def no_start(balance: HarmonicBalance, condensed: Condensed, *given: Any, failed: int = 0) -> None:
+        tried.append("many" if failed else "few")
 
     monkeypatch.setattr(hbsolve.steady_state, "solve_at", fails)
     state = steady_state(balance, THREE)
@@ -142,6 +142,24 @@ def test_a_steady_state_is_rescued_by_few_starts_by_an_arc_and_by_many_starts(mo
     with pytest.raises(NoSteadyState, match="Newton's method wandered; start from"):
         steady_state(balance, THREE, start=before)
     assert tried == ["Newton", "few"] * 3 + ["many"]
+
+
+def test_a_rescue_tries_no_start_twice_and_the_same_as_many_starts_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    balance, tried = duffing(), list[bytes]()
+    condensed = balance.at(THREE)
+
+    def fails(balance: HarmonicBalance, condensed: Condensed, linear: object, start: Any, *given: object) -> Any:
+        tried.append(start.tobytes())
+        return start, np.inf, 0
+
+    monkeypatch.setattr(hbsolve.steady_state, "newton_at", fails)
+    monkeypatch.setattr(hbsolve.steady_state, "along_an_arc", lambda *_: None)
+    assert rescue(balance, condensed, None, none(balance)) is None
+    rescued = tried.copy()
+    tried.clear()
+    assert from_many_starts(balance, condensed, None, none(balance)) is None
+    assert rescued == tried
+    assert len(set(tried)) == len(tried) > hbsolve.steady_state.FEW_STARTS
 
 
 def test_many_harmonics_and_samples_take_memory_for_both_and_not_for_their_square() -> None:

@@ -130,6 +130,15 @@ def test_residuals_are_those_of_the_misfit_and_lines_meet_the_predicted_points()
             np.testing.assert_allclose(np.array(group["line"]["amplitude"])[at], predicted, rtol=2e-2)
 
 
+def test_each_row_of_the_map_has_the_name_of_its_level() -> None:
+    section = data_of(page(compared(), drawing()))["sections"][1]
+    assert section["element"] == "map"
+    (shown,) = section["data"]["maps"]
+    for group in shown["groups"]:
+        places = shown["places"][group["first"] : group["last"] + 1]
+        assert group["levels"] == [f"{place['level']:g} N" for place in places]
+
+
 def test_noise_of_one_repeat_is_no_nonlinearity() -> None:
     """Both levels have the response of the lower one, each with noise of its own."""
     campaign = compared().campaign

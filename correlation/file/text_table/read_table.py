@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, unique_names
-from correlation.file.decibel import read_decibels
 from correlation.file.number import read_number
 from correlation.file.text_table.dialect import COMMENT, SAMPLE, WORDS, Dialect, Line, Row, judge, split_fields
 from correlation.file.text_table.open_text import clean, open_text
@@ -58,11 +57,12 @@ def read_table(path: Path, *, format_name: str) -> MeasuredFile:
         while rows := list(itertools.islice(body, BLOCK)):
             blocks.add(rows)
     names, units, labels = _names_and_units(header, len(dialect.numeric))
-    read = (
-        Column(name=name, values=values, unit=unit, words=words, where=f"column {number + 1}")
-        for number, (name, unit, (values, words)) in enumerate(zip(names, units, blocks.columns(), strict=True))
+    columns = tuple(
+        Column(name=name, values=values, unit=unit, label=label, words=words, where=f"column {number + 1}")
+        for number, (name, unit, label, (values, words)) in enumerate(
+            zip(names, units, labels, blocks.columns(), strict=True)
+        )
     )
-    columns = tuple(read_decibels(column, label) for column, label in zip(read, labels, strict=True))
     facts = {"separator": WORDS[dialect.separator], **_facts([*remarks, *map(clean, preamble)])}
     if dialect.decimal_comma or dialect.paired:
         facts["decimal sign"] = "comma"

@@ -41,13 +41,14 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
             labels.append("")
             places.append({})
             rows.append(np.full(len(frequency), np.nan))
-        groups.append({"label": words, "first": len(rows), "last": len(rows) + len(levels) - 1})
+        named = [f"{level:g} {drawing.unit}" for level in levels.tolist()]
+        groups.append({"label": words, "first": len(rows), "last": len(rows) + len(levels) - 1, "levels": named})
+        labels += [f"{words}, {level}" for level in named]
         for level in levels.tolist():
             at = find_rows(points, sensor, harmonic, level)
             line = np.full(len(frequency), np.nan)
             np.fmax.at(line, np.searchsorted(frequency, points.frequency[at]), size[at])
             rows.append(line)
-            labels.append(f"{words}, {level:g} {drawing.unit}")
             places.append({"sensor": sensor, "harmonic": harmonic, "level": level})
     return {
         "configuration": configuration(free),

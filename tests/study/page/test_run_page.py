@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from rich.table import Table
 
 from study.page.run_page import add_run_page
 from study.run_context import Answer
@@ -44,16 +43,6 @@ def test_a_command_with_a_page_of_its_own_needs_no_other(pictures: list[Path]) -
     answer = Answer(document={"files": ["own.html"]}, text="done")
     assert add_run_page(answer, "compare", pictures) is answer
     assert not list(pictures[0].parent.glob("*.html"))
-
-
-def test_a_table_in_colours_is_plain_on_the_page(pictures: list[Path]) -> None:
-    table = Table("model", "frequency [Hz]")
-    table.add_row("[bold]hex20[/bold]", "123.4")
-    told = add_run_page(Answer(document={}, text=table), "modes", pictures[:1])
-    html = pictures[0].with_name("two_masses_modes.html").read_text(encoding="utf-8")
-    assert re.search(r"hex20.*123\.4", html)
-    assert "\x1b" not in html
-    assert told.document["files"] == [str(pictures[0].with_name("two_masses_modes.html"))]
 
 
 def test_the_name_of_a_command_stands_once_in_the_name_of_its_page(pictures: list[Path]) -> None:
