@@ -3,11 +3,10 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-
-from figure.png_file import encode_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
@@ -18,6 +17,8 @@ else:
 
 #: Dots per inch of all figures.
 DPI = 160
+#: Effort of the compression, of 9: half the time of zlib's usual one, for files larger by a tenth to a quarter.
+COMPRESSION = 3
 #: Of words, of words that matter less, and of the lines behind the curves.
 INK, PALE, GRID = "#101820", "#5d6772", "#e5e7eb"
 #: Of a lower and an upper limit; colours here stay apart for colour-blind readers (Okabe and Ito, 2008).
@@ -232,10 +233,11 @@ def png(figure: Figure) -> bytes:
     """The figure as a file."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
 
     figure.set_dpi(DPI)
     typeset_figure(figure)
-    canvas = FigureCanvasAgg(figure)
+    canvas, stream = FigureCanvasAgg(figure), BytesIO()
     # Letters as they were designed: moved onto pixels they look no better at this size, and take a third longer.
     with rc_context({"text.hinting": "none"}):
         # `savefig` would draw the figure once more to lay it out.
@@ -243,5 +245,7 @@ def png(figure: Figure) -> bytes:
             engine.execute(figure)
             figure.set_layout_engine("none")
         canvas.draw()
-    # Nothing is transparent.
-    return encode_png(np.asarray(canvas.buffer_rgba())[..., :3], DPI)
+    # Nothing is transparent: without that channel a file takes a quarter less time, and is smaller.
+    opaque = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    opaque.save(stream, "PNG", compress_level=COMPRESSION, dpi=(DPI, DPI))
+    return stream.getvalue()
