@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from figure.matplotlib_import import import_matplotlib
 from figure.style import Figure, png
 from geometry.errors import InputWarning
 from geometry.registry import Registry
@@ -93,7 +92,6 @@ def pictures(results: Mapping[str, object]) -> dict[str, bytes]:
     InputWarning
         A figure from outside fails: the others are drawn.
     """
-    import_matplotlib()
     drawn: dict[str, bytes] = {}
     for name, result in results.items():
         # The figure that a result comes with is the first; it stands in the result's file, and so is imported.
