@@ -133,6 +133,8 @@ class LinearStructure:
         size = 16 * source.balance.n_harmonic * source.balance.n_direction * source.balance.system.n_dof
         if not source.balance.is_dense:
             new = new[: max(RECOVERY // max(size, 1) - len(source._recovery), 0)]
+        if not new:
+            return
         found = source.balance.structure.recoveries([source._condensed[frequency] for frequency in new])
         source._recovery.update(zip(new, found, strict=True))
 

@@ -17,6 +17,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -134,11 +135,12 @@ class _StoredCode:
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Machine code for arguments of these types; None, which has it compiled, if there is none that can be read."""
+        with suppress(ImportError, AttributeError):  # another numba reads all that was stored
+            target_context.codegen()._library_class = stored_library_class()
         try:
             # numba's `load_overload` reads all that it knows how to compile before: a tenth of the time of a command
             # that compiles nothing. Its compiler does so again where something must be compiled.
             name_symbols()
-            target_context.codegen()._library_class = stored_library_class()
             found = self._store._load_overload(sig, target_context)
         except Exception:  # a file that a power cut or a bad disk damaged
             _say_once("damaged", f"compiled code in {self._path} is damaged and is compiled again")

@@ -110,8 +110,11 @@ def _values(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, 
 def _draw_models(axes: Axes, curves: Sequence[BackboneCurve], number: int) -> None:
     """Dashed lines of the model, each only where it lies on no other: dashes on dashes look like a full line."""
     values = [_values(curve)[number] for curve in curves]
+    if not any(curve.kind == "model" for curve in curves):
+        return
     ends = np.concatenate([value + side * deviation for value, deviation in values for side in (-1.96, 1.96)])
-    near = 2 * float(np.ptp(ends[np.isfinite(ends)])) / WIDTHS
+    ends = ends[np.isfinite(ends)]
+    near = 2 * float(np.ptp(ends)) / WIDTHS if ends.size else 0.0
     drawn: list[tuple[Values, Values]] = []
     models = [(curve, value) for curve, (value, _) in zip(curves, values, strict=True) if curve.kind == "model"]
     for curve, value in sorted(models, key=lambda pair: -float(np.ptp(np.log(pair[0].amplitude)))):

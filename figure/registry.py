@@ -94,8 +94,8 @@ def pictures(results: Mapping[str, object]) -> dict[str, bytes]:
     """
     drawn: dict[str, bytes] = {}
     for name, result in results.items():
-        # The figure that a result comes with is the first; it stands in the result's file, and so is imported.
-        for kind in sorted(REGISTRY.known(), key=lambda item: not item.is_own):
+        # The figure that a result comes with is the first.
+        for kind in sorted(REGISTRY, key=lambda item: not item.is_own):
             if not isinstance(result, kind.draws):
                 continue
             try:

@@ -103,7 +103,7 @@ class Registry(Generic[M]):
         self.facts = {key: "what it is called", **(facts or {})}
         self._check = check
         self._entries: dict[str, Entry[M]] = {}
-        self._complete = self._installed = False
+        self._complete = False
         self._failures: list[str] = []
 
     def register(self, member: M, *, depth: int = 1) -> M:
@@ -180,11 +180,6 @@ class Registry(Generic[M]):
         self._discover()
         return sorted(self._entries)
 
-    def known(self) -> list[M]:
-        """Members of installed packages and of files that are imported, by name: no file is imported to find others."""
-        self._load_installed()
-        return [self._entries[name].member for name in sorted(self._entries)]
-
     def entry(self, name: str) -> Entry[M]:
         """A member with the place where it was registered."""
         self[name]
@@ -251,19 +246,12 @@ class Registry(Generic[M]):
         except BaseException:
             self._complete = False
             raise
-        self._load_installed()
-
-    def _load_installed(self) -> None:
-        """Load the members of installed packages, once."""
-        if self._installed:
-            return
-        self._installed = True
         for point in installed_points(self.group) if self.group else ():
             try:
                 _attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
             except RegistryError as failure:
                 self._failures.append(str(failure))
-                warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=4)
+                warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=3)
 
 
 def installed_points(group: str) -> tuple[EntryPoint, ...]:

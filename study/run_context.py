@@ -55,7 +55,7 @@ class Answer:
     document
         For ``--json``: text, numbers, lists and dicts alone; a number that is not finite becomes null.
     text
-        For people: text or anything that rich can print.
+        For people: text, or anything that rich can print for a command that makes no page.
     exit_code
         0, or 1 if the command did its work and the result is bad.
     """

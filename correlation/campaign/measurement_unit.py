@@ -54,7 +54,7 @@ def si_factor(unit: str, si: str) -> float:
     if si == "Hz" and root == root_units("rad/s")[1]:
         return float(factor) / (2 * math.pi)
     hint = HINTS.get((unit, si), "")
-    if unit == "count":
+    if unit in {"count", "counts"} and si not in {"", "s", "Hz", "rad"}:
         hint = f'; for counts of a converter add a sensitivity such as "655.36 count/({si})"'
     needed = f'a unit such as "{si}" is needed' if si else "a bare number is needed"
     raise ValueError(f'"{unit}" is a unit of another quantity, {needed}{hint}')

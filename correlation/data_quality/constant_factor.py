@@ -38,6 +38,7 @@ UNITS = {
 }  # fmt: skip
 AMPLITUDES = {
     2**-0.5: ("rms", "peak"), 2**0.5: ("peak", "rms"), 2.0: ("peak to peak", "peak"), 0.5: ("peak", "peak to peak"),
+    8**-0.5: ("rms", "peak to peak"), 8**0.5: ("peak to peak", "rms"),
 }  # fmt: skip
 
 Ratios = Float[NDArray[np.float64], " n"]
@@ -99,7 +100,7 @@ def _of_all(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iter
         yield Suspicion(
             where="all sensors",
             sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
-            f"frequencies: {_asked(*known[factor], 'their')} If so, correct {mend}; if not, the load of the case",
+            f"frequencies: {_ask(*known[factor], 'their')} If so, correct {mend}; if not, the load of the case",
             remark=True,
         )
 
@@ -118,12 +119,14 @@ def _of_one(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iter
         known = abs(np.log(nearest))
         close = min(max(WITHIN * fit, CLOSE), NEAR * known) if nearest in units else CLOSE
         if known > BESIDE * fit and abs(factor - np.log(nearest)) < close:
+            ten = np.log(10) * np.sign(factor)
+            alike = " A range or gain that is ten times another looks alike." if abs(factor - ten) < close else ""
             yield Suspicion(
                 where=f'sensor "{campaign.sensors[sensor].name}"',
                 sentence=f"it reads {np.exp(factor):.3g} times what the model says, at all levels and frequencies, and "
                 f"the model is off by up to {np.expm1(fit):.1%} at the other sensors (medians): "
-                f"{_asked(*{**units, **AMPLITUDES}[nearest], 'its')} If so, correct its "
-                f"{'unit' if nearest in units else 'columns'}",
+                f"{_ask(*{**units, **AMPLITUDES}[nearest], 'its')} If so, correct its "
+                f"{'unit' if nearest in units else 'columns'}.{alike}".removesuffix("."),
                 remark=nearest not in units,
             )
 
@@ -155,5 +158,5 @@ def _nearest(known: Mapping[float, tuple[str, str]], factor: float) -> float:
     return min(known, key=lambda each: abs(np.log(each) - factor))
 
 
-def _asked(is_in: str, said: str, whose: str) -> str:
-    return f"are {whose} values {is_in}, where the manifest says {said}?"
+def _ask(true: str, read: str, whose: str) -> str:
+    return f"are {whose} values {true}, and read as {read}?"

@@ -115,7 +115,11 @@ def _find(arranged: ByRepeat, q: Logarithms, level_unit: str, chance: float) -> 
     each = chance / (beside.own.shape[1] * sum(map(len, stages)))
     for parts in stages:
         swaps = [_judge(arranged, q, beside, mask, words, each) for words, mask in parts]
-        if found := [swap for swap in swaps if swap is not None]:
+        found = [swap for swap in swaps if swap is not None]
+        # Most of a repeat is not all of it.
+        if parts is stages[0] and any(_agrees(beside, mask, swap.column) for swap in found for _, mask in levels):
+            continue
+        if found:
             return found
     return []
 
@@ -138,6 +142,14 @@ def _compare(q: Logarithms) -> _Beside:
             with np.errstate(divide="ignore", invalid="ignore"):
                 result.scatter[there, column] = np.sqrt(np.nansum(apart, axis=1) / count)
     return result
+
+
+def _agrees(beside: _Beside, part: Mask, column: int) -> bool:
+    """Whether a part of a repeat, -1 for one of two, agrees with the others as it is."""
+    # Of two repeats the first stands for both.
+    own, swapped, change, _ = (values[part, column if values.shape[1] > 1 else 0] for values in beside)
+    there = np.isfinite(own) & (change > SMALL)
+    return bool(there.sum() >= FEWEST and np.median(own[there]) < np.median(swapped[there]))
 
 
 def _judge(arranged: ByRepeat, q: Logarithms, beside: _Beside, part: Mask, words: str, chance: float) -> _Swap | None:

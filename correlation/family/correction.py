@@ -33,8 +33,6 @@ def correct_family(
 ) -> Family:
     """The family at the force of its level and the preloads of the model, as far as limits tell how they follow both.
 
-    Where the limits at another force are not known, readings stay as they are, as uncertain as they were scaled.
-
     Parameters
     ----------
     family, band
@@ -45,43 +43,54 @@ def correct_family(
         Standard deviation of a measured force, relative [-]. What it does to an amplitude over its force is part of the
         scatter of these; here it counts as far as limits follow the force.
     """
-    pressed = np.array([preloads[key] if preloads else [] for key in family.set_ups])[family.curve_number]
+    unknown = np.zeros(len(band.by_preload))
+    pressed = np.array([(preloads or {}).get(key, unknown) for key in family.set_ups])[family.curve_number]
     if band.by_force is None and not pressed.any():
         return family
     level = band.at(family.frequency).value
-    limit, off, scaled = level, np.zeros(level.shape), family.scaled
+    limit, variance, scaled = level, np.zeros(level.shape), family.scaled
     if band.by_force is not None:
-        log_ratio, span = np.log(family.ratio), band.by_force.span
-        change, uncertain, rate = _follow(band, band.by_force, family, level, log_ratio)
-        limit, off = limit + change, np.hypot(uncertain, force_noise * rate)
-        scaled = np.maximum(np.abs(log_ratio) - span, 0.0)
-    for by, own in zip(band.by_preload, pressed.T, strict=False):
-        change, uncertain, _ = _follow(band, by, family, level, own)
-        limit, off = limit + np.nan_to_num(change), np.hypot(off, np.nan_to_num(uncertain))
+        change, deviation, rate = _follow(band, band.by_force, family, level, np.log(family.ratio))
+        limit, variance = limit + change, variance + deviation**2 + (force_noise * rate) ** 2
+        scaled = np.zeros(family.n_point)
+    for by, own in zip(band.by_preload, pressed.T, strict=True):
+        change, deviation, _ = _follow(band, by, family, level, own)
+        limit, variance = limit + change, variance + deviation**2
     # Limits of no width may cross.
     lower, upper = np.sort(limit, axis=0)
     inside = np.clip(family.value, lower, upper)
     share = (inside - lower) / np.maximum(upper - lower, np.finfo(float).tiny)
     corrected = level[0] + share * (level[1] - level[0]) + family.value - inside
-    size = np.maximum(np.abs(level), np.finfo(float).tiny)
-    told = np.isfinite(corrected)
-    columns = np.where(told, corrected, family.value), np.where(told, (off / size).max(axis=0) + scaled, family.scaled)
-    ends = np.cumsum([len(curve.frequency) for curve in family.curves])[:-1]
-    parts = zip(family.curves, *(np.split(column, ends) for column in columns), strict=True)
-    return replace(family, curves=tuple(replace(curve, value=new, scaled=own) for curve, new, own in parts))
+    has_limits = np.isfinite(corrected)
+    value = np.where(has_limits, corrected, family.value)
+    uncertain, scaled = np.sqrt(np.nan_to_num(variance)), np.where(has_limits, scaled, family.scaled)
+    rows = [np.flatnonzero(family.curve_number == number) for number in range(len(family.curves))]
+    return replace(
+        family,
+        curves=tuple(
+            replace(curve, value=value[own], ratio=1.0, scaled=scaled[own], uncertain=uncertain[:, own])
+            for curve, own in zip(family.curves, rows, strict=True)
+        ),
+    )
 
 
 def _follow(
     band: PredictedBand, by: LimitChange, family: Family, level: Both, log_ratio: Values
 ) -> tuple[Both, Both, Both]:
-    """Change of the limits at each reading, what it is uncertain by, and its rate with the logarithm of the ratio.
+    """Change of the limits at each reading, its standard deviation, and its rate with the logarithm of the ratio.
 
-    Limits follow the parabola through those at three ratios, as far as these go; what it differs by from straight lines
-    counts as it does between two frequencies.
+    Limits follow the parabola through those at three ratios, no further than the ends of each side; what it differs by
+    from straight lines counts as it does between two frequencies. Beyond these ratios, and where a state is missing,
+    nothing is known: limits are uncertain by as much as the ratio differs.
     """
     less, more = (replace(band, value=value).at(family.frequency).value - level for value in by.value)
     step = np.clip(log_ratio / by.span, -1.0, 1.0)
-    straight = np.where(step > 0, more * step, -less * step)
+    end = np.where(step > 0, more, less)
+    straight = np.abs(step) * end
     parabola = (more - less) / 2 * step + (more + less) / 2 * step**2
+    change = np.clip(parabola, np.minimum(end, 0.0), np.maximum(end, 0.0))
     rate = ((more - less) / 2 + (more + less) * step) / by.span
-    return parabola, BETWEEN * np.abs(parabola - straight), rate
+    known = np.isfinite(parabola)
+    beyond = np.where(known, np.abs(log_ratio - by.span * step), np.abs(log_ratio)) * np.abs(level)
+    deviation = np.hypot(BETWEEN * np.where(known, change - straight, 0.0), beyond)
+    return np.where(known, change, 0.0), deviation, np.where(known, rate, 0.0)

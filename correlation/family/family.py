@@ -46,6 +46,9 @@ class FamilyCurve:
         Measured force over that of the level, shape (n,) [-]; 1 by default.
     scaled
         Share of the value that the scaling to the level is uncertain by, shape (n,) [-]; 0 by default.
+    uncertain
+        Standard deviations of its distances from a lower and an upper limit by what `correct_family` has taken off,
+        shape (2, n) [unit of the value]; 0 by default.
     """
 
     test: str
@@ -55,15 +58,18 @@ class FamilyCurve:
     value: Values
     ratio: Values | float = 1.0
     scaled: Values | float = 0.0
+    uncertain: Both | float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("ratio", "scaled"):
-            object.__setattr__(self, name, np.broadcast_to(getattr(self, name), self.frequency.shape))
-        freeze_fields(self, "frequency", "value", "ratio", "scaled")
+        n = len(self.frequency)
+        for name, shape in (("ratio", (n,)), ("scaled", (n,)), ("uncertain", (2, n))):
+            object.__setattr__(self, name, np.broadcast_to(getattr(self, name), shape))
+        freeze_fields(self, "frequency", "value", "ratio", "scaled", "uncertain")
 
     def where(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> "FamilyCurve":
         """The curve of some of its points."""
-        columns = {name: getattr(self, name)[rows] for name in ("frequency", "value", "ratio", "scaled")}
+        names = ("frequency", "value", "ratio", "scaled", "uncertain")
+        columns = {name: getattr(self, name)[..., rows] for name in names}
         return replace(self, **columns)
 
 
@@ -114,14 +120,15 @@ class Family:
         return np.concatenate([curve.scaled for curve in self.curves])
 
     def widen(self, deviation: Both, limit: Both) -> Both:
-        """Standard deviations of readings beside limits with that of their scaling, shape (2, p) [unit of the limits].
+        """Standard deviations of readings beside limits with those of their correction, shape (2, p) [unit of them].
 
         Parameters
         ----------
         deviation, limit
             Those without it, and the limits, shape (2, p).
         """
-        return np.hypot(deviation, self.scaled * limit)
+        uncertain = np.concatenate([curve.uncertain for curve in self.curves], axis=1)
+        return np.asarray(np.sqrt(deviation**2 + (self.scaled * limit) ** 2 + uncertain**2))
 
     @property
     def set_ups(self) -> list[tuple[str, int]]:

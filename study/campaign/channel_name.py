@@ -9,10 +9,11 @@ from study.campaign.level import LEVEL_IN_NAME
 from study.campaign.table import file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable
 
-#: Words of a name that tell a run, its level, direction or configuration, and no sensor.
-OF_A_RUN = re.compile(
-    r"(rep|repeat|run|lauf|test|messung|level|sweep|up|down|free|frei|unjointed|nocontact|jointed)?\d*", re.IGNORECASE
-)
+#: Words of a name that tell a run, its level, direction, time or configuration, and no sensor.
+RUN = "rep|repeat|run|lauf|test|trial|versuch|meas|measurement|messung|hit|impact|shot|schlag|decay|level|sweep"
+WHEN = "day|tag|before|after|vorher|nachher|up|down|forward|backward|auf|ab"
+CONFIGURATION = "free|frei|unjointed|nocontact|jointed"
+OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*", re.IGNORECASE)
 
 
 def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:

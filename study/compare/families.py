@@ -172,10 +172,12 @@ def find_families(
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
-    errors = estimate_repeat_errors(campaign, correct_families(chosen, limits))
+    # Sensors whose families have no limits tell the frequency of a set-up all the same.
+    rest = [family for family in families if family not in chosen]
+    errors = estimate_repeat_errors(campaign, [*correct_families(chosen, limits), *rest])
     preloads = estimate_preloads(chosen, limits, errors, budget)
     corrected = correct_families(chosen, limits, preloads, errors)
-    errors = estimate_repeat_errors(campaign, corrected)
+    errors = estimate_repeat_errors(campaign, [*corrected, *rest])
     verdicts = judge_families(corrected, limits, errors, budget)
     return replace(nothing, verdicts=verdicts, errors=errors, limits=limits, preloads=preloads)
 
@@ -303,14 +305,14 @@ def estimate_preloads(
 ) -> Preloads:
     """Preloads of each set-up over those of the model; see `estimate_preload_offsets`."""
     set_up, model = _frequency_errors(families, limits, errors, budget)
-    return estimate_preload_offsets(*_seen(families, limits, errors), set_up=set_up, model=model)
+    return estimate_preload_offsets(*_with_bands(families, limits, errors), set_up=set_up, model=model)
 
 
 def judge_families(
     families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors, budget: Budget
 ) -> tuple[FamilyVerdict, ...]:
     """Each family, as `correct_families` has it, over its band."""
-    families, bands, noise = _seen(families, limits, errors)
+    families, bands, noise = _with_bands(families, limits, errors)
     n_reading = count_readings(families)
     set_up, model = _frequency_errors(families, limits, errors, budget)
     offsets = estimate_frequency_offsets(families, bands, noise, set_up=set_up, model=model)
@@ -320,7 +322,7 @@ def judge_families(
     )
 
 
-def _seen(
+def _with_bands(
     families: Sequence[Family], limits: FamilyLimits, errors: RepeatErrors
 ) -> tuple[Sequence[Family], list[PredictedBand], list[ReadingNoise]]:
     """Families, and band and noise of each."""

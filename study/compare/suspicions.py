@@ -70,8 +70,8 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         *find_wrong_units(campaign, points, predicted),
     )
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
-        of_tests = (*of_tests, *find_constant_factors(campaign, points, predicted))
         of_tests = _wrong_levels(campaign, table, points, model, predicted) or of_tests
+        of_tests = (*of_tests, *find_constant_factors(campaign, points, predicted))
     swapped: tuple[Suspicion, ...] = ()
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
         swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))

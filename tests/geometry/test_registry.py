@@ -61,14 +61,6 @@ def test_own_members_are_found_without_a_list_and_only_when_asked_for(springs: R
     assert springs.outside_files() == []
 
 
-def test_known_members_are_those_of_imported_files(springs: Registry[Any]) -> None:
-    assert springs.known() == []
-    assert "soft" in springs  # imports its file
-    assert [member.name for member in springs.known()] == ["soft"]
-    assert "springs_for_test.stiff" not in sys.modules
-    assert springs.names() == ["soft", "stiff"]
-
-
 def test_a_users_file_adds_a_member(springs: Registry[Any], tmp_path: Path) -> None:
     file = written(tmp_path, "SPRINGS.register(Spring(name='mine', stiffness=2))\n")
     (member,) = springs.load(file)

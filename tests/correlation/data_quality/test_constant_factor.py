@@ -70,7 +70,7 @@ def test_a_unit_of_one_channel_is_named_with_its_factor(factor: float, is_in: st
     for seed in range(5):
         (found,) = suspected(seed, error, 1.0, factor)
         assert found.where == 'sensor "b"'
-        assert f"values {is_in}, where the manifest says {said}?" in found.sentence
+        assert f"values {is_in}, and read as {said}?" in found.sentence
         assert not found.remark
 
 
@@ -79,5 +79,12 @@ def test_amplitudes_of_one_channel_and_of_all_are_a_remark(factor: float, is_in:
     for factors, where in (([1.0, factor], 'sensor "b"'), ([factor] * 4, "all sensors")):
         (found,) = suspected(0, 0.0, *factors)
         assert found.where == where
-        assert f"values {is_in}, where the manifest says {said}?" in found.sentence
+        assert f"values {is_in}, and read as {said}?" in found.sentence
         assert found.remark
+
+
+def test_a_factor_of_ten_is_no_sure_unit() -> None:
+    """The model is 5 % off: g and ten are not told apart."""
+    told = [each for seed in range(10) for each in suspected(seed, 0.05, 1.0, 10.0)]
+    assert told
+    assert all("ten times another looks alike" in each.sentence for each in told)

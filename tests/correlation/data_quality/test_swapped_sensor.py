@@ -73,3 +73,18 @@ def test_sensors_swapped_in_some_runs_are_named_with_them(n_repeat: int, level: 
             assert each.where == f'test "sine", repeat 2, level 3 N{", sweep down" if sweep else ""}'
     # 36 to 40 of 40 by the number of repeats: of the rest the shapes of both are nearly alike.
     assert found >= 8
+
+
+@pytest.mark.parametrize("n_repeat", [2, 3, 5])
+def test_a_repeat_that_is_right_at_one_level_is_not_swapped_as_a_whole(n_repeat: int) -> None:
+    named = 0
+    for seed in range(5):
+        campaign = draw_campaign(seed, n_repeat, 0.02)
+        table = campaign.measurement
+        swapped = swap(campaign, (table.repeat == 2) & (table.level != LEVELS[1]))
+        for each in find_sensors_swapped_in_a_repeat(swapped):
+            if '"a" and "b"' in each.sentence:
+                assert each.where.endswith((f"level {LEVELS[0]:g} N", f"level {LEVELS[2]:g} N"))
+                named += 1
+    # Two levels each, but for shapes that are nearly alike; of two repeats the other levels hardly say what is usual.
+    assert named >= (8 if n_repeat > 2 else 1)

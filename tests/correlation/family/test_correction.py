@@ -45,7 +45,8 @@ def test_readings_at_a_limit_stay_there_whatever_power_it_grows_with(side: int) 
     np.testing.assert_allclose(found.curves[0].value, LEVEL[side], rtol=1e-3)
     assert np.abs(measured / LEVEL[side] - 1).max() > 0.02
     # What it is uncertain by is less than what the correction changed.
-    assert found.scaled.max() < 0.01
+    none = np.zeros((2, found.n_point))
+    assert (found.widen(none, none) < 0.01 * LEVEL.mean()).all()
     np.testing.assert_array_equal(found.curves[1].value, found.curves[0].value[:4])
 
 
@@ -58,13 +59,44 @@ def test_readings_between_limits_keep_their_place_and_those_outside_their_distan
         np.testing.assert_allclose(correct_family(family(value, ratio), band()).curves[0].value, expected, rtol=1e-12)
 
 
-def test_beyond_known_forces_and_without_states_a_reading_is_as_uncertain_as_it_was_scaled() -> None:
+def test_beyond_known_forces_and_without_states_limits_are_as_uncertain_as_the_force_differs() -> None:
     ratio = np.full(9, np.exp(3 * SPAN))
+    none = np.zeros((2, 13))
     beyond = correct_family(family(scaled_limits(ratio)[1], ratio), band())
-    assert (beyond.scaled >= 2 * SPAN).all()
+    assert (beyond.widen(none, none)[:, :9] >= 2 * SPAN * LEVEL).all()
     missing = LimitChange(SPAN, np.where(np.arange(9) == 4, np.nan, BY_FORCE.value))
     own = family(LEVEL[1], ratio)
     found = correct_family(own, band(by_force=missing))
     assert found.curves[0].value[4] == own.curves[0].value[4]
-    assert found.curves[0].scaled[4] == own.curves[0].scaled[4]
+    np.testing.assert_allclose(found.widen(none, none)[:, 4], 3 * SPAN * LEVEL[:, 4], rtol=1e-12)
     assert correct_family(own, band(by_force=None)) is own
+
+
+def test_a_small_lower_limit_makes_the_upper_one_no_less_certain() -> None:
+    """Of a static force that nearly vanishes at one end of the histories."""
+    level = np.array([np.full(9, 1e-3), np.full(9, 100.0)])
+    change = np.array([[[-1.0]], [[5.0]]]) * np.ones((2, 2, 9))
+    by = LimitChange(SPAN, level + change)
+    found = correct_family(family(np.full(9, 100.0), np.full(9, np.exp(SPAN / 2))), band(value=level, by_force=by))
+    none = np.zeros((2, 13))
+    # A quarter of what the parabola through -1, 0 and 5 differs by from a line, half-way.
+    np.testing.assert_allclose(found.widen(none, none), 0.25 * 0.5, rtol=1e-9)
+
+
+def test_limits_that_do_not_follow_on_one_side_are_not_moved_there() -> None:
+    """A contact that opens with less preload: no parabola goes beyond what is known at either end."""
+    by = LimitChange(SPAN, np.array([LEVEL, LEVEL + 20.0]))
+    found = correct_family(family(LEVEL[1], np.full(9, np.exp(-SPAN / 2))), band(by_force=by))
+    np.testing.assert_allclose(found.curves[0].value, LEVEL[1], rtol=1e-12)
+
+
+def test_a_family_is_corrected_once() -> None:
+    ratio = np.full(9, np.exp(SPAN))
+    once = correct_family(family(scaled_limits(ratio)[0], ratio), band())
+    np.testing.assert_allclose(correct_family(once, band()).value, once.value, rtol=1e-14)
+
+
+def test_a_set_up_of_unknown_preload_is_taken_to_have_the_model_s() -> None:
+    own = family(LEVEL[1], np.ones(9))
+    pressed = band(by_force=None, by_preload=(BY_FORCE,))
+    np.testing.assert_array_equal(correct_family(own, pressed, {("another", 1): np.array([0.02])}).value, own.value)

@@ -98,3 +98,11 @@ def test_several_channels_of_such_files_keep_their_numbers(tmp_path: Path) -> No
     assert sorted(one["name"] for one in manifest["sensor"]) == [
         f"{place} channel {number} acceleration" for place in ("root", "tip") for number in (1, 2)
     ]
+
+
+@pytest.mark.parametrize("names", [("acc_hit1", "acc_hit2"), ("acc_before", "acc_after"), ("acc_day1", "acc_day2")])
+def test_words_of_runs_are_no_sensors(tmp_path: Path, names: tuple[str, str]) -> None:
+    for name in names:
+        write_wav(tmp_path / f"{name}.wav", DECAY)
+    sensors = tomllib.loads(drafted(tmp_path).path.read_text())["sensor"]
+    assert len(sensors) == 1
