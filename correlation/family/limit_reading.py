@@ -120,17 +120,7 @@ def read_limits(
     """
     balance = curve.problem.balance
     seen = Configuration.from_model(model, False, None)
-    checked = _with_check_sensors(model)
-    finely = []
-    for number, times in enumerate(HARMONICS):
-        n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
-        if number >= FEWEST_BALANCE and balance.n_direction * (2 * n_harmonic - 1) > MOST_UNKNOWN:
-            break
-        configuration, check = (
-            Configuration.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
-            for item in (model, checked)
-        )
-        finely.append((configuration, check))
+    finely = _finer_configurations(model, balance)
     variants = _variants(model, seen, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
@@ -151,9 +141,8 @@ def read_limits(
             last[side, at] = (1.0 if still else MARGIN) * (readings[-1] - readings[-2])
             moved[side, at] = readings[-1] - readings[0]
             searched[side, at] = error
-            for row, variant in enumerate(variants):
-                changes = _changes(states, state, curve, at, slider, seen, variant)
-                changed[row, :, side, at] = readings[-1] + changes
+            changes = [_changes(states, state, curve, at, slider, seen, variant) for variant in variants]
+            changed[:, :, side, at] = readings[-1] + np.array(changes).reshape(-1, 2)
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
@@ -161,32 +150,55 @@ def read_limits(
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
         shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
-        # A negative gain turns a mean around.
-        order = np.argsort(value, axis=0)
-        by = [
-            LimitChange(variant.span, np.take_along_axis(one, order[None], axis=1))
-            for variant, one in zip(variants, changed, strict=True)
-        ]
-        result.append(
-            LimitReadings(
-                value=np.take_along_axis(value, order, axis=0),
-                deviation=np.take_along_axis(deviation, order, axis=0),
-                shift=float(np.linalg.norm(shifts)),
-                by_force=by[0] if force_span else None,
-                by_preload=tuple(by[1:] if force_span else by),
-            )
-        )
+        shift = float(np.linalg.norm(shifts))
+        result.append(_in_order(value, deviation, shift, variants, changed, by_force=bool(force_span)))
     return result
+
+
+def _in_order(
+    value: Float[NDArray[np.float64], "2 f"],
+    deviation: Float[NDArray[np.float64], "2 f"],
+    shift: float,
+    variants: Sequence["_Variant"],
+    changed: Float[NDArray[np.float64], "v 2 2 f"],
+    *,
+    by_force: bool,
+) -> LimitReadings:
+    """The lower limit first: a negative gain turns a mean around."""
+    order = np.argsort(value, axis=0)
+    by = [
+        LimitChange(variant.span, np.take_along_axis(one, order[None], axis=1))
+        for variant, one in zip(variants, changed, strict=True)
+    ]
+    return LimitReadings(
+        value=np.take_along_axis(value, order, axis=0),
+        deviation=np.take_along_axis(deviation, order, axis=0),
+        shift=shift,
+        by_force=by[0] if by_force else None,
+        by_preload=tuple(by[1:] if by_force else by),
+    )
+
+
+def _finer_configurations(model: Model, balance: HarmonicBalance) -> list[tuple[Configuration, Configuration]]:
+    """More samples, then more and more harmonics; the second of each pair has the sensors of `_with_check_sensors`."""
+    checked, finely = _with_check_sensors(model), []
+    for number, times in enumerate(HARMONICS):
+        n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
+        if number >= FEWEST_BALANCE and balance.n_direction * (2 * n_harmonic - 1) > MOST_UNKNOWN:
+            break
+        configuration, check = (
+            Configuration.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
+            for item in (model, checked)
+        )
+        finely.append((configuration, check))
+    return finely
 
 
 def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     configurations: Sequence[tuple[Configuration, Configuration]],
 ) -> tuple[list[float], float, bool]:  # fmt: skip
-    """Readings as the search has them, with more samples, with more and more harmonics; the error allowed, and if met.
-
-    The second configuration of each pair has the sensors of `_with_check_sensors`.
-    """
+    """Readings as the search has them, with more samples, with more harmonics; the error allowed, and if met."""
     readings: list[float] = []
     error, before = 0.0, None
     for number, (configuration, check) in enumerate(configurations):
