@@ -92,8 +92,9 @@ class PredictedBand:
         frequency = frequency * (1 + offset)
         for side in (0, 1):
             limit, between = self._limit(side, frequency)
-            moved = [self._limit(side, frequency * (1 + sign * LOOK * shift))[0] - limit for sign in (1, -1)]
-            by_shift = np.nan_to_num(np.fmax(*np.abs(moved))) / LOOK
+            looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
+            moved = [np.nan_to_num(np.abs(self._limit(side, each)[0] - limit)) for each in looks]
+            by_shift = np.max(moved, axis=0) / LOOK if moved else 0.0
             numerical = np.interp(frequency, self.frequency, np.nan_to_num(self.deviation[side]))
             value[side] = np.where(inside, limit, np.nan)
             deviation[side] = np.sqrt(by_shift**2 + numerical**2 + between**2)

@@ -28,8 +28,49 @@ Both = Float[NDArray[np.float64], "2 p"]
 SetUp = tuple[str, int]
 
 
+class LimitsOfReadings:
+    """What limits are at each reading of a family, read once for all preloads that are tried.
+
+    Parameters
+    ----------
+    family, band
+        Of the same sensor, harmonic and level.
+    """
+
+    def __init__(self, family: Family, band: PredictedBand) -> None:
+        changes = [*([] if band.by_force is None else [band.by_force]), *band.by_preload]
+        self.level = band.at(family.frequency).value
+        self._ends = {
+            id(by): tuple(replace(band, value=value).at(family.frequency).value - self.level for value in by.value)
+            for by in changes
+        }
+
+    def follow(self, by: LimitChange, log_ratio: Values) -> tuple[Both, Both, Both]:
+        """Change of the limits at each reading, its standard deviation, and its rate with the logarithm of the ratio.
+
+        Limits follow the parabola through those at three ratios, no further than the ends of each side; what it differs
+        by from straight lines counts as it does between two frequencies. Beyond these ratios, and where a state is
+        missing, nothing is known: limits are uncertain by as much as the ratio differs.
+        """
+        less, more = self._ends[id(by)]
+        step = np.clip(log_ratio / by.span, -1.0, 1.0)
+        end = np.where(step > 0, more, less)
+        straight = np.abs(step) * end
+        parabola = (more - less) / 2 * step + (more + less) / 2 * step**2
+        change = np.clip(parabola, np.minimum(end, 0.0), np.maximum(end, 0.0))
+        rate = ((more - less) / 2 + (more + less) * step) / by.span
+        known = np.isfinite(parabola)
+        beyond = np.where(known, np.abs(log_ratio - by.span * step), np.abs(log_ratio)) * np.abs(self.level)
+        deviation = np.hypot(BETWEEN * np.where(known, change - straight, 0.0), beyond)
+        return np.where(known, change, 0.0), deviation, np.where(known, rate, 0.0)
+
+
 def correct_family(
-    family: Family, band: PredictedBand, preloads: Mapping[SetUp, Values] | None = None, force_noise: float = 0.0
+    family: Family,
+    band: PredictedBand,
+    preloads: Mapping[SetUp, Values] | None = None,
+    force_noise: float = 0.0,
+    limits: LimitsOfReadings | None = None,
 ) -> Family:
     """The family at the force of its level and the preloads of the model, as far as limits tell how they follow both.
 
@@ -42,19 +83,22 @@ def correct_family(
     force_noise
         Standard deviation of a measured force, relative [-]. What it does to an amplitude over its force is part of the
         scatter of these; here it counts as far as limits follow the force.
+    limits
+        Those of the family, if they are known already.
     """
     unknown = np.zeros(len(band.by_preload))
     pressed = np.array([(preloads or {}).get(key, unknown) for key in family.set_ups])[family.curve_number]
     if band.by_force is None and not pressed.any():
         return family
-    level = band.at(family.frequency).value
+    limits = limits or LimitsOfReadings(family, band)
+    level = limits.level
     limit, variance, scaled = level, np.zeros(level.shape), family.scaled
     if band.by_force is not None:
-        change, deviation, rate = _follow(band, band.by_force, family, level, np.log(family.ratio))
+        change, deviation, rate = limits.follow(band.by_force, np.log(family.ratio))
         limit, variance = limit + change, variance + deviation**2 + (force_noise * rate) ** 2
         scaled = np.zeros(family.n_point)
     for by, own in zip(band.by_preload, pressed.T, strict=True):
-        change, deviation, _ = _follow(band, by, family, level, own)
+        change, deviation, _ = limits.follow(by, own)
         limit, variance = limit + change, variance + deviation**2
     # Limits of no width may cross.
     lower, upper = np.sort(limit, axis=0)
@@ -72,25 +116,3 @@ def correct_family(
             for curve, own in zip(family.curves, rows, strict=True)
         ),
     )
-
-
-def _follow(
-    band: PredictedBand, by: LimitChange, family: Family, level: Both, log_ratio: Values
-) -> tuple[Both, Both, Both]:
-    """Change of the limits at each reading, its standard deviation, and its rate with the logarithm of the ratio.
-
-    Limits follow the parabola through those at three ratios, no further than the ends of each side; what it differs by
-    from straight lines counts as it does between two frequencies. Beyond these ratios, and where a state is missing,
-    nothing is known: limits are uncertain by as much as the ratio differs.
-    """
-    less, more = (replace(band, value=value).at(family.frequency).value - level for value in by.value)
-    step = np.clip(log_ratio / by.span, -1.0, 1.0)
-    end = np.where(step > 0, more, less)
-    straight = np.abs(step) * end
-    parabola = (more - less) / 2 * step + (more + less) / 2 * step**2
-    change = np.clip(parabola, np.minimum(end, 0.0), np.maximum(end, 0.0))
-    rate = ((more - less) / 2 + (more + less) * step) / by.span
-    known = np.isfinite(parabola)
-    beyond = np.where(known, np.abs(log_ratio - by.span * step), np.abs(log_ratio)) * np.abs(level)
-    deviation = np.hypot(BETWEEN * np.where(known, change - straight, 0.0), beyond)
-    return np.where(known, change, 0.0), deviation, np.where(known, rate, 0.0)
