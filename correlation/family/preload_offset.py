@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from correlation.family.band import PredictedBand
-from correlation.family.correction import LimitsOfReadings, SetUp, Values, correct_family
+from correlation.family.correction import FamilyCorrection, SetUp, Values
 from correlation.family.family import Family
 from correlation.family.frequency_offset import (
     FURTHEST,
@@ -52,24 +52,20 @@ def estimate_preload_offsets(
     set_up, model
         Standard deviations of the frequency from one set-up to another and of the model, relative [-].
     """
-    limits = [LimitsOfReadings(family, band) for family, band in zip(families, bands, strict=True)]
-
-    def correct(tried: Mapping[SetUp, Values]) -> list[Family]:
-        parts = zip(families, bands, limits, strict=True)
-        return [correct_family(family, band, tried, limits=own) for family, band, own in parts]
-
+    corrections = [FamilyCorrection(family, band) for family, band in zip(families, bands, strict=True)]
     n_group = max((len(band.by_preload) for band in bands), default=0)
     keys = list(dict.fromkeys(key for family in families for key in family.set_ups))
     offsets = {key: np.zeros(n_group) for key in keys}
     # The smallest step first, so that of equal ones it is taken.
     steps = np.array(sorted(range(-STEPS, STEPS + 1), key=abs)) / STEPS
     for span in PRELOAD_SPAN / STEPS ** np.arange(ROUNDS if n_group else 0):
-        frequency = estimate_frequency_offsets(correct(offsets), bands, noise, set_up=set_up, model=model)
+        corrected = [each.corrected(offsets) for each in corrections]
+        frequency = estimate_frequency_offsets(corrected, bands, noise, set_up=set_up, model=model)
         for group in range(n_group):
             costs = []
             for step in span * steps:
                 tried = {key: value + step * np.eye(n_group)[group] for key, value in offsets.items()}
-                outside = outside_of_limits(correct(tried), bands, noise, frequency)
+                outside = outside_of_limits([each.corrected(tried) for each in corrections], bands, noise, frequency)
                 costs.append([outside.get(key, 0.0) + penalty(tried[key][group], SCATTER) for key in keys])
             for key, best in zip(keys, np.argmin(costs, axis=0), strict=True):
                 offsets[key][group] += span * steps[best]
