@@ -1,6 +1,7 @@
 """A predicted band over frequency: limits at some frequencies, what they are between them, and how sure they are."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -100,18 +101,22 @@ class PredictedBand:
             deviation[side] = np.sqrt(by_shift**2 + numerical**2 + between**2)
         return BandAt(value, deviation)
 
+    @cached_property
+    def _curves(self) -> tuple["_Curve", "_Curve"]:
+        """Both limits through their known points: bands are asked hundreds of times for the offsets of set-ups."""
+        return _Curve.of(self.frequency, self.value[0], self.jump[0]), _Curve.of(
+            self.frequency, self.value[1], self.jump[1]
+        )
+
     def _limit(self, side: int, frequency: Values) -> tuple[Values, Values]:
         """One limit, on its tangent beyond the ends, and what the interpolation may miss."""
-        known = np.isfinite(self.value[side])
-        f, y, jump = self.frequency[known], self.value[side][known], self.jump[side][known]
+        known, f, y, jump, curve, ends = self._curves[side]
         if len(f) < 2:
             return np.full(len(frequency), y[0] if len(y) else np.nan), np.zeros(len(frequency))
         inner = np.clip(frequency, f[0], f[-1])
         number = np.clip(np.searchsorted(f, inner, side="right") - 1, 0, len(f) - 2)
         straight = np.interp(inner, f, y)
-        curve = Akima1DInterpolator(f, y) if len(f) > 2 else None
         smooth = straight if curve is None else curve(inner)
-        ends = np.diff(y)[[0, -1]] / np.diff(f)[[0, -1]] if curve is None else curve.derivative()(f[[0, -1]])
         at_node = np.isclose(inner, f[number], rtol=SAME, atol=0.0) | np.isclose(inner, f[number + 1], rtol=SAME)
         jumps = (jump[number] | jump[number + 1]) & ~at_node
         outer = np.maximum(y[number], y[number + 1]) if side else np.minimum(y[number], y[number + 1])
@@ -124,3 +129,30 @@ class PredictedBand:
         gap |= ((frequency < f[0]) | (frequency > f[-1])) & ~known[nearest]
         value = np.where(gap, np.nan, np.where(jumps, outer, smooth) + beyond)
         return value, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))
+
+
+class _Curve(NamedTuple):
+    """One limit."""
+
+    known: Bool[NDArray[np.bool_], " f"]
+    frequency: Values
+    value: Values
+    jump: Bool[NDArray[np.bool_], " n"]
+    """Of the known points."""
+    smooth: Akima1DInterpolator | None
+    """None where two points or fewer are known."""
+    ends: Values
+    """Slopes at both ends, shape (2,); NaN with one point or none."""
+
+    @classmethod
+    def of(cls, frequency: Values, value: Values, jump: Bool[NDArray[np.bool_], " f"]) -> "_Curve":
+        """The curve through the points that are known."""
+        known = np.isfinite(value)
+        f, y = frequency[known], value[known]
+        smooth = Akima1DInterpolator(f, y) if len(f) > 2 else None
+        ends = np.full(2, np.nan)
+        if smooth is not None:
+            ends = smooth.derivative()(f[[0, -1]])
+        elif len(f) == 2:
+            ends = np.diff(y)[[0, -1]] / np.diff(f)[[0, -1]]
+        return cls(known, f, y, jump[known], smooth, ends)
