@@ -141,8 +141,9 @@ def read_limits(
             last[side, at] = (1.0 if still else MARGIN) * (readings[-1] - readings[-2])
             moved[side, at] = readings[-1] - readings[0]
             searched[side, at] = error
-            changes = [_changes(states, state, curve, at, slider, seen, variant) for variant in variants]
-            changed[:, :, side, at] = readings[-1] + np.array(changes).reshape(-1, 2)
+            others = [_other_readings(states, state, curve, at, slider, variant) for variant in variants]
+            # The balance of the search tells changes.
+            changed[:, :, side, at] = readings[-1] + (np.array(others).reshape(-1, 2) - readings[0])
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
@@ -209,11 +210,10 @@ def _refined_readings(
         if refined is None:
             break
         state = refined
-        z = configuration.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
-        readings.append(float(abs(z) if states.harmonic else z.real))
+        readings.append(_reading(states, state, configuration))
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
         vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
-        error = SEARCH_ERROR * float(abs(z) + abs(vibration))
+        error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
             now = _seen(check, state)
             if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
@@ -244,20 +244,19 @@ def _variants(model: Model, seen: Configuration, force_span: float, preload_span
     return found
 
 
-def _changes(
-    states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real, seen: Configuration,
-    variant: _Variant,
-) -> Float[NDArray[np.float64], " 2"]:  # fmt: skip
-    """Change of a reading with less and with more, amplitudes over the factor of the force, shape (2,).
+def _other_readings(
+    states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real, variant: _Variant
+) -> Float[NDArray[np.float64], " 2"]:
+    """A reading with less and with more by the balance of the search, amplitudes over the factor of the force.
 
-    The balance of the search tells changes; sliders of contacts that stick are those of the limit.
+    Sliders of contacts that stick are those of the limit; NaN where no state is found, shape (2,).
     """
-    result, before = np.full(2, np.nan), _reading(states, state, seen)
+    result = np.full(2, np.nan)
     for number, (configuration, factor) in enumerate(variant.sides):
         scaled = replace(curve, level=curve.level * factor)
         found = _state(configuration.balance, scaled, at, state.motion, slider, alone=False)
         if found is not None:
-            result[number] = _reading(states, found, configuration) / (factor if states.harmonic else 1.0) - before
+            result[number] = _reading(states, found, configuration) / (factor if states.harmonic else 1.0)
     return result
 
 
