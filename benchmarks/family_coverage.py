@@ -43,7 +43,6 @@ from benchmarks.processor_time import TimeUp, limited
 from benchmarks.random_systems import random_problem
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.family.family import measured_families
-from correlation.family.noise import estimate_repeat_errors
 from correlation.family.verdict import FamilyVerdict
 from correlation.model import LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget
@@ -51,13 +50,7 @@ from fe.dense_modes import compute_dense_modes
 from reduction.joint_law.friction_contact import friction_contacts
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.compare.families import (
-    correct_families,
-    estimate_preloads,
-    family_search,
-    judge_families,
-    select_families,
-)
+from study.compare.families import family_search, lay_over_limits, select_families
 from study.compare.family_limits import find_family_limits
 from study.limits.table import LimitsTable
 from transient.equilibrium import equilibrium
@@ -214,9 +207,7 @@ def verdicts_of(model: Model, measured: Campaign, budget: Budget = BUDGET) -> tu
     search = family_search(model, budget, measured, chosen, TABLE, None, most=FREQUENCIES, fewest=FREQUENCIES)
     search = search.boxed()
     limits = find_family_limits.compute(search)
-    errors = estimate_repeat_errors(measured, correct_families(chosen, limits))
-    corrected = correct_families(chosen, limits, estimate_preloads(chosen, limits, errors, budget), errors)
-    return judge_families(corrected, limits, estimate_repeat_errors(measured, corrected), budget)
+    return lay_over_limits(measured, families, chosen, limits, budget).verdicts
 
 
 def run(job: tuple[int, str, float, float, bool]) -> Mapping[str, Any]:

@@ -24,6 +24,8 @@ Both = Float[NDArray[np.float64], "2 p"]
 #: Two frequencies of different curves are one point of the test if they are nearer than this share of the distance to
 #: the next.
 ALIGNED = 0.4
+#: Fields of a curve with a value for each of its points.
+COLUMNS = ("frequency", "value", "ratio", "scaled", "uncertain")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,13 +66,11 @@ class FamilyCurve:
         n = len(self.frequency)
         for name, shape in (("ratio", (n,)), ("scaled", (n,)), ("uncertain", (2, n))):
             object.__setattr__(self, name, np.broadcast_to(getattr(self, name), shape))
-        freeze_fields(self, "frequency", "value", "ratio", "scaled", "uncertain")
+        freeze_fields(self, *COLUMNS)
 
     def where(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> "FamilyCurve":
         """The curve of some of its points."""
-        names = ("frequency", "value", "ratio", "scaled", "uncertain")
-        columns = {name: getattr(self, name)[..., rows] for name in names}
-        return replace(self, **columns)
+        return replace(self, **{name: getattr(self, name)[..., rows] for name in COLUMNS})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

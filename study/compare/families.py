@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -172,14 +173,8 @@ def find_families(
     except (BalanceError, NoSteadyState) as error:
         return replace(nothing, not_compared=(*sentences, f"there are no limits of this model: {error}"))
     limits = run_search(find_family_limits, search, stem, run, executor)
-    # Sensors whose families have no limits tell the frequency of a set-up all the same.
-    rest = [family for family in families if family not in chosen]
-    errors = estimate_repeat_errors(campaign, [*correct_families(chosen, limits), *rest])
-    preloads = estimate_preloads(chosen, limits, errors, budget)
-    corrected = correct_families(chosen, limits, preloads, errors)
-    errors = estimate_repeat_errors(campaign, [*corrected, *rest])
-    verdicts = judge_families(corrected, limits, errors, budget)
-    return replace(nothing, verdicts=verdicts, errors=errors, limits=limits, preloads=preloads)
+    judged = lay_over_limits(campaign, families, chosen, limits, budget)
+    return replace(nothing, verdicts=judged.verdicts, errors=judged.errors, preloads=judged.preloads, limits=limits)
 
 
 def select_families(
@@ -281,6 +276,36 @@ def _force_span(families: Sequence[Family]) -> float:
     """Natural logarithm of the largest factor between measured forces and the level that limits are asked about [-]."""
     span = max(float(np.abs(np.log(family.ratio)).max()) for family in families)
     return min(span, MOST_SPAN) if span > LEAST_SPAN else 0.0
+
+
+class JudgedFamilies(NamedTuple):
+    """Families over their limits, with what set-ups were told to differ by."""
+
+    verdicts: tuple[FamilyVerdict, ...]
+    errors: RepeatErrors
+    preloads: Preloads
+
+
+def lay_over_limits(
+    campaign: Campaign, families: Sequence[Family], chosen: Sequence[Family], limits: FamilyLimits, budget: Budget
+) -> JudgedFamilies:
+    """Correct the families that have limits for force and preload, estimate what is left to noise, and judge them.
+
+    Parameters
+    ----------
+    campaign, families
+        Campaign and all its families.
+    chosen
+        Those that have limits. Sensors of the others tell the frequency of a set-up all the same.
+    limits, budget
+        Limits, and numerical error of the model.
+    """
+    rest = [family for family in families if family not in chosen]
+    errors = estimate_repeat_errors(campaign, [*correct_families(chosen, limits), *rest])
+    preloads = estimate_preloads(chosen, limits, errors, budget)
+    corrected = correct_families(chosen, limits, preloads, errors)
+    errors = estimate_repeat_errors(campaign, [*corrected, *rest])
+    return JudgedFamilies(judge_families(corrected, limits, errors, budget), errors, preloads)
 
 
 def correct_families(

@@ -62,7 +62,7 @@ class FamilySearch:
     stops
         Frequencies at which the campaign's curves stop, each as rising places in `frequency`.
     force_spans
-        Natural logarithm of the largest factor between the measured forces and each level [-]; none by default.
+        Natural logarithm of the largest factor between the measured forces and each level, shape (l,); 0 for none [-].
     preload_span
         The same of the preloads of set-ups and those of the model [-].
     """
@@ -77,8 +77,8 @@ class FamilySearch:
     reach: float | Float[NDArray[np.float64], "l s"] | None
     settings: LimitSettings
     stops: tuple[tuple[int, ...], ...] = ()
-    force_spans: tuple[float, ...] = ()
-    preload_span: float = 0.0
+    force_spans: tuple[float, ...]
+    preload_span: float
 
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
@@ -130,8 +130,7 @@ class FamilySearch:
 @stage("reach of the sliders", ignore=("report",))
 def find_reaches(rest: FamilySearch, report: Callable[[float, float], None] | None = None) -> Reaches:
     """How far each level drags each slider from the box of a search, shape (l, s) [m]; see `dragged_reaches`."""
-    spans = rest.force_spans or (0.0,) * len(rest.levels)
-    largest = [level * float(np.exp(span)) for level, span in zip(rest.levels, spans, strict=True)]
+    largest = [level * float(np.exp(span)) for level, span in zip(rest.levels, rest.force_spans, strict=True)]
     return dragged_reaches(rest.problem(), rest.angular_frequency, largest, stops=rest.stops, report=report)
 
 
@@ -237,7 +236,6 @@ def _readings(
             for (name, harmonic), limits in zip(search.channels, found, strict=True)
         ]
         budget = replace(search.budget, refined=())
-        force_span = search.force_spans[number] if search.force_spans else 0.0
-        arguments = search.model, budget, states, force_span, search.preload_span
+        arguments = search.model, budget, states, search.force_spans[number], search.preload_span
         tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
     return Runner.of(problem, omega, store, executor, None)("readings", tasks)
