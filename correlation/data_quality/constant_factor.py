@@ -14,7 +14,8 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
-from correlation.feature.observation import find_points
+from correlation.data_quality.logarithm import turn_phases
+from correlation.data_quality.model_ratio import find_model_ratios
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
@@ -74,17 +75,15 @@ def find_constant_factors(
 
 
 def _read(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Readings:
-    table, point = campaign.measurement, find_points(campaign, points)
-    model = np.where(point >= 0, predicted[point], np.nan)
-    moves = np.array([each.quantity in UNITS and each.calibrated for each in campaign.sensors])
-    there = (table.harmonic == 1) & moves[table.sensor] & np.isfinite(model) & (model != 0) & (table.value != 0)
-    table = table.where(there)
+    table, ratio = find_model_ratios(campaign, points, predicted)
+    moves = np.array([each.quantity in UNITS and each.calibrated for each in campaign.sensors])[table.sensor]
+    table = table.where(moves)
     run = [table.test, table.level]
     return _Readings(
         sensor=table.sensor,
         run=group_rows(run).number,
         state=group_rows([*run, table.repeat, table.sweep, table.frequency]).number,
-        ratio=np.log(table.value / model[there]),
+        ratio=np.log(ratio[moves]),
     )
 
 
@@ -138,8 +137,7 @@ def _beside_others(readings: _Readings, sensor: int) -> Complex[NDArray[np.compl
     usual = np.full(readings.state.max() + 1, np.nan, dtype=np.complex128)
     parts = (group_medians(number, part[~own]) for part in (readings.ratio.real, readings.ratio.imag))
     usual[state] = next(parts) + 1j * next(parts)
-    apart = np.where(own, readings.ratio - usual[readings.state], np.nan)
-    return np.asarray(apart.real + 1j * ((apart.imag + np.pi) % (2 * np.pi) - np.pi))
+    return turn_phases(np.where(own, readings.ratio - usual[readings.state], np.nan))
 
 
 def _constant(readings: _Readings, rows: Bool[NDArray[np.bool_], " n"], ratio: Ratios) -> float:

@@ -16,6 +16,7 @@ from scipy.special import stdtrit
 
 from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, MeasuredSensor, Suspicion
 from correlation.data_quality.by_repeat import ByRepeat, arrange_by_repeat
+from correlation.data_quality.logarithm import turn_phases
 
 #: A point can tell a swap if it changes q by more than this, and by more than what the scatter of the runs makes of all
 #: parts, repeats and pairs of a test with this probability (Student, Bonferroni) [-].
@@ -133,11 +134,11 @@ def _compare(q: Logarithms) -> _Beside:
         there = np.isfinite(q[:, column]) & np.isfinite(rest).any(axis=1)
         own, rest = q[there, column], rest[there]
         usual = _median(rest)
-        result.own[there, column] = np.abs(_turned(own - usual))
-        result.swapped[there, column] = np.abs(_turned(own + usual))
-        result.change[there, column] = np.abs(_turned(2 * usual))
+        result.own[there, column] = np.abs(turn_phases(own - usual))
+        result.swapped[there, column] = np.abs(turn_phases(own + usual))
+        result.change[there, column] = np.abs(turn_phases(2 * usual))
         if len(columns) > 1:
-            apart = np.abs(_turned(rest - usual[:, None])) ** 2
+            apart = np.abs(turn_phases(rest - usual[:, None])) ** 2
             count = np.isfinite(apart).sum(axis=1) - 1  # the median takes one
             with np.errstate(divide="ignore", invalid="ignore"):
                 result.scatter[there, column] = np.sqrt(np.nansum(apart, axis=1) / count)
@@ -191,7 +192,7 @@ def _which(arranged: ByRepeat, q: Logarithms, part: Mask) -> int:
     for frequency, own in zip(arranged.frequency[part], q[part], strict=True):
         same = rest[arranged.frequency[~part] == frequency].ravel()
         if np.isfinite(same).any() and np.isfinite(own).all():
-            distances.append(np.abs(_turned(own - _median(same[None])[0])))
+            distances.append(np.abs(turn_phases(own - _median(same[None])[0])))
     if len(distances) < FEWEST:
         return -1
     first, second = np.median(np.array(distances), axis=0)
@@ -201,11 +202,6 @@ def _which(arranged: ByRepeat, q: Logarithms, part: Mask) -> int:
 def _median(q: Complex[NDArray[np.complex128], "n r"]) -> Complex[NDArray[np.complex128], " n"]:
     """Median over the columns that are there, with phases on the turn about the first of them."""
     first = q[np.arange(len(q)), np.argmax(np.isfinite(q), axis=1)]
-    apart = _turned(q - first[:, None])
+    apart = turn_phases(q - first[:, None])
     median = np.median if np.isfinite(apart).all() else np.nanmedian  # the latter takes ten times as long
     return np.asarray(first + median(apart.real, axis=1) + 1j * median(apart.imag, axis=1))
-
-
-def _turned(q: Complex[NDArray[np.complex128], "..."]) -> Complex[NDArray[np.complex128], "..."]:
-    """Logarithms with their phases on the turn about zero."""
-    return np.asarray(q.real + 1j * ((q.imag + np.pi) % (2 * np.pi) - np.pi))

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
-from correlation.feature.observation import find_points
+from correlation.data_quality.model_ratio import find_model_ratios
 from correlation.prediction import Points
 from correlation.row_group import group_medians, group_rows
 
@@ -84,11 +84,8 @@ def find_wrong_units(
 
 
 def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
-    table, point = campaign.measurement, find_points(campaign, points)
-    model = np.where(point >= 0, np.abs(predicted[point]), np.nan)
-    rows = np.flatnonzero((table.harmonic == 1) & np.isfinite(model) & (model > 0) & (np.abs(table.value) > 0))
-    table = table.where(rows)
-    logarithm = np.log10(np.abs(table.value) / model[rows])
+    table, of_model = find_model_ratios(campaign, points, predicted)
+    logarithm = np.log10(np.abs(of_model))
     run = [table.test, table.level, table.repeat]
     # Where the model's resonance is off, all channels go up and down together.
     state = group_rows([*run, table.sweep, table.frequency]).number
