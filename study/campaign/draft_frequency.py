@@ -27,6 +27,8 @@ from study.campaign.table_kind import JudgedTable
 
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H[1,0].
 SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
+#: Words of a name that say that a structure was measured without its contacts.
+FREE = {"free", "frei", "unjointed", "nocontact"}
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 
@@ -232,7 +234,7 @@ def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
 
 def says_free(name: str) -> bool:
     """Whether a name says that a structure was measured without its contacts."""
-    return bool(set(name_words(name)) & {"free", "frei", "unjointed", "nocontact"})
+    return bool(set(name_words(name)) & FREE)
 
 
 def ask_configuration(draft: Draft, name: str) -> Marked:

@@ -30,6 +30,20 @@ def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
     return (float(match[1].replace(",", ".").replace("p", ".")), match[0]) if match else (None, "")
 
 
+def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
+    """Level in the name of a run and its words, if it is in newtons as its force is; None if not.
+
+    Parameters
+    ----------
+    judged
+        Table.
+    force
+        Column of the force.
+    """
+    value, words = level_in_name(judged)
+    return (value, words) if words.endswith("N") and judged.columns[force].unit == "N" else (None, "")
+
+
 def named_set_point(judged: JudgedTable, force: str, size: Series) -> dict[str, Any]:
     """The level in the name of a run, if its measured force is near it; empty if not.
 
@@ -40,8 +54,8 @@ def named_set_point(judged: JudgedTable, force: str, size: Series) -> dict[str, 
     force, size
         Column of the force and its sizes, shape (n,).
     """
-    value, words = level_in_name(judged)
-    if value is None or not words.endswith("N") or judged.columns[force].unit != "N":
+    value, _ = force_in_name(judged, force)
+    if value is None:
         return {}
     near = abs(float(np.nanmedian(size)) - value) < HELD * value
     return {"level": Marked(value=value, assumed="the level in its name, which its force is near")} if near else {}

@@ -14,7 +14,7 @@ from study.campaign.draft_frequency import (
     is_response_controlled,
     responses_with_phases,
 )
-from study.campaign.level import level_in_name
+from study.campaign.level import force_in_name
 from study.campaign.set_point import HELD
 from study.campaign.table_kind import JudgedTable, Kind
 from study.campaign.time_history import FLAT, share_near_limit
@@ -131,8 +131,9 @@ def _varying_force(judged: JudgedTable) -> list[str]:
 
 def _level_of_name(judged: JudgedTable) -> list[str]:
     """A force that is not the one in the name of the file, as that of a drive that clips."""
-    force, (level, words) = force_column(judged), level_in_name(judged)
-    if force is None or level is None or judged.columns[force.name].unit != "N" or not words.endswith("N"):
+    force = force_column(judged)
+    level, words = (None, "") if force is None else force_in_name(judged, force.name)
+    if force is None or level is None:
         return []
     median = float(np.nanmedian(np.abs(force.values)))
     if abs(median - level) < HELD * level:
