@@ -156,6 +156,7 @@ def test_a_mistake_is_one_sentence(home: Path, capsys: pytest.CaptureFixture[str
     assert re.search(".*".join(map(re.escape, message.split(".*"))), shown.err), shown.err
 
 
+@slow
 def test_a_sweep_of_everything_has_the_limits_of_each_point_and_a_picture_of_all_forces(
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -187,6 +188,7 @@ def test_a_sweep_of_everything_has_the_limits_of_each_point_and_a_picture_of_all
     }  # fmt: skip
 
 
+@slow
 def test_a_spread_of_everything_tells_quantities_apart(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "my.toml").write_text(
         f'{CASE}[[uncertain]]\nparameter = "pad.friction_coefficient"\ndistribution = "uniform"\nfrom = 0.4\nto = 0.6\n'

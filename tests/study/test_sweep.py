@@ -138,6 +138,7 @@ def test_after_a_kill_the_same_bytes_come_out_and_no_finished_curve_is_computed_
         assert (home / "out" / name).read_bytes() == (home / "whole" / name).read_bytes(), name
 
 
+@slow
 def test_limits_of_a_point_are_those_of_the_case(home: Path) -> None:
     case = CASE.replace("highest = 3", 'highest = 3\ntolerance = "0.5 %"') + LIMITS
     (home / "my.toml").write_text(case)

@@ -9,6 +9,7 @@ import pytest
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat, find_swapped_forces
 from correlation.feature.table import FeatureTable, extract_features
+from tests.slow import slow
 
 NAMES = ("left_T", "left_N", "right_T", "right_N")
 FREQUENCY = np.linspace(90.0, 110.0, 9)
@@ -97,7 +98,7 @@ def test_forces_that_are_swapped_in_one_repeat_are_found_in_that_one(pair: tuple
     assert all(f'"{name}"' in found.sentence for name in pair)
 
 
-@pytest.mark.parametrize("n_repeat", [1, 2, 3, 5])
+@pytest.mark.parametrize("n_repeat", [1, 2, pytest.param(3, marks=slow), pytest.param(5, marks=slow)])
 def test_random_friction_histories_are_no_swapped_cables(n_repeat: int) -> None:
     for seed in range(20):
         made = campaign(n_repeat, seed)
