@@ -1,8 +1,7 @@
 """Modes of a structure from its measured frequency responses: poles, shapes, and how well they are known."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,9 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.modal.assurance import modal_assurance
-from correlation.modal.modal_model import ModalFit, Powers, fit_poles
-from correlation.modal.stabilisation import MOST_DAMPING, Stabilisation, find_poles, select_modes
+from correlation.modal.modal_model import ModalFit, Powers
+from correlation.modal.mode_choice import RESOLUTION, ResponseData, choose_modes
+from correlation.modal.stabilisation import Stabilisation, find_poles, select_modes
 from correlation.modal.window import Window, pole_response
 from correlation.model import DERIVATIVE
 from geometry.plain_number import plain
@@ -24,23 +23,8 @@ Numbers = Float[NDArray[np.float64], " m"]
 HIGHEST_ORDER, LINES_PER_ORDER = 30, 3
 #: Lines that modes need at least [-].
 FEWEST_LINES = 8
-#: A mode stays if it improves the information criterion by more than chance does.
-SIGNIFICANT = 10.0
-#: Most modes that are added because the residual has a peak.
-MOST_ADDED = 4
-#: A mode is at least so wide between its half-power points, in distances of lines: a narrower one is a single line.
-RESOLVED = 0.1
-#: Two modes have one shape from this MAC on [-].
-ALIKE = 0.9
 #: A mode that has fewer lines between its half-power points is not resolved [-].
 FEW_LINES = 1.0
-#: Lines are multiples of their distance to this share of it [-].
-UNEVEN = 1e-2
-#: Modes that are wider than so many lines do not show leakage: it changes their width by less than 1 %. Hann's main
-#: lobe is twice so many lines wide: lines of a spectrum that are nearer to each other make one peak [-].
-WIDE, RESOLUTION = 20.0, 2.0
-#: Damping of a mode that is added is at least so many of its standard deviations: noise has peaks of any width.
-CLEAR = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -137,8 +121,8 @@ def fit_modes(
     scale = np.sqrt((np.abs(values) ** 2).mean(axis=1, keepdims=True))
     order = int(np.clip(len(lines) // LINES_PER_ORDER, 2, HIGHEST_ORDER))
     diagram = find_poles(lines, values / scale, order)
-    data = _Data(lines=lines, values=values, spread=spread, power=power)
-    data, fit = _choose_window(data, select_modes(diagram), n_mode, window)
+    data = ResponseData(lines=lines, values=values, spread=spread, power=power)
+    data, fit = choose_modes(data, select_modes(diagram), n_mode, window)
     if not len(fit.poles):
         raise CampaignError(
             f"no mode between {lines[0]:.6g} and {lines[-1]:.6g} Hz stands out of the noise: choose another "
@@ -146,73 +130,6 @@ def fit_modes(
             "the number of modes (n_mode)"
         )
     return _describe(data, fit, diagram, driving_point, decay)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Data:
-    """Responses of a band, and what the fit knows of them.
-
-    Parameters
-    ----------
-    lines, values, spread
-        As in `fit_poles`, shape (f,), (c, f) and (c, f).
-    power
-        Time derivatives of the displacement that each sensor measures, shape (c,).
-    duration
-        Of Hann's window [s]; None for no leakage.
-    """
-
-    lines: Float[NDArray[np.float64], " f"]
-    values: Complex[NDArray[np.complex128], "c f"]
-    spread: Complex[NDArray[np.complex128], "c f"] | None
-    power: Powers
-    duration: float | None = None
-
-    def fit(self, poles: Complex[NDArray[np.complex128], " m"]) -> ModalFit:
-        """Poles and residues from first guesses of the poles."""
-        return fit_poles(self.lines, self.values, poles, self.power, self.spread, self.duration)
-
-
-def _choose_window(
-    data: _Data, poles: Complex[NDArray[np.complex128], " m"], n_mode: int | None, window: Window
-) -> tuple[_Data, ModalFit]:
-    """The modes under the window that is named, or under the one that explains the responses better."""
-    duration = _hann_duration(data.lines)
-    leaking = replace(data, duration=duration)
-    if window is Window.HANN and duration is not None:
-        return leaking, _choose(leaking, _apart(poles, duration), n_mode)
-    fit = _choose(data, poles, n_mode)
-    if window is not Window.UNKNOWN or duration is None or not _is_narrow(fit, duration):
-        return data, fit
-    # Leakage makes pairs of modes: with it one mode explains the responses better than one does without it.
-    other, single = _choose(leaking, _apart(poles, duration), n_mode), fit
-    while n_mode is None and (pair := _unresolved_pair(single, duration)) is not None:
-        single = data.fit(np.delete(single.poles, pair))
-    if other.criterion() < single.criterion() - SIGNIFICANT:
-        return leaking, other
-    wide = -fit.poles.real * duration / np.pi > RESOLUTION
-    return data, fit if len(single.poles) == len(fit.poles) or wide.all() else single
-
-
-def _hann_duration(lines: Float[NDArray[np.float64], " f"]) -> float | None:
-    """Duration of the window that evenly spaced lines belong to [s]; None for other lines."""
-    step = float(np.diff(lines).min())
-    number = lines / step
-    return 1 / step if np.abs(number - np.round(number)).max() < UNEVEN else None
-
-
-def _is_narrow(fit: ModalFit, duration: float) -> bool:
-    """Whether leakage would be seen: some mode is no wider between its half-power points than a few lines."""
-    return bool((-fit.poles.real * duration / np.pi < WIDE).any())
-
-
-def _apart(poles: Complex[NDArray[np.complex128], " m"], duration: float) -> Complex[NDArray[np.complex128], " m"]:
-    """One pole, the least damped, of those that leakage makes of one mode."""
-    kept: list[complex] = []
-    for pole in sorted(poles.tolist(), key=lambda each: -each.real):
-        if all(abs(pole.imag - other.imag) * duration > 2 * np.pi * RESOLUTION for other in kept):
-            kept.append(pole)
-    return np.array(sorted(kept, key=lambda each: each.imag), dtype=np.complex128)
 
 
 def _count_derivatives(quantity: str | Sequence[str], n_sensor: int) -> Powers:
@@ -260,76 +177,9 @@ def _between(lines: Float[NDArray[np.float64], " f"]) -> str:
     return f" between {lines[0]:.6g} and {lines[-1]:.6g} Hz" if len(lines) else ""
 
 
-def _choose(data: _Data, poles: Complex[NDArray[np.complex128], " m"], n_mode: int | None) -> ModalFit:
-    """As many modes as the information criterion allows, or the number that is asked for."""
-    lines, values = data.lines, data.values
-    fit = _without_impossible(data, data.fit(poles))
-    for _ in range(MOST_ADDED if n_mode is None else max(n_mode - len(fit.poles), 0)):
-        left = np.abs(values - fit.fitted) ** 2 / fit.noise**2
-        peak = lines[int(np.argmax(left.sum(axis=0)))]
-        typical = float(np.median(-fit.poles.real / np.abs(fit.poles))) if len(fit.poles) else 0.01
-        guess = 2 * np.pi * peak * (-typical + 1j)
-        trial = data.fit(np.append(fit.poles, guess))
-        worse = trial.criterion() > fit.criterion() - SIGNIFICANT or not _is_clear(lines, trial)
-        if n_mode is None and (worse or _is_split(data, trial)):
-            break
-        fit = trial
-    while len(fit.poles) > (n_mode or 0):
-        if n_mode is None and data.duration and (pair := _unresolved_pair(fit, data.duration)) is not None:
-            fit = data.fit(np.delete(fit.poles, pair))
-            continue
-        trials = [data.fit(np.delete(fit.poles, number)) for number in range(len(fit.poles))]
-        best = min(trials, key=ModalFit.criterion)
-        if n_mode is None and best.criterion() > fit.criterion() + SIGNIFICANT:
-            break
-        fit = best
-    return fit
-
-
-def _is_split(data: _Data, fit: ModalFit) -> bool:
-    """Whether a mode under a window has become two."""
-    return data.duration is not None and _unresolved_pair(fit, data.duration) is not None
-
-
-def _unresolved_pair(fit: ModalFit, duration: float) -> int | None:
-    """The weaker of two modes of one shape that a window of a duration [s] does not resolve; None without such a pair.
-
-    Noise under a window moves all sensors alike, so that it looks like one more mode of the same shape.
-    """
-    order = np.argsort(fit.poles.imag)
-    for first, second in pairwise(order.tolist()):
-        one, other = fit.poles[first], fit.poles[second]
-        near = abs(one.imag - other.imag) < max(-(one.real + other.real), 2 * np.pi * RESOLUTION / duration)
-        shapes = fit.residues[:, [first, second]]
-        if near and modal_assurance(shapes[:, :1], shapes[:, 1:])[0, 0] > ALIKE:
-            size = np.linalg.norm(shapes, axis=0) / -fit.poles[[first, second]].real
-            return int(second if size[1] < size[0] else first)
-    return None
-
-
-def _possible(lines: Float[NDArray[np.float64], " f"], fit: ModalFit) -> NDArray[np.bool_]:
-    """Modes that decay, with some but not much damping, in the band or near it, and no narrower than its lines."""
-    damping, own = -fit.poles.real / np.abs(fit.poles), np.abs(fit.poles) / (2 * np.pi)
-    width = lines[-1] - lines[0]
-    inside = (own > lines[0] - 0.1 * width) & (own < lines[-1] + 0.1 * width)
-    between = np.interp(own, (lines[1:] + lines[:-1]) / 2, np.diff(lines))
-    wide = 2 * damping * own > RESOLVED * between
-    return np.asarray(wide & (damping < MOST_DAMPING) & inside)
-
-
-def _is_clear(lines: Float[NDArray[np.float64], " f"], fit: ModalFit) -> bool:
-    """Whether all modes are possible, and the damping of the last, which was added, is told from none."""
-    deviation = float(np.sqrt(fit.pole_covariance[len(fit.poles) - 1, len(fit.poles) - 1]))
-    return bool(_possible(lines, fit).all() and -fit.poles[-1].real > CLEAR * deviation)
-
-
-def _without_impossible(data: _Data, fit: ModalFit) -> ModalFit:
-    while not (possible := _possible(data.lines, fit)).all():
-        fit = data.fit(fit.poles[possible])
-    return fit
-
-
-def _describe(data: _Data, fit: ModalFit, diagram: Stabilisation, driving_point: int | None, decay: float) -> Modes:
+def _describe(
+    data: ResponseData, fit: ModalFit, diagram: Stabilisation, driving_point: int | None, decay: float
+) -> Modes:
     """Frequencies, damping and shapes of the poles and residues."""
     values = data.values
     order = np.argsort(fit.poles.imag)
@@ -388,7 +238,7 @@ def _describe(data: _Data, fit: ModalFit, diagram: Stabilisation, driving_point:
     )
 
 
-def _local_excess(data: _Data, fit: ModalFit) -> Float[NDArray[np.float64], " m"]:
+def _local_excess(data: ResponseData, fit: ModalFit) -> Float[NDArray[np.float64], " m"]:
     """Variance of what is left at the lines of each mode over that of the noise, at least 1, shape (m,) [-].
 
     Leakage of noise is larger at a resonance than noise in proportion to the response is.
