@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign, Measurement, number_frequencies
 from correlation.errors import CampaignError
 from correlation.feature.branch import find_branches, mark_readings
-from correlation.feature.reading_noise import LEAST_REPEATED, find_reading_noise
+from correlation.feature.reading_noise import find_reading_noise
 from correlation.feature.settling import find_unsettled
 from correlation.prediction import Points
 from correlation.row_group import group_rows
@@ -138,11 +138,10 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     count = np.bincount(row, np.isfinite(value), len(first)) / np.maximum(there.sum(axis=1), 1)
     mean = np.where(there, repeat, 0.0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
     mean[~there.any(axis=1)] = np.nan
-    single = bool(np.mean(there.sum(axis=1) > 1) < LEAST_REPEATED)
     return Observation(
         points=points, repeat=repeat, motion=motion[sensor], taken=there,
         phased=np.array([each.has_phase for each in campaign.sensors])[sensor],
-        noise=find_reading_noise(campaign, points, mean, np.rint(count).astype(np.int64), single=single),
+        noise=find_reading_noise(campaign, points, mean, np.rint(count).astype(np.int64), there.sum(axis=1) > 1),
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Noise of single readings: what the test engineer states, or what is left of the curve of the only repeat."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, ComplexColumn, FloatColumn, IntColumn
@@ -18,7 +18,11 @@ LEAST_REPEATED = 0.05
 
 
 def find_reading_noise(
-    campaign: Campaign, points: Points, value: ComplexColumn, n_reading: IntColumn, *, single: bool
+    campaign: Campaign,
+    points: Points,
+    value: ComplexColumn,
+    n_reading: IntColumn,
+    repeated: Bool[NDArray[np.bool_], " k"],
 ) -> Noise:
     """Noise of one repeat at each point, of its real and its imaginary part, shape (k,) [SI].
 
@@ -32,19 +36,21 @@ def find_reading_noise(
         Points, and a value of each, shape (k,).
     n_reading
         Readings that one repeat has of each point, such as one per sweep, shape (k,).
-    single
-        Whether there is one repeat alone, so that what is not stated is estimated from the curves.
+    repeated
+        Points that more than one repeat has, shape (k,). Where a sensor and configuration have too few of them, what is
+        not stated is estimated from the curves.
     """
     noise = np.full(len(points), np.nan)
     for sensor in campaign.sensors:
-        rows = np.flatnonzero(points.sensor == sensor.name)
-        if any(sensor.noise):
-            relative, absolute = sensor.noise
-            reading = np.hypot(relative * np.abs(value[rows]), absolute)
-            noise[rows] = reading / np.sqrt(np.maximum(n_reading[rows], 1))
-        elif single:
-            seen = smooth_noise(points.where(rows), value[rows], has_phase=sensor.has_phase)
-            noise[rows] = np.sqrt(compute_margin(FREEDOM)) * seen
+        for free in np.unique(points.free):
+            rows = np.flatnonzero((points.sensor == sensor.name) & (points.free == free))
+            if any(sensor.noise):
+                relative, absolute = sensor.noise
+                reading = np.hypot(relative * np.abs(value[rows]), absolute)
+                noise[rows] = reading / np.sqrt(np.maximum(n_reading[rows], 1))
+            elif len(rows) and np.mean(repeated[rows]) < LEAST_REPEATED:
+                seen = smooth_noise(points.where(rows), value[rows], has_phase=sensor.has_phase)
+                noise[rows] = np.sqrt(compute_margin(FREEDOM)) * seen
     return noise
 
 

@@ -49,6 +49,8 @@ class Modes:
         Responses of the modes as those that were measured, shape (c, f).
     stabilisation
         All poles that were looked at.
+    leaks
+        Whether a window has changed the responses near a mode.
     suspicions
         What speaks against the result, in words.
     remarks
@@ -65,6 +67,7 @@ class Modes:
     residual: Float[NDArray[np.float64], " c"]
     fitted: Complex[NDArray[np.complex128], "c f"]
     stabilisation: Stabilisation
+    leaks: bool = False
     suspicions: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -233,6 +236,7 @@ def _describe(
         residual=np.sqrt((np.abs(values - fit.fitted) ** 2).sum(axis=1) / total),
         fitted=fit.fitted,
         stabilisation=diagram,
+        leaks=data.leaks(fit),
         suspicions=tuple(suspicions),
         remarks=tuple(_describe_unresolved(data.lines, fit.poles[order])),
     )

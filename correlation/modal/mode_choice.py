@@ -48,6 +48,10 @@ class ResponseData:
     power: Powers
     duration: float | None = None
 
+    def leaks(self, fit: ModalFit) -> bool:
+        """Whether leakage of the window changed the responses of a mode."""
+        return self.duration is not None and _is_narrow(fit, self.duration)
+
     def fit(self, poles: Poles) -> ModalFit:
         """Poles and residues from first guesses of the poles."""
         return fit_poles(self.lines, self.values, poles, self.power, self.spread, self.duration)

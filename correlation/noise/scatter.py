@@ -105,6 +105,7 @@ def estimate_scatter(
         return np.where(np.isfinite(stated), stated**2, seen)
 
     pooled = pool(_variance(apart, freedom))
+    _require_noise(observed, features, np.sqrt(pooled))
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
     amplitude, chance = _amplitudes(apart, modes, weights)
@@ -117,6 +118,10 @@ def estimate_scatter(
     for number in (each for each in FORCES if each < len(jitter)):
         if (sure[number][:, seen[number]] ** 2).sum() < chdtri(max(int(seen[number].sum()) - 1, 1), CHANCE):
             covariances[number], amplitude[number] = np.zeros_like(covariances[number]), 0.0
+    # What a test without repeats cannot show is as large as usual.
+    for number, (usual, block) in enumerate(zip(USUAL_JITTER, jitter, strict=False)):
+        if block.any() and not freedom[block.any(axis=1)].any():
+            covariances[number] = usual**2 * np.eye(block.shape[1])
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = pool(own)
@@ -151,13 +156,7 @@ def _without_repeats(
 ) -> Scatter:
     """Covariance of a single repeat of known noise: its frequency and preload are off by an unknown usual amount."""
     noise = features.per_reading(observed.mean) * observed.noise[features.row]
-    unknown = np.flatnonzero(~(noise > 0))
-    if len(unknown):
-        row = features.row[unknown[0]]
-        raise CampaignError(
-            f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}: there is one repeat '
-            "of too few frequencies to see its noise: repeat the test, or state the noise of the sensor"
-        )
+    _require_noise(observed, features, noise)
     deviation = np.sqrt(noise**2 + HISTORY_NOISE_SHARE**2 * (history**2).sum(axis=1))
     usual = [size**2 * np.eye(block.shape[1]) for size, block in zip(USUAL_JITTER, jitter, strict=False)]
     bias = _bias(features, features.of_values(observed.mean), noise)
@@ -165,6 +164,25 @@ def _without_repeats(
     return Scatter(
         Whitening(deviation=deviation, modes=np.column_stack([*shared, history, budget, bias])), usual, noise
     )
+
+
+def _require_noise(observed: Observation, features: FeatureVector, noise: Variance) -> None:
+    """Refuse numbers whose noise nothing tells.
+
+    Raises
+    ------
+    CampaignError
+        With the sensor of the first of them.
+    """
+    unknown = np.flatnonzero(~(noise > 0))
+    if len(unknown):
+        row = features.row[unknown[0]]
+        test = "free" if observed.points.free[row] else "jointed"
+        raise CampaignError(
+            f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}, {test} test: there is '
+            "one repeat of too few frequencies to see its noise: repeat the test, or state the noise of the sensor "
+            '(noise = "1 %")'
+        )
 
 
 def _bias(features: FeatureVector, value: Variance, noise: Variance) -> Float[NDArray[np.float64], "m g"]:
@@ -232,6 +250,9 @@ def _pooled(
     for number in range(int(group.max()) + 1):
         rows = np.flatnonzero(group == number)
         seen = rows[freedom[rows] > 0]
+        if not len(seen):
+            pooled[rows] = np.nan
+            continue
         mean = float(np.mean(size[rows] ** 2)) or 1.0
         # Variances of two repeats are far more skewed than those of five.
         count = freedom[seen]

@@ -9,6 +9,7 @@ from typing import Any
 from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding
+from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
@@ -311,12 +312,9 @@ def _resonances(result: Round) -> Iterator[str]:
 
 def _fitted(result: Round) -> Iterator[str]:
     before, in_case = result.diagnosis.before, result.setup.calibrated
-    named = [
-        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
-        + (f" (case: {in_case.get(name, 1.0):.5g})" if in_case else "")
-        for name, (value, deviation) in factors(result.setup, before).items()
-    ]
-    yield f"Calibrated: {', '.join(named) or 'the case has no calibration parameters'}"
+    yield f"Calibrated: {_name_factors(result, before) or 'the case has no calibration parameters'}"
+    if result.best is not None and (named := _name_factors(result, result.best)):
+        yield f"Calibrated with {result.best.name}: {named}"
     if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, before).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
     if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, before).items()]:
@@ -335,6 +333,16 @@ def _fitted(result: Round) -> Iterator[str]:
         yield from fill(SETTLED, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
 
 
+def _name_factors(result: Round, refit: Refit) -> str:
+    """Calibration parameters of a fit, with their intervals."""
+    in_case = result.setup.calibrated
+    return ", ".join(
+        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
+        + (f" (case: {in_case.get(name, 1.0):.5g})" if in_case else "")
+        for name, (value, deviation) in factors(result.setup, refit).items()
+    )
+
+
 def _candidates(result: Round) -> Iterator[str]:
     shown = rows(result)[:MOST]
     if not shown:
@@ -346,9 +354,10 @@ def _candidates(result: Round) -> Iterator[str]:
     for row in shown:
         gain = digits(row.fall, 4) if row.gain is not None else f"({digits(row.fall, 4)})"
         error = f"{plain(100 * row.errors.held_out, 3)} %" if row.errors is not None else ""
+        alike = "" if row.cosine is None else f"{row.cosine:.2f}"
         mark = "*" if row.named else " "
-        yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {row.cosine:5.2f}  {row.in_words}"
-    yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the best one"
+        yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"
+    yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
     if result.diagnosis.verdict.finding is Finding.NOTHING:
         yield ""
         yield "Smallest strengths that these tests would have detected:"

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from correlation.campaign.measurement import Campaign
+from correlation.data_type.linear_state import count_free_responses
 from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
 from study.alike import merge_suspicions
-from study.case.setup import read_case, require_loads
+from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosed, run_data_diagnosis
@@ -117,18 +118,13 @@ def diagnose_file(
         )
     require_held_out(campaign, folder)
     require_repeats(campaign, folder)
-    if run is not None and campaign.data:
-        others = ", ".join(sorted({datum.type for datum in campaign.data}))
-        run.warn(
-            f"{folder}: a diagnosis compares the steady states alone; what else was measured ({others}) takes no part: "
-            "stickslip compare shows it, and with --calibrate fits to both"
-        )
     setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
         run_step = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
         for suspicion in merge_suspicions(run_step("suspicions", partial(find_all_suspicions, campaign, model))):
             run.warn(str(suspicion))
+    campaign = _count_free_responses(setup, campaign, folder, run)
     rounds: list[Round] = []
     while True:
         key = case_key(read_text(case))
@@ -151,6 +147,22 @@ def diagnose_file(
             return Diagnosed(rounds=tuple(rounds), history=history_of(case))
         add(case, best.effect.name, run=run)
         setup = require_loads(read_case(case, campaign, run)).setup
+
+
+def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: RunContext | None) -> Campaign:
+    """With frequency responses of the free structure, where the model of it is linear; says what takes no part."""
+    counted: tuple[str, ...] = ()
+    if not setup.model.free().system.joints:
+        campaign, counted = count_free_responses(campaign)
+    others = ", ".join(sorted({datum.type for datum in campaign.data if datum.name not in counted}))
+    if run is not None and counted:
+        run.note(f"{', '.join(counted)}: counted as steady states of the free structure, which is linear")
+    if run is not None and others:
+        run.warn(
+            f"{folder}: a diagnosis compares steady states, and frequency responses of the free structure; what else "
+            f"was measured ({others}) takes no part: stickslip compare shows it, and with --calibrate fits to both"
+        )
+    return campaign
 
 
 def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:

@@ -1,6 +1,6 @@
 """Candidates of a round as rows for the terminal, the page and the files; numbers as they are written."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,8 +41,8 @@ class Row:
     errors
         Errors of the fit with the effect; None if it was not fitted.
     cosine
-        Cosine between the changes by this effect and by the best one, calibration parameters projected out [-]: these
-        tests cannot separate the two where it is 1.
+        Cosine between the changes by this effect and by the first one, calibration parameters projected out [-]: these
+        tests cannot separate the two where it is 1. None where a small amount of either changes nothing that is seen.
     detectable
         Detection threshold of the strength [unit of the effect]; infinite if there is none.
     named
@@ -55,7 +55,7 @@ class Row:
     strength: float
     deviation: float
     errors: Errors | None
-    cosine: float
+    cosine: float | None
     detectable: float
     named: bool
 
@@ -92,16 +92,21 @@ def rows(result: Round) -> list[Row]:
     scores = {score.effect.name: score for score in diagnosis.scores if score.effect.name not in added}
     refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
     named = [refit.effect.name for refit in verdict.effects if refit.effect is not None]
-    best = scores.get(next(iter([*named, *refits, *scores]), ""))
     listed = [
-        _row(score, refits.get(name), best, verdict.detectable.get(name, np.inf), name in named)
+        _row(score, refits.get(name), verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()
     ]
 
     def place(row: Row) -> tuple[bool, bool, float]:
         return not row.named, row.gain is None, -row.fall
 
-    return sorted(listed, key=place)
+    listed.sort(key=place)
+    directions = [scores[row.effect.name].direction for row in listed]
+    seen = [direction.any() for direction in directions]
+    return [
+        replace(row, cosine=float(abs(directions[number] @ directions[0])) if seen[0] and seen[number] else None)
+        for number, row in enumerate(listed)
+    ]
 
 
 def digits(value: float, count: int) -> str:
@@ -208,7 +213,8 @@ def split_unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
     return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit
 
 
-def _row(score: Score, refit: Refit | None, best: Score | None, detectable: float, named: bool) -> Row:
+def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> Row:
+    """A candidate that is not yet beside the first one."""
     size, parameter = abs(score.effect.parameters[0].typical - score.effect.parameters[0].vanishes), score.size
     return Row(
         effect=score.effect,
@@ -217,7 +223,7 @@ def _row(score: Score, refit: Refit | None, best: Score | None, detectable: floa
         strength=score.strength if refit is None else refit.strength,
         deviation=(size / parameter if parameter else np.inf) if refit is None else refit.deviation,
         errors=None if refit is None else errors(refit),
-        cosine=0.0 if best is None else float(abs(score.direction @ best.direction)),
+        cosine=None,
         detectable=detectable,
         named=named,
     )

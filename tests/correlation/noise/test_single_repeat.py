@@ -1,6 +1,6 @@
 """One repeat: the noise that is stated, or that the curves show, takes the place of the scatter of repeats."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import take_training_part
 from correlation.feature.table import extract_features
 from correlation.feature.vector import FeatureVector
-from correlation.noise.scatter import estimate_scatter
+from correlation.noise.scatter import USUAL_JITTER, estimate_scatter
 
 NOISE = 2e-3
 #: One mode at 20 Hz with 2 % damping under 3 N.
@@ -93,3 +93,25 @@ def test_the_preload_of_one_repeat_is_off_by_a_usual_amount() -> None:
     # Beside readings of 0.01 % the whole change is that of the preload: its prior alone is left.
     assert np.linalg.norm(scatter.whitening(one_percent)) == pytest.approx(1.0, rel=1e-2)
     assert scatter.jitter[-1] == pytest.approx(1e-4)
+
+
+def test_a_test_without_repeats_beside_one_with_them_has_the_noise_of_its_curve() -> None:
+    repeated, single = campaign(n_repeat=3, noise=(0.0, 0.0)), campaign()
+    table, other = repeated.measurement, single.measurement
+    columns = {each.name: getattr(other, each.name) for each in fields(Measurement)}
+    columns |= {"test": other.test + 1, "value": 10 * other.value}
+    both = {name: np.concatenate([getattr(table, name), column]) for name, column in columns.items()}
+    tests = (Test(name="jointed"), Test(name="free", configuration="free"))
+    mixed = replace(repeated, tests=tests, measurement=Measurement(**both))
+    seen = take_training_part(mixed)
+    features = FeatureVector.choose(seen.points, seen.value, seen.motion, seen.phased)
+    of_free = features.points.free[features.row]
+    shift = np.where(of_free, 1.0, 0.0)[:, None]
+    nothing = np.zeros((len(features.row), 0))
+    scatter = estimate_scatter(seen, features, [nothing, shift], nothing, nothing)
+    size = np.abs(3.0 / seen.value)[features.row]
+    # As above: the curve tells it to some ten percent, for the repeats there are twice as many numbers.
+    assert np.median((scatter.noise / size)[of_free]) == pytest.approx(NOISE, rel=0.4)
+    assert np.median((scatter.noise / size)[~of_free]) == pytest.approx(NOISE, rel=0.2)
+    # What repeats of the free test would show is as large as usual.
+    np.testing.assert_allclose(scatter.jitter[1], [[USUAL_JITTER[1] ** 2]])
