@@ -52,6 +52,10 @@ class ErrorSize:
         """Usual errors of a model whose readings err by so much far from resonances [-]."""
         return cls(frequency=USUAL[0] * reading, damping=USUAL[1] * reading, reading=reading, shape=reading)
 
+    def is_within(self, other: "ErrorSize") -> bool:
+        """Whether no size exceeds that of another."""
+        return all(a <= b for a, b in zip(astuple(self), astuple(other), strict=True))
+
     def is_near(self, other: "ErrorSize", share: float) -> bool:
         """Whether all sizes agree within a share of the larger one."""
         return all(abs(a - b) <= share * max(a, b) for a, b in zip(astuple(self), astuple(other), strict=True))

@@ -19,7 +19,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import Added
 from diagnosis.fit.calibration import Fit, Matrix, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from diagnosis.fit.comparison import FAINT, Comparison
+from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_start import fit_under_control
 from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -29,6 +29,7 @@ from diagnosis.fit.weighting import (
     FEW,
     Measured,
     allow_model_error,
+    fade_higher_levels,
     fade_other_branch,
     join_measured,
     leave_out_model_error,
@@ -387,11 +388,7 @@ def _calibrated(
     fit = calibrate(comparison, unknowns, values, prediction, exact=True)
     if fit.chi2 <= ASTRAY * fit.n_number:
         return fit
-    points, row = comparison.features.points, comparison.features.row
-    higher = ~points.free & (points.level > points.level[~points.free].min(initial=np.inf))
-    deviation = comparison.whitening.deviation * np.where(higher[row], FAINT, 1.0)
-    lowest = replace(comparison, whitening=Whitening(deviation=deviation, modes=comparison.whitening.modes))
-    near = calibrate(lowest, unknowns, values, prediction)
+    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction)
     anew = calibrate(comparison, unknowns, near.values, near.prediction, exact=True)
     return min(fit, anew, key=lambda each: each.chi2)
 

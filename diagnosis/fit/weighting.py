@@ -224,6 +224,13 @@ def fade_other_branch(comparison: Comparison, prediction: Prediction) -> Compari
     return _fade_rows(comparison, find_other_branch(comparison.observed, prediction, comparison.predictor.sweeps))
 
 
+def fade_higher_levels(comparison: Comparison) -> Comparison:
+    """The same with next to no weight for the jointed structure above its lowest level, where it is almost linear."""
+    points, row = comparison.features.points, comparison.features.row
+    higher = ~points.free & (points.level > points.level[~points.free].min(initial=np.inf))
+    return comparison.fade(np.where(higher[row], FAINT, 1.0))
+
+
 def _fade_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Comparison:
     of, numbers = comparison, rows[comparison.features.row]
     if not numbers.any():
