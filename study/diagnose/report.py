@@ -1,7 +1,7 @@
 """The report of a diagnosis: text with the verdict in three lines and details below, and a JSON document."""
 
 from collections.abc import Iterator, Mapping
-from math import isnan
+from math import isfinite, isnan
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -360,11 +360,19 @@ def _candidates(result: Round) -> Iterator[str]:
     yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
     if result.diagnosis.verdict.finding is Finding.NOTHING:
         yield ""
-        yield "Smallest strengths that these tests would have detected:"
-        least = [f"{row.effect.name} {row.detectable_in_words}" for row in rows(result)]
-        yield from fill(
-            "; ".join(least), 118, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
-        ).splitlines()
+        listed = rows(result)
+        told = {
+            "Smallest strengths that these tests would have detected:": [
+                f"{row.effect.name} {row.detectable_in_words}" for row in listed if isfinite(row.detectable)
+            ],
+            "These tests detect at no strength:": [row.effect.name for row in listed if not isfinite(row.detectable)],
+        }
+        for words, names in told.items():
+            if names:
+                yield words
+                yield from fill(
+                    "; ".join(names), 118, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
+                ).splitlines()
 
 
 def _places(result: Round) -> Iterator[str]:
