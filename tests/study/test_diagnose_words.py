@@ -98,6 +98,9 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
         gains = [row.expected if row.gain is None else row.gain for row in part]
         assert gains == sorted(gains, reverse=True)
     assert len(listed) > len(fitted) > 1
+    # The first is beside itself, and the others are no more than like it.
+    assert listed[0].cosine == pytest.approx(1.0, abs=1e-12)
+    assert all(row.cosine is None or row.cosine < 1.0 for row in listed[1:])
 
 
 @pytest.mark.parametrize(
