@@ -1,11 +1,16 @@
-"""A drive that does not reach its set point at the higher levels: an amplifier that clips, or a shaker at its limit."""
+"""A measured force beside its own set point: in another unit, of another level, or of a drive that clips."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.row_group import group_rows
+
+#: Forces of one level.
+Forces = Float[NDArray[np.float64], " f"]
 
 #: A level is not reached if its largest force over its set point is below this share of that of the lowest level [-].
 REACHED = 0.95
@@ -13,10 +18,20 @@ REACHED = 0.95
 FLAT = 0.005
 #: Readings of a level that tell its largest force.
 FEWEST = 3
+#: A force is another one than its set point from this factor on [-]: open loops and shakers at a resonance make less.
+ANOTHER = 1.8
+#: How near to a known factor, to that of the other levels, or to the set point of another level a median force is
+#: (natural logarithm) [-]: forces that are held fall by some per cent at a resonance.
+NEAR = 0.1
+#: Units of a force or an acceleration by their number in one SI unit.
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "N": {"kN": 1e-3, "mN": 1e3, "uN": 1e6, "kgf": 1 / 9.80665, "gf": 1e3 / 9.80665, "lbf": 1 / 4.4482216},
+    "m/s^2": {"g_n": 1 / 9.80665, "cm/s^2": 1e2, "mm/s^2": 1e3, "um/s^2": 1e6},
+}
 
 
 def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
-    """Levels that the measured force never reaches, though it reaches lower ones.
+    """Levels whose measured force is in another unit, is that of another level, or never reaches the set point.
 
     A test at a constant response has no set point of the force.
 
@@ -25,35 +40,109 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
     campaign
         Campaign; only forces that were measured tell.
     """
-    table = campaign.measurement
     for number, test in enumerate(campaign.tests):
-        if test.control == "response":
+        forces = {} if test.control == "response" else _forces(campaign, number)
+        where, unit = f'test "{test.name}"', campaign.drive.unit
+        ratios = {level: float(np.median(force)) / level for level, force in forces.items() if np.median(force) > 0}
+        factor = _common_factor(ratios) if campaign.drive.calibrated else None
+        if factor is not None:
+            likely = _likely_units(factor, unit)
+            asked = f"is {' or '.join(likely)}?" if likely else "is the sensitivity of the force, or the level, right?"
+            sentence = f"the measured force is {factor:.3g} times its set point at all levels: {asked}"
+            yield Suspicion(where=where, sentence=sentence, of_test=bool(likely))
             continue
-        here = table.test == number
-        levels = np.unique(table.level[here])
-        if not (table.force[here] != table.level[here]).any():
-            continue  # not measured
-        forces = {}
-        for level in levels.tolist():
-            rows = np.flatnonzero(here & (table.level == level))
-            # Each state has a row for every sensor and harmonic.
-            states = group_rows([each[rows] for each in (table.frequency, table.sweep, table.repeat, table.order)])
-            force = table.force[rows[states.first]]
-            if len(force) >= FEWEST:
-                forces[level] = force
-        if len(forces) < 2:
-            continue
-        lowest, *higher = forces
-        usual = float(np.median(forces[lowest])) / lowest
-        for level in higher:
-            largest = float(forces[level].max())
-            if largest < REACHED * usual * level:
-                flat = int((forces[level] > (1 - FLAT) * largest).sum())
-                unit = campaign.drive.unit
-                yield Suspicion(
-                    where=f'test "{test.name}", level {level:.4g} {unit}',
-                    sentence=f"the measured force is at most {largest:.4g} {unit}, {largest / level:.0%} of its set "
-                    f"point, where the level {lowest:.4g} {unit} has {usual:.0%}; {flat} of {len(forces[level])} "
-                    "readings stand at this limit: does the drive clip? A force that clips is no sine, and the "
-                    "model's is",
-                )
+        others = dict(_of_other_levels(ratios, unit))
+        for level, sentence in others.items():
+            yield Suspicion(where=f"{where}, level {level:.4g} {unit}", sentence=sentence)
+        for level, sentence in _clipped({level: forces[level] for level in forces if level not in others}, unit):
+            yield Suspicion(where=f"{where}, level {level:.4g} {unit}", sentence=sentence)
+
+
+def _forces(campaign: Campaign, test: int) -> dict[float, Forces]:
+    """Measured forces of each state by level, lowest first, of levels with enough of them; empty if not measured."""
+    table = campaign.measurement
+    here = table.test == test
+    if not (table.force[here] != table.level[here]).any():
+        return {}
+    forces = {}
+    for level in np.unique(table.level[here]).tolist():
+        rows = np.flatnonzero(here & (table.level == level))
+        # Each state has a row for every sensor and harmonic.
+        states = group_rows([each[rows] for each in (table.frequency, table.sweep, table.repeat, table.order)])
+        force = table.force[rows[states.first]]
+        if len(force) >= FEWEST:
+            forces[level] = force
+    return forces
+
+
+def _common_factor(ratios: Mapping[float, float]) -> float | None:
+    """The factor by which the forces of all levels are off their set points; None if it is small, or not one."""
+    logarithms = np.log(list(ratios.values()))
+    if not len(logarithms) or np.ptp(logarithms) > 2 * NEAR or not np.abs(logarithms).min() > np.log(ANOTHER):
+        return None
+    return float(np.exp(np.median(logarithms)))
+
+
+def _likely_units(factor: float, unit: str) -> list[str]:
+    """What may be in which unit, if forces are so many times their set points, in words."""
+    return [
+        f"{what} in {name} instead of {unit}"
+        for what, own in (("the force", factor), ("the level", 1 / factor))
+        for name, number in UNITS.get(unit, {}).items()
+        if abs(np.log(own / number)) < NEAR
+    ]
+
+
+def _of_other_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[float, str]]:
+    """Levels whose force is far above their set point, or that have each other's forces, with what looks wrong."""
+    levels = np.array(list(ratios))
+    force = {level: level * ratio for level, ratio in ratios.items()}
+    meant = {}
+    for level, size in force.items():
+        apart = np.abs(np.log(levels / size))
+        if apart.min() < NEAR and levels[np.argmin(apart)] != level:
+            meant[level] = float(levels[np.argmin(apart)])
+    for level, ratio in ratios.items():
+        if _is_exchanged(meant, level):
+            other = meant[level]
+            word = "exchanged" if meant[other] == level else "mixed up"
+            yield (
+                level,
+                f"the measured force is {force[level]:.4g} {unit}, {ratio:.0%} of its set point, and that of the level "
+                f"{other:.4g} {unit}: are levels {word}?",
+            )
+        elif ratio > ANOTHER:
+            like = f", the set point of the level {meant[level]:.4g} {unit}" if level in meant else ""
+            yield (
+                level,
+                f"the measured force is {force[level]:.4g} {unit}, {ratio:.0%} of its set point{like}: is this level "
+                "right?",
+            )
+
+
+def _is_exchanged(meant: Mapping[float, float], level: float) -> bool:
+    """Whether the way from a level to the one whose force it has comes back; that of levels that clip does not."""
+    at = meant.get(level)
+    for _ in meant:
+        if at is None or at == level:
+            break
+        at = meant.get(at)
+    return at == level
+
+
+def _clipped(forces: Mapping[float, Forces], unit: str) -> Iterator[tuple[float, str]]:
+    """Levels that the force never reaches, though it reaches the lowest one, with what looks wrong."""
+    if len(forces) < 2:
+        return
+    lowest, *higher = forces
+    usual = float(np.median(forces[lowest])) / lowest
+    for level in higher:
+        largest = float(forces[level].max())
+        if largest < REACHED * usual * level:
+            flat = int((forces[level] > (1 - FLAT) * largest).sum())
+            yield (
+                level,
+                f"the measured force is at most {largest:.4g} {unit}, {largest / level:.0%} of its set point, where "
+                f"the level {lowest:.4g} {unit} has {usual:.0%}; {flat} of {len(forces[level])} readings stand at this "
+                "limit: does the drive clip? A force that clips is no sine, and the model's is",
+            )

@@ -25,8 +25,11 @@ BESIDE, MODEL = 0.1, 0.3
 #: Up to this a ratio is what a wrong model makes [-]: a factor of 50. A factor of ten alone is suspected only
 #: where the same channel is right elsewhere.
 WRONG_MODEL = 1.7
-#: Least logarithm by which all motions are off at a level that is suspected [-]: a factor of 1.25.
-ONE_LEVEL = 0.1
+#: Least logarithm by which all motions are off at a level that is suspected [-]: a factor of 1.25; and so many times
+#: what most readings, this share of them, are from it, in amplitude or phase. A level is one factor at all frequencies,
+#: a resonance elsewhere is not: of 20,000 random models that are off by up to four half-widths of a peak, 0 look like
+#: one (1 in 6 by the size of the factor alone), and 97 % of 5,000 wrong levels are still found.
+ONE_LEVEL, CONSTANT, MOST = 0.1, 1.5, 0.9
 #: What a value may be in, if it is so many times what it is in SI (as a power of ten).
 UNITS = {
     "displacement": {2: "cm", 3: "mm", 6: "um", 9: "nm"},
@@ -41,13 +44,17 @@ ROTATIONS = {3: "mrad", 6: "urad"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Runs:
-    """One run of one channel a row: test, sensor, level, repeat, and the logarithm of measured over predicted."""
+    """One run of one channel a row: test, sensor, level, repeat, and the logarithm of measured over predicted.
+
+    `spread` is how far most readings are from one real factor, positive or negative, in the same logarithm.
+    """
 
     test: Int[NDArray[np.int64], " n"]
     sensor: Int[NDArray[np.int64], " n"]
     level: Float[NDArray[np.float64], " n"]
     repeat: Int[NDArray[np.int64], " n"]
     ratio: Float[NDArray[np.float64], " n"]
+    spread: Float[NDArray[np.float64], " n"]
 
 
 def find_wrong_units(
@@ -86,20 +93,27 @@ def find_wrong_units(
 def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
     table, of_model = find_model_ratios(campaign, points, predicted)
     logarithm = np.log10(np.abs(of_model))
+    turned = np.where(np.array([each.has_phase for each in campaign.sensors])[table.sensor], np.angle(of_model), 0.0)
+    # A sensor that reads the other way round has one factor as well.
+    turned = ((turned + np.pi / 2) % np.pi - np.pi / 2) / np.log(10)
     run = [table.test, table.level, table.repeat]
     # Where the model's resonance is off, all channels go up and down together.
     state = group_rows([*run, table.sweep, table.frequency]).number
     common = group_medians(state, logarithm)
     channel = group_rows([*run, table.sensor]).number
-    first, ratio = [], []
+    first, ratio, spread = [], [], []
     for number in range(channel.max(initial=-1) + 1):
         values = np.flatnonzero(channel == number)
         apart = min(_scatter(logarithm[values]), _scatter(logarithm[values] - common[state[values]]))
         if len(values) >= FEWEST and apart < STEADY:
             first.append(int(values[0]))
             ratio.append(float(np.median(logarithm[values])))
+            spread.append(float(np.quantile(np.hypot(logarithm[values] - ratio[-1], turned[values]), MOST)))
     kept = table.where(np.array(first, dtype=np.int64))
-    return _Runs(test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=np.array(ratio))
+    return _Runs(
+        test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=np.array(ratio),
+        spread=np.array(spread),
+    )  # fmt: skip
 
 
 def _scatter(values: Float[NDArray[np.float64], " v"]) -> float:
@@ -138,7 +152,7 @@ def _of_one_level(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool
             continue
         usual = max(abs(each) for other, each in middle.items() if other != level)
         apart = max(np.abs(runs.ratio[own] - ratio).max(), np.abs(runs.ratio[others]).max(), usual)
-        if abs(ratio) > max(ONE_LEVEL, 3 * apart):
+        if abs(ratio) > max(ONE_LEVEL, 3 * apart, CONSTANT * float(np.median(runs.spread[own]))):
             found.append(
                 Suspicion(
                     where=f'test "{campaign.tests[int(runs.test[own][0])].name}", level {level:.4g} '

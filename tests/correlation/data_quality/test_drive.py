@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
@@ -46,6 +47,42 @@ def test_lower_levels_whose_force_is_their_set_point_in_every_digit_hide_no_driv
     force = np.where(table.level < 10, table.level, table.force)
     (found,) = find_drive_suspicions(replace(made, measurement=replace(table, force=force)))
     assert "level 10 N" in found.where
+
+
+@pytest.mark.parametrize(
+    ("gain", "words"),
+    [(1e-3, "the force in kN instead of N or the level in mN instead of N"), (102.0, "the force in gf instead of N"),
+     (0.225, "the force in lbf instead of N"), (3.0, "is the sensitivity of the force, or the level, right")],
+)  # fmt: skip
+def test_a_force_that_is_one_factor_off_all_set_points_names_the_unit(gain: float, words: str) -> None:
+    (found,) = find_drive_suspicions(campaign(gain=gain))
+    assert found.where == 'test "stepped"'
+    assert found.of_test == (gain != 3.0)
+    assert f"{gain:.3g} times its set point" in found.sentence
+    assert words in found.sentence
+
+
+def relabelled(level: dict[float, float]) -> Campaign:
+    """Forces as they are, with other set points."""
+    made = campaign()
+    table = made.measurement
+    return replace(made, measurement=replace(table, level=np.array([level.get(each, each) for each in table.level])))
+
+
+def test_levels_with_the_forces_of_each_other_are_exchanged() -> None:
+    first, second = find_drive_suspicions(relabelled({3.0: 10.0, 10.0: 3.0}))
+    assert [each.where for each in (first, second)] == ['test "stepped", level 3 N', 'test "stepped", level 10 N']
+    assert "333% of its set point, and that of the level 10 N: are levels exchanged?" in first.sentence
+    assert "30% of its set point, and that of the level 3 N: are levels exchanged?" in second.sentence
+    mixed = list(find_drive_suspicions(relabelled({1.0: 3.0, 3.0: 10.0, 10.0: 1.0})))
+    assert len(mixed) == 3
+    assert all("are levels mixed up?" in each.sentence for each in mixed)
+
+
+def test_a_force_far_above_its_set_point_makes_one_level_doubtful() -> None:
+    (found,) = find_drive_suspicions(relabelled({10.0: 5.0}))
+    assert found.where == 'test "stepped", level 5 N'
+    assert "200% of its set point: is this level right?" in found.sentence
 
 
 def test_a_force_that_drops_at_a_resonance_or_is_off_by_one_factor_is_not_suspected() -> None:

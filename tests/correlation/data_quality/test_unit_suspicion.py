@@ -138,6 +138,29 @@ def test_one_level_that_is_wrong_is_named(factor: float) -> None:
     assert all(f"level {LEVELS[-1]:g} N" in each.where and "is this level right" in each.sentence for each in found)
 
 
+def test_a_peak_that_moves_between_the_points_at_one_level_is_no_wrong_level() -> None:
+    made = campaign()
+    table = made.measurement
+    # At the lowest level the resonance is 1 % lower and as sharp as the spacing of the points: most read more.
+    sharp = response(table.frequency, 99.0, 0.005) / response(table.frequency, 100.0, 0.005)
+    value = np.where(table.level == LEVELS[0], sharp, 1.0) * table.value
+    band = np.abs(table.frequency - 98) < 2.5
+    assert np.median(np.abs(sharp[band])) > 1.25
+    low = replace(made, measurement=replace(table, value=value).where(band))
+    assert suspected(low) == ()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_one_level_that_is_wrong_is_named_where_a_sensor_reads_the_other_way_round(sign: int) -> None:
+    made = campaign()
+    table = made.measurement
+    value = np.where((table.level == LEVELS[-1]) & (table.sensor < 3), 1.5, 1.0) * table.value
+    value = np.where(table.sensor == 1, sign, 1) * value
+    found = suspected(replace(made, measurement=replace(table, value=value)))
+    assert found
+    assert all("is this level right" in each.sentence for each in found)
+
+
 def test_a_channel_of_noise_or_of_nothing_in_the_model_is_passed_over() -> None:
     made = campaign()
     table, random = made.measurement, np.random.default_rng(2)
