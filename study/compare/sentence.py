@@ -1,6 +1,6 @@
 """Where a model fails, in a few sentences for a structural dynamicist."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from correlation.metric.misfit import Misfit, configuration, split_misfit, whole
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
-from study.compare.data import without_comparison
+from study.compare.data import DataComparison, without_comparison
 from study.compare.result import Compared
 from study.compare.section.overview import left_out
 
@@ -22,6 +22,8 @@ AGREES, DIFFERS = 1.25, 2.0
 CLEAR_PEAK = 4.0
 #: From here on a difference by chance is no agreement [%]: sensors err by 5 % and, unless all do alike, means by less.
 VAGUE = 10.0
+#: A standard deviation as large as the number itself tells nothing about it [%].
+UNTOLD = 100.0
 #: Probability of what is taken as no chance any more.
 CHANCE = 1e-3
 #: A gain is told from zero by so many of its standard deviations.
@@ -57,7 +59,8 @@ class Summary:
 def summarise(compared: Compared) -> Summary:
     """Verdict of a comparison."""
     difference = whole(compared.train).whitened
-    tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions)
+    differing = _differing(compared.data)
+    tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions, differing)
     if tone != "missing" and (vague := _vague(compared)):
         tone, tag = "ambiguous", f"The measurements do not tell whether the model agrees: {vague}"
         tag += qualify(compared.suspicions) + doubt(compared.suspicions)
@@ -76,7 +79,9 @@ def summarise(compared: Compared) -> Summary:
         tag=tag,
         sentences=(
             _overall(compared.train),
-            *describe_resonances(compared.peaks, compared.campaign.drive.unit),
+            *describe_resonances(
+                compared.peaks, compared.campaign.drive.unit, agrees=difference <= AGREES, levels=_levels(compared)
+            ),
             *_worst(compared.train, compared.campaign.drive.unit),
             *left_out(compared),
         ),
@@ -85,7 +90,9 @@ def summarise(compared: Compared) -> Summary:
     )
 
 
-def judge(difference: float, missing: Sequence[str], suspicions: Sequence[Suspicion] = ()) -> tuple[str, str]:
+def judge(
+    difference: float, missing: Sequence[str], suspicions: Sequence[Suspicion] = (), differing: Sequence[str] = ()
+) -> tuple[str, str]:
     """Tone and headline.
 
     Parameters
@@ -96,6 +103,8 @@ def judge(difference: float, missing: Sequence[str], suspicions: Sequence[Suspic
         What could not be compared.
     suspicions
         What looks wrong in the measurements: agreement with these is none with the specimen.
+    differing
+        Other data than those of the difference, from which the model differs.
     """
     tone = "nothing" if difference <= AGREES else "ambiguous" if difference <= DIFFERS else "missing"
     tag = {
@@ -103,6 +112,10 @@ def judge(difference: float, missing: Sequence[str], suspicions: Sequence[Suspic
         "ambiguous": "The model is close to the measurements",
         "missing": "The model differs from the measurements",
     }[tone]
+    if differing and tone != "missing":
+        verb, word = ("agrees", "with") if tone == "nothing" else ("is close", "to")
+        tag = f"The model {verb} {word} the steady states, but differs from {', '.join(differing)}"
+        tone = "missing"
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
     tag += qualify(suspicions)
@@ -123,6 +136,17 @@ def doubt(suspicions: Sequence[Suspicion]) -> str:
         return ""
     more = f" and {len(where) - MOST_NAMED} more" if len(where) > MOST_NAMED else ""
     return f", but some of these look wrong: {'; '.join(where[:MOST_NAMED])}{more}"
+
+
+def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
+    """Data that are clearly further off than chance, as clearly as steady states are, with how much."""
+    far = []
+    for item in data:
+        there = item.error[np.isfinite(item.error)]
+        if item.root_mean_square > DIFFERS and (there**2).sum() > chdtri(len(there), CHANCE):
+            far.append(f"{item.type} {item.name} ({item.root_mean_square:.3g} standard deviations)")
+    more = f" and {len(far) - MOST_NAMED} more" if len(far) > MOST_NAMED else ""
+    return (*far[: MOST_NAMED - 1], far[MOST_NAMED - 1] + more) if more else tuple(far)
 
 
 def _vague(compared: Compared) -> str:
@@ -149,8 +173,32 @@ def _overall(misfit: Misfit) -> str:
     return f"The differences are {noise}: {amplitude}{phase}."
 
 
-def describe_resonances(peaks: Sequence[PeakError], unit: str = "N") -> Iterator[str]:
-    """Per configuration: frequency and damping, and how they change with the level."""
+def _levels(compared: Compared) -> dict[bool, tuple[float, ...]]:
+    """Levels that were compared, by whether the structure was free."""
+    points = compared.train.points
+    return {free: tuple(np.unique(points.level[points.free == free]).tolist()) for free in (False, True)}
+
+
+def describe_resonances(
+    peaks: Sequence[PeakError],
+    unit: str = "N",
+    *,
+    agrees: bool = True,
+    levels: Mapping[bool, Sequence[float]] | None = None,
+) -> Iterator[str]:
+    """Per configuration: frequency and damping, and how they change with the level.
+
+    Parameters
+    ----------
+    peaks
+        Errors of the resonances.
+    unit
+        That of the levels.
+    agrees
+        Whether the points themselves agree with the model: if not, no error of a resonance is laid on chance.
+    levels
+        Levels that were measured, by whether the structure was free; those without a resonance are told.
+    """
     for free in sorted({peak.free for peak in peaks}):
         listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
         if not listed:
@@ -160,21 +208,38 @@ def describe_resonances(peaks: Sequence[PeakError], unit: str = "N") -> Iterator
         frequency = _ranged(
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
+            [peak.frequency_deviation / peak.frequency for peak in listed],
             listed,
             unit,
+            agrees,
         )
         damping = _ranged(
             [100 * peak.damping_error for peak in listed],
             [abs(peak.predicted_damping - peak.damping) / peak.damping_deviation for peak in listed],
+            [peak.damping_deviation / peak.damping for peak in listed],
             listed,
             unit,
+            agrees,
         )
-        yield f"{name[0].upper()}{name[1:]} {frequency}; its damping {damping}."
+        read = [peak.level for peak in listed]
+        only = f" (read at {_listed(read)} {unit} only)" if set((levels or {}).get(free, ())) - set(read) else ""
+        yield f"{name[0].upper()}{name[1:]}{only} {frequency}; its damping {damping}."
         yield from _softening(listed, free, unit)
 
 
-def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequence[PeakError], unit: str) -> str:
-    """Errors over the levels in words [%]."""
+def _listed(levels: Sequence[float]) -> str:
+    return ", ".join(f"{level:g}" for level in levels)
+
+
+def _ranged(
+    errors: Sequence[float],
+    deviations: Sequence[float],
+    resolution: Sequence[float],
+    peaks: Sequence[PeakError],
+    unit: str,
+    agrees: bool,
+) -> str:
+    """Errors over the levels in words [%], their sizes in standard deviations, and these deviations [-]."""
     if not np.isfinite(deviations).any():
         low, high = (plain(end, sign="+") for end in (min(errors), max(errors)))
         return f"is off by {low} to {high} %, and what chance does is not known"
@@ -184,12 +249,14 @@ def _ranged(errors: Sequence[float], deviations: Sequence[float], peaks: Sequenc
         known = [size for size in deviations if np.isfinite(size)]
         if sum(size**2 for size in known) > chdtri(len(known), CHANCE):
             return f"is off by up to {plain(largest)} %, little at each level, but more than chance at all of them"
-        verb = "agrees within" if largest < VAGUE else "is off by up to"
-        return f"{verb} {plain(largest)} %, which chance explains"
+        if agrees and largest < VAGUE:
+            return f"agrees within {plain(largest)} %, which chance explains"
+        # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
+        coarsest = 100 * float(np.nanmax(resolution))
+        told = f"tell it to {plain(coarsest)} % only" if coarsest < UNTOLD else "do not tell it"
+        return f"differs by up to {plain(largest)} %, but the readings {told}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
-    where = (
-        "" if len(clear) == len(peaks) else f" at {', '.join(f'{peaks[number].level:g}' for number in clear)} {unit}"
-    )
+    where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:
         return f"is off by {plain(least, sign='+')} to {plain(most, sign='+')} %{where}"
     word = "high" if most > 0 else "low"

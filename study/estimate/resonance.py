@@ -1,10 +1,10 @@
 """Damping and contact stiffness from resonances: the lowest level of stepped sines, the end of ring-downs, modes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, same_level
@@ -191,13 +191,35 @@ def damping_ratio(model: Model, resonance: Resonance) -> float | None:
     system = (model.free() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = modes.frequency
-    nearest = int(np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / resonance.frequency))))
+    nearest = _nearest(own, resonance.frequency)
     if not 1 / FAR < own[nearest] / resonance.frequency < FAR:
         return None
     shape = modes.mode_shapes[:, nearest]
     modal_mass = float(shape @ system.mass @ shape)
     omega = np.sqrt(modes.lambda_[[nearest]])
     return float(modal_damping(system, shape[:, None], omega)[0]) / (modal_mass * 2 * float(omega[0]))
+
+
+def find_partners(model: Model, stuck: Resonance, free: Sequence[Resonance]) -> list[Resonance]:
+    """Free resonances that a resonance with contacts goes back to, or the nearest one if its own was not measured.
+
+    They are of the free mode of the model that moves most like its mode with stuck contacts, by the masses.
+    """
+    if not free:
+        return []
+    system, plain = model.system, model.free().system
+    modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
+    own = compute_dense_modes(plain.mass, stick_at_rest(plain.stiffness, plain.joints))
+    shape = modes.mode_shapes[:, _nearest(modes.frequency, stuck.frequency)]
+    size = (own.mode_shapes * (plain.mass @ own.mode_shapes)).sum(axis=0)
+    alike = (shape @ plain.mass @ own.mode_shapes) ** 2 / size
+    same = [each for each in free if _nearest(own.frequency, each.frequency) == int(np.argmax(alike))]
+    return same or [min(free, key=lambda each: abs(np.log(each.frequency / stuck.frequency)))]
+
+
+def _nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:
+    """Number of the mode nearest to a frequency, by their ratio."""
+    return int(np.argmin(np.abs(np.log(np.maximum(frequency, 1e-12) / wanted))))
 
 
 def estimate_stiffness(
@@ -222,7 +244,7 @@ def estimate_stiffness(
     else:
         plain = model.free().system
         own = compute_dense_modes(plain.mass, plain.stiffness).frequency
-        nearest = float(own[np.argmin(np.abs(np.log(np.maximum(own, 1e-12) / free.frequency)))])
+        nearest = float(own[_nearest(own, free.frequency)])
         if not 1 / FAR < nearest / free.frequency < FAR:
             return
         wanted *= nearest / free.frequency
@@ -238,7 +260,7 @@ def estimate_stiffness(
         places.append(np.sort(modes.frequency))
     # Stiffer contacts raise every frequency, so that modes keep their order; the model's own says which one is meant.
     drawn = places[int(np.argmin(np.abs(np.log(GRID))))]
-    number = int(np.argmin(np.abs(np.log(np.maximum(drawn, 1e-12) / wanted))))
+    number = _nearest(drawn, wanted)
     curve = [frequencies[number] for frequencies in places]
     if not (np.diff(curve) >= 0).all() or curve[-1] / curve[0] < 1 + 10 * LEAST_FREQUENCY:
         return

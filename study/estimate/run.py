@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from study.diagnose.history import read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose, contradictions
 from study.estimate.loops import estimate_from_loop
-from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_resonances
+from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_partners, find_resonances
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.run_context import RunContext
@@ -189,9 +188,10 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
     if stuck and model.lines:
         best = choose(without, "zeta")
         factor = best.factor if best else 1.0
-        partners: list[Resonance | None] = [*free] or [None]
-        for item, partner in product(stuck, partners):
-            yield from estimate_stiffness(model, item, partner, factor)
+        for item in stuck:
+            partners: list[Resonance | None] = [*find_partners(model, item, free)] or [None]
+            for partner in partners:
+                yield from estimate_stiffness(model, item, partner, factor)
 
 
 def _beyond_priors(chosen: Sequence[FirstEstimate], accepted: Mapping[str, CalibrationParameter]) -> Iterator[str]:

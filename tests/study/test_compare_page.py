@@ -199,6 +199,21 @@ def test_the_headline_names_what_was_not_compared() -> None:
     assert "not loop hysteresis" in summary.tag
 
 
+def test_a_headline_does_not_agree_with_the_measurements_where_other_data_differ() -> None:
+    features = Features(label=tuple("abcd"), unit=("Hz",) * 4, value=np.ones(4), deviation=np.ones(4))
+    decay = DataComparison(
+        name="decay", type="ring-down", held_out=False, features=features, predicted=np.array([5.0, 1, 5, 1])
+    )
+    # The root mean square of 4, 0, 4 and 0 standard deviations is 2.83.
+    summary = summarise(replace(compared(), data=(decay,)))
+    assert summary.tone == "missing"
+    assert summary.tag.startswith(
+        "The model agrees with the steady states, but differs from ring-down decay (2.83 standard deviations)"
+    )
+    near = replace(decay, predicted=np.array([2.0, 0, 1, 1]))
+    assert summarise(replace(compared(), data=(near,))).tone == "nothing"
+
+
 def test_a_headline_does_not_agree_with_steady_states_that_look_wrong() -> None:
     swapped = Suspicion(where='sensors "tip" and "mid" look swapped', sentence="")
     single = Suspicion(where="campaign", sentence="one repeat", remark=True)
@@ -256,6 +271,23 @@ def test_resonances_are_described_by_what_is_more_than_chance(
     text = " ".join(describe_resonances([peak(*item) for item in peaks], "kN"))
     for word in words:
         assert word in text
+
+
+def test_an_error_that_the_readings_do_not_resolve_is_not_explained_by_chance() -> None:
+    coarse = replace(peak(1.0, 100.0, 100.6), frequency_deviation=0.8, damping_deviation=0.02)
+    coarse = replace(coarse, predicted_damping=0.025)
+    (told,) = describe_resonances([coarse], agrees=False)
+    assert "differs by up to 0.6 %, but the readings tell it to 0.8 % only" in told
+    assert "its damping differs by up to 150 %, but the readings do not tell it" in told
+    (told,) = describe_resonances([coarse])
+    assert "agrees within 0.6 %, which chance explains" in told
+    assert "its damping differs by up to 150 %, but the readings do not tell it" in told
+
+
+def test_levels_that_a_resonance_was_read_at_are_named_where_others_were_not() -> None:
+    peaks = [peak(1.0, 100.0, 100.1)]
+    assert "(read at 1 N only)" in "".join(describe_resonances(peaks, levels={False: [1.0, 5.0]}))
+    assert "read at" not in "".join(describe_resonances(peaks, levels={False: [1.0], True: [5.0]}))
 
 
 def test_damping_that_is_written_alike_does_not_change() -> None:

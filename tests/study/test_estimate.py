@@ -9,7 +9,7 @@ import pytest
 from correlation.campaign.read_campaign import read_campaign
 from study.case.setup import read_case
 from study.cli import main
-from study.estimate.resonance import Resonance, estimate_stiffness
+from study.estimate.resonance import Resonance, estimate_stiffness, find_partners
 
 STIFFNESS, DAMPING = 4e5, 0.004
 KT, MU, PRELOAD = 2e5, 0.4, 20.0
@@ -216,6 +216,27 @@ def test_the_interval_of_a_frequency_holds_the_stiffness_of_contacts_that_slip(f
     (found,) = estimate_stiffness(setup.model, stuck, free, 1.0)
     low, high = found.interval
     assert low <= MORE_KT * KT <= high
+
+
+def test_a_jointed_resonance_is_laid_beside_the_free_mode_that_it_goes_back_to(folder: Path) -> None:
+    model = read_case(folder / "chain.toml", read_campaign(folder / "tests")).setup.model
+    mass, stiffness = chain(0.0)
+    free = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real) / (2 * np.pi)
+    mass, stiffness = chain(KT)
+    stuck = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real) / (2 * np.pi)
+
+    def resonance(frequency: float, *, is_free: bool) -> Resonance:
+        return Resonance(
+            free=is_free, frequency=frequency, frequency_deviation=1e-3, damping=DAMPING, damping_deviation=1e-5,
+            source="hammer",
+        )  # fmt: skip
+
+    measured = [resonance(each, is_free=True) for each in np.sort(free).tolist()]
+    # The contact does not change the order of the two modes along the chain.
+    for number, frequency in enumerate(np.sort(stuck).tolist()):
+        assert find_partners(model, resonance(frequency, is_free=False), measured) == [measured[number]]
+    assert find_partners(model, resonance(float(stuck.max()), is_free=False), measured[:1]) == measured[:1]
+    assert find_partners(model, resonance(float(stuck.max()), is_free=False), []) == []
 
 
 def test_damping_that_friction_may_be_part_of_is_an_upper_bound_and_replaces_no_value_within_it(
