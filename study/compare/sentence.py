@@ -253,8 +253,12 @@ def _ranged(
             return f"agrees within {plain(largest)} %, which chance explains"
         # Where the points themselves disagree, a peak that is bent or cut off has a deviation that hides any error.
         coarsest = 100 * float(np.nanmax(resolution))
-        told = f"tell it to {plain(coarsest)} % only" if coarsest < UNTOLD else "do not tell it"
-        return f"differs by up to {plain(largest)} %, but the readings {told}"
+        told = (
+            f"where the readings tell it to {plain(coarsest)} %"
+            if coarsest < UNTOLD
+            else "which the readings do not tell"
+        )
+        return f"differs by up to {plain(largest)} %, {told}"
     least, most = min(errors[number] for number in clear), max(errors[number] for number in clear)
     where = "" if len(clear) == len(peaks) else f" at {_listed([peaks[number].level for number in clear])} {unit}"
     if least * most < 0:
