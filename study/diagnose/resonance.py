@@ -28,4 +28,4 @@ def tell_resonances(result: Round) -> Iterator[str]:
     if result.diagnosis.verdict.finding in {Finding.UNKNOWN, Finding.NOT_CLOSE}:
         peaks = find_resonances(result, stages(result)[-1])
         if peaks:
-            yield from describe_resonances(peaks, result.campaign.drive.unit)
+            yield from describe_resonances(peaks, result.campaign.drive.unit, agrees=False)

@@ -64,7 +64,7 @@ def test_a_suspicion_is_told_before_the_diagnosis(
 
     monkeypatch.setattr("study.diagnose.run.diagnose_case", stop)
     cli.main(["diagnose", "chain.toml", "campaign", "--quiet"])
-    assert 'write units.frequency = "rad/s" instead of "Hz"' in capsys.readouterr().err
+    assert 'write "rad/s" instead of "Hz" as the unit of that column' in capsys.readouterr().err
 
 
 def test_a_step_back_in_a_case_that_is_not_there_says_so(at_home: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -171,13 +171,13 @@ def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> Non
     assert found.where == 'test "stepped"'
     assert '"tip" peaks at 628.3 in the column frequency, which is 2 pi times the model' in found.sentence
     assert "resonance of 97 Hz" in found.sentence
-    assert 'write units.frequency = "rad/s" instead of "Hz"' in found.sentence
+    assert 'write "rad/s" instead of "Hz" as the unit of that column' in found.sentence
 
 
 def test_hertz_labelled_radians_per_second_are_suspected_beside_a_model() -> None:
     (found,) = find_model_suspicions(campaign(factor=1 / (2 * np.pi)), [97.0])
     assert "a 2 pi-th of the model" in found.sentence
-    assert 'write units.frequency = "Hz" instead of "rad/s"' in found.sentence
+    assert 'write "Hz" instead of "rad/s" as the unit of that column' in found.sentence
 
 
 def test_a_band_without_a_peak_is_compared_as_a_whole() -> None:
