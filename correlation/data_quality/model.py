@@ -50,8 +50,8 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
             at = model[int(np.argmin(_distance(model * wrong.factor, low, high)))]
             sentence = (
                 f"{evidence}, which is {wrong.words} the model's resonance of {at:.4g} Hz: is the column in "
-                f'{wrong.likely}? If so, write "{wrong.likely}" instead of "{wrong.stated}" as the unit of that column, '
-                "or as units.frequency where the column has none"
+                f'{wrong.likely}? If so, write "{wrong.likely}" instead of "{wrong.stated}" as the unit of that '
+                "column, or as units.frequency where the column has none"
             )
             found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence, of_test=True))
     return tuple(found)
