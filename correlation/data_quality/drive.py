@@ -1,12 +1,13 @@
 """A measured force beside its own set point: in another unit, of another level, or of a drive that clips."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.measurement_unit import si_factor
 from correlation.row_group import group_rows
 
 #: Forces of one level.
@@ -23,10 +24,10 @@ ANOTHER = 1.8
 #: How near to a known factor, to that of the other levels, or to the set point of another level a median force is
 #: (natural logarithm) [-]: forces that are held fall by some per cent at a resonance.
 NEAR = 0.1
-#: Units of a force or an acceleration by their number in one SI unit.
-UNITS: Mapping[str, Mapping[str, float]] = {
-    "N": {"kN": 1e-3, "mN": 1e3, "uN": 1e6, "kgf": 1 / 9.80665, "gf": 1e3 / 9.80665, "lbf": 1 / 4.4482216},
-    "m/s^2": {"g_n": 1 / 9.80665, "cm/s^2": 1e2, "mm/s^2": 1e3, "um/s^2": 1e6},
+#: Units that a force or an acceleration may be in instead.
+UNITS: Mapping[str, Sequence[str]] = {
+    "N": ("kN", "mN", "uN", "kgf", "gf", "lbf"),
+    "m/s^2": ("g_n", "cm/s^2", "mm/s^2", "um/s^2"),
 }
 
 
@@ -88,8 +89,8 @@ def _likely_units(factor: float, unit: str) -> list[str]:
     return [
         f"{what} in {name} instead of {unit}"
         for what, own in (("the force", factor), ("the level", 1 / factor))
-        for name, number in UNITS.get(unit, {}).items()
-        if abs(np.log(own / number)) < NEAR
+        for name in UNITS.get(unit, ())
+        if abs(np.log(own * si_factor(name, unit))) < NEAR
     ]
 
 
