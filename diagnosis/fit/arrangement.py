@@ -388,9 +388,16 @@ def _calibrated(
     fit = calibrate(comparison, unknowns, values, prediction, exact=True)
     if fit.chi2 <= ASTRAY * fit.n_number:
         return fit
-    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction)
-    anew = calibrate(comparison, unknowns, near.values, near.prediction, exact=True)
+    anew = fit_from_lowest_level(comparison, unknowns, values, prediction)
     return min(fit, anew, key=lambda each: each.chi2)
+
+
+def fit_from_lowest_level(
+    comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, *, quick: bool = False
+) -> Fit:
+    """Fit that begins where one to the lowest level alone ends; its Jacobian is of its values, unless it is quick."""
+    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction, quick=quick)
+    return calibrate(comparison, unknowns, near.values, near.prediction, exact=not quick, quick=quick)
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Comparison, list[tuple[Effect, float]]]:

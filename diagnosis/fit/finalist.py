@@ -16,11 +16,11 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.arrangement import Arrangement, weigh_beside
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.arrangement import Arrangement, fit_from_lowest_level, weigh_beside
+from diagnosis.fit.calibration import Fit
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.problem import UNEXPLAINED, Refit
-from diagnosis.fit.weighting import fade_higher_levels, resize_model_error
+from diagnosis.fit.weighting import resize_model_error
 from diagnosis.step import RunStep, compute_step
 
 #: An effect is not named, whatever it gains, if the held-out data are further off by these factors: their reduced
@@ -69,7 +69,7 @@ def weigh_each(
 
     def weigh(refit: Refit) -> Finalist:
         assert refit.effect is not None
-        settled, fit = _settle(arrangement, refit.fit, searched.train)
+        settled, fit = _refit(arrangement, refit.fit, searched.train)
         beside = weigh_beside(campaign, arrangement, refit.effect, fit, catalogue_of)
         lacking = beside.refit_with_error_left(before.fit, arrangement.train)
         nothing = arrangement
@@ -103,7 +103,7 @@ def weigh_each(
     return found
 
 
-def _settle(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
+def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangement, Fit]:
     """Fit with an effect and the model error that it leaves, and the quick fit that it began with.
 
     Where contacts slip in the model at frequencies at which they stick in the test, chi^2 has several minima, and a fit
@@ -114,8 +114,7 @@ def _settle(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrange
     if settled.left.is_within(usual):
         return settled, fit
     train = resize_model_error(arrangement.train, usual)
-    near = calibrate(fade_higher_levels(train), fit.unknowns, fit.values, fit.prediction, quick=True)
-    anew = calibrate(train, fit.unknowns, near.values, near.prediction, quick=True)
+    anew = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, quick=True)
     other = arrangement.refit_with_error_left(anew, train)
     return (other, other.fit) if other.cost < settled.cost else (settled, fit)
 
