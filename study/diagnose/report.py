@@ -344,7 +344,8 @@ def _name_factors(result: Round, refit: Refit) -> str:
 
 
 def _candidates(result: Round) -> Iterator[str]:
-    shown = rows(result)[:MOST]
+    listed = rows(result)
+    shown = listed[:MOST]
     if not shown:
         is_far = result.diagnosis.verdict.finding is Finding.NOT_CLOSE
         yield "No effect was tried in a model that is so far off." if is_far else "No effect can be tested."
@@ -360,7 +361,6 @@ def _candidates(result: Round) -> Iterator[str]:
     yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
     if result.diagnosis.verdict.finding is Finding.NOTHING:
         yield ""
-        listed = rows(result)
         told = {
             "Smallest strengths that these tests would have detected:": [
                 f"{row.effect.name} {row.detectable_in_words}" for row in listed if isfinite(row.detectable)

@@ -55,7 +55,7 @@ class Row:
     strength: float
     deviation: float
     errors: Errors | None
-    cosine: float | None
+    cosine: float | None = None
     detectable: float
     named: bool
 
@@ -223,7 +223,6 @@ def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> R
         strength=score.strength if refit is None else refit.strength,
         deviation=(size / parameter if parameter else np.inf) if refit is None else refit.deviation,
         errors=None if refit is None else errors(refit),
-        cosine=None,
         detectable=detectable,
         named=named,
     )
