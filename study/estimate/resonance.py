@@ -211,10 +211,9 @@ def find_partners(model: Model, stuck: Resonance, free: Sequence[Resonance]) -> 
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = compute_dense_modes(plain.mass, stick_at_rest(plain.stiffness, plain.joints))
     shape = modes.mode_shapes[:, _nearest(modes.frequency, stuck.frequency)]
-    size = (own.mode_shapes * (plain.mass @ own.mode_shapes)).sum(axis=0)
-    alike = (shape @ plain.mass @ own.mode_shapes) ** 2 / size
+    alike = (shape @ plain.mass @ own.mode_shapes) ** 2
     same = [each for each in free if _nearest(own.frequency, each.frequency) == int(np.argmax(alike))]
-    return same or [min(free, key=lambda each: abs(np.log(each.frequency / stuck.frequency)))]
+    return same or [free[_nearest(np.array([each.frequency for each in free]), stuck.frequency)]]
 
 
 def _nearest(frequency: Float[NDArray[np.float64], " m"], wanted: float) -> int:
