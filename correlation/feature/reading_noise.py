@@ -42,13 +42,15 @@ def find_reading_noise(
     """
     noise = np.full(len(points), np.nan)
     for sensor in campaign.sensors:
-        for free in np.unique(points.free):
-            rows = np.flatnonzero((points.sensor == sensor.name) & (points.free == free))
-            if any(sensor.noise):
-                relative, absolute = sensor.noise
-                reading = np.hypot(relative * np.abs(value[rows]), absolute)
-                noise[rows] = reading / np.sqrt(np.maximum(n_reading[rows], 1))
-            elif len(rows) and np.mean(repeated[rows]) < LEAST_REPEATED:
+        own = points.sensor == sensor.name
+        if any(sensor.noise):
+            relative, absolute = sensor.noise
+            reading = np.hypot(relative * np.abs(value[own]), absolute)
+            noise[own] = reading / np.sqrt(np.maximum(n_reading[own], 1))
+            continue
+        for free in np.unique(points.free[own]):
+            rows = np.flatnonzero(own & (points.free == free))
+            if np.mean(repeated[rows]) < LEAST_REPEATED:
                 seen = smooth_noise(points.where(rows), value[rows], has_phase=sensor.has_phase)
                 noise[rows] = np.sqrt(compute_margin(FREEDOM)) * seen
     return noise
