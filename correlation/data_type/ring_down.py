@@ -22,6 +22,7 @@ from correlation.data_type.backbone import predict_backbone
 from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion
 from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.signal.decay_misfit import ENDS
 from correlation.signal.record import note_rounded_time
 from correlation.signal.ring_down import RingDown, analyse_ring_down, cut_decay
 from geometry.read_only_array import freeze_fields
@@ -29,9 +30,6 @@ from geometry.read_only_array import freeze_fields
 #: Amplitudes at which a mode is compared: a backbone is smooth, and neighbouring readings are not independent.
 N_AMPLITUDE = 6
 NO_MODES: tuple[float, ...] = ()
-#: Share of the range in the logarithm of the amplitude that is left out at either end: a curve through a decay is least
-#: certain there, by more than its own deviation says [-].
-ENDS = 0.08
 #: Least standard deviations, relative [-]: between modes of a decay and resonances of a model there are differences of
 #: this size that no scatter of the reading shows (frequency within a period of decay, damping of a slow change).
 LEAST_FREQUENCY, LEAST_DAMPING = 1e-4, 0.02
@@ -101,7 +99,7 @@ class FreeDecay:
     @property
     def remarks(self) -> tuple[str, ...]:
         """How the record is read, in words."""
-        return note_rounded_time(self.time)
+        return (*note_rounded_time(self.time), *dict.fromkeys(text for mode in self.modes for text in mode.remarks))
 
 
 def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:

@@ -25,16 +25,15 @@ Envelope = Complex[NDArray[np.complex128], " n"]
 #: Degree of the harmonics as polynomials of the amplitude, and of a drifting mean over time.
 AMPLITUDE_DEGREE, MEAN_DEGREE = 3, 2
 #: Points of a flow between its largest and smallest amplitude.
-FLOW_POINTS = 2000
+FLOW_POINTS = 1000
 #: How far a flow goes on below its last break point, at constant rates, in ln A: to 1/400 of that amplitude [-].
 BEYOND = 6.0
-#: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them.
-ROUNDS, ENOUGH = 25, 1e-4
+#: Steps of Levenberg and Marquardt's method, and the relative fall of the residual that ends them: of a fit, and of one
+#: that only keeps step with the phases, as first guesses have priors.
+ROUNDS, ENOUGH, ENOUGH_TRACKED = 25, 1e-4, 1e-2
 #: Singular values of scaled normal equations below this share are none, and a coefficient whose normal equations are
 #: this far below the variance of the samples is not shown: their quotient stays within what a float holds [-].
 SINGULAR, SHOWN = 1e-12, 1e-280
-#: Step of the difference by the amplitude at the start, in its logarithm.
-STEP = 5e-7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,46 +88,38 @@ class Flow:
         turned = np.concatenate([[0.0], np.cumsum(step * (omega[1:] / rate[1:] + omega[:-1] / rate[:-1]))])
         return time, logarithm, coefficients[1] + turned, basis, rate, omega
 
-    def wave(self, coefficients: Vector, step: float) -> Envelope:
-        """A e^{i phi} at its samples, shape (n_sample,)."""
-        time, logarithm, phase = self.path(coefficients)
-        at = step * np.arange(self.n_sample)
-        # Beyond the last point of the flow, which is far below the noise, it rests there.
-        return np.asarray(np.exp(np.interp(at, time, logarithm) + 1j * np.interp(at, time, phase)))
-
-    def slopes(self, coefficients: Vector, step: float, wave: Envelope) -> Matrix:
-        r"""Derivatives of the real part of a wave by its coefficients, shape (n_sample, 2 + 2 b).
+    def linearise(self, coefficients: Vector, step: float) -> tuple[Envelope, Matrix]:
+        r"""A e^{i phi} at its samples, shape (n_sample,), and derivatives of its real part, shape (n_sample, 2 + 2 b).
 
         Where a coefficient changes the time at which the flow passes a by dt and the phase there by dphi, the wave at a
-        fixed time changes by :math:`A e^{i \varphi} (-\dot a\, dt + i (d\varphi - \dot\varphi\, dt))`.
+        fixed time changes by :math:`A e^{i \varphi} (-\dot a\, dt + i (d\varphi - \dot\varphi\, dt))`. A start at a
+        larger amplitude passes all others later, by dt = 1 / delta and dphi = omega / delta there.
         """
-        from scipy.sparse import csr_array
-
         count = (len(coefficients) - 2) // 2
         time, logarithm, phase, basis, rate, omega = self._path(coefficients)
+        at = step * np.arange(self.n_sample)
+        # Each sample lies between two points of the flow. Beyond the last, which is far below the noise, it rests there.
+        below = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+        # A decay rate without bounds may pass several points at once.
+        width, moves = np.maximum(time[below + 1] - time[below], 1e-300), at < time[-1]
+        share = np.where(moves, np.clip((at - time[below]) / width, 0.0, 1.0), 1.0)
+        fall, turn = np.diff(logarithm)[below], np.diff(phase)[below]
+        wave = np.exp(logarithm[below] + share * fall + 1j * (phase[below] + share * turn))
+        fall, turn = np.where(moves, fall / width, 0.0), np.where(moves, turn / width, 0.0)
+        by_time, by_phase = wave.imag * turn - wave.real * fall, -wave.imag
         # d (1 / delta) = -B / delta by the coefficients of ln delta; d (omega / delta) = -omega B / delta by those, and
         # B / delta by the coefficients of omega.
         each = (logarithm[0] - logarithm[1]) / 2 * basis / rate[:, None]
-        rates = np.hstack([-each, -omega[:, None] * each, each])
-        summed = np.concatenate([np.zeros((1, 3 * count)), np.cumsum(rates[1:] + rates[:-1], axis=0)])
-        # Each sample lies between two points of the flow.
-        at = step * np.arange(self.n_sample)
-        below = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-        width, moves = time[below + 1] - time[below], at < time[-1]
-        share = np.where(moves, (at - time[below]) / width, 1.0)
-        entries = np.column_stack([1 - share, share]).ravel()
-        places = np.column_stack([below, below + 1]).ravel()
-        between = csr_array((entries, places, 2 * np.arange(self.n_sample + 1)), shape=(self.n_sample, len(time)))
-        later, turned, by_omega = np.split(between @ summed, 3, axis=1)
-        fall, turn = (np.where(moves, np.diff(path)[below] / width, 0.0) for path in (logarithm, phase))
+        sums = np.zeros((len(time), 2 * count))
+        for part, rates in ((sums[1:, :count], each), (sums[1:, count:], omega[:, None] * each)):
+            np.cumsum(rates[1:] + rates[:-1], axis=0, out=part)
+        sums = sums[below] + share[:, None] * (sums[below + 1] - sums[below])
         result = np.empty((self.n_sample, len(coefficients)))
-        moved = np.array(coefficients)
-        moved[0] += STEP
-        result[:, 0] = (self.wave(moved, step) - wave).real / STEP
-        result[:, 1] = -wave.imag
-        result[:, 2 : 2 + count] = later * (wave.imag * turn - wave.real * fall)[:, None] - turned * wave.imag[:, None]
-        result[:, 2 + count :] = -by_omega * wave.imag[:, None]
-        return result
+        result[:, 0] = (by_time + omega[0] * by_phase) / rate[0]
+        result[:, 1] = by_phase
+        result[:, 2 : 2 + count] = -sums[:, :count] * by_time[:, None] - sums[:, count:] * by_phase[:, None]
+        result[:, 2 + count :] = sums[:, :count] * by_phase[:, None]
+        return wave, result
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -181,6 +172,7 @@ def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float =
     limit = np.concatenate([_largest_step(flow, step) for flow in flows])
     first = np.concatenate(at)
     certainty = np.concatenate([_certainty(flow, prior) for flow in flows])
+    enough = ENOUGH if np.isinf(prior) else ENOUGH_TRACKED
     for _ in range(ROUNDS):
         pull = np.zeros(len(normal))
         pull[: places[-1]] = certainty * square / len(values)
@@ -195,7 +187,7 @@ def fit_flows(values: Vector, step: float, flows: Sequence[Flow], prior: float =
             fallen, square, at = square - now, now, trial_at
             residual, normal, right = trial
             damping = max(damping / 10, 1e-9)
-            if fallen < ENOUGH * now:
+            if fallen < enough * now:
                 break
         else:
             damping *= 10
@@ -238,10 +230,10 @@ def _linearise(
     mean = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), MEAN_DEGREE) * np.abs(values).max()
     own, linear, left = [], [mean], values.copy()
     for flow, coefficients in zip(flows, at, strict=True):
-        wave = flow.wave(coefficients, step)
+        wave, own_slopes = flow.linearise(coefficients, step)
         left[: flow.n_sample] -= wave.real
         slopes = np.zeros((n, len(coefficients)))
-        slopes[: flow.n_sample] = flow.slopes(coefficients, step, wave)
+        slopes[: flow.n_sample] = own_slopes
         own.append(slopes)
         amplitude = np.maximum(np.abs(wave), 1e-300)
         powers = (amplitude / amplitude.max())[:, None] ** np.arange(AMPLITUDE_DEGREE + 1) * amplitude[:, None]

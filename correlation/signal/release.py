@@ -243,6 +243,11 @@ def new_tone(decay: Decay, residual: Vector) -> float | None:
     return float(line[top])
 
 
+def estimate_noise(values: Vector, step: float) -> float:
+    """Standard deviation of white noise beside whatever lines there are, from the median of the spectrum."""
+    return _spectrum(values, step)[2]
+
+
 def _spectrum(values: Vector, step: float) -> tuple[Vector, Vector, float]:
     """Power of the lines under a falling window, their frequencies [Hz], and the standard deviation of white noise."""
     n = len(values)

@@ -21,8 +21,9 @@ J. Sound Vib. 348 (2015) 224.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -31,8 +32,9 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE
 from correlation.signal.decay_flow import Flow, FlowFit, fit_flows
+from correlation.signal.decay_misfit import find_fault, measure_misfit
 from correlation.signal.record import check_channels, check_time, uniform_step
-from correlation.signal.release import Decay, find_decay, first_guess, new_tone, strong_harmonic
+from correlation.signal.release import Decay, estimate_noise, find_decay, first_guess, new_tone, strong_harmonic
 from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
@@ -48,13 +50,16 @@ PRIOR = 0.02
 #: Residual beside the signal at which a fit is as good as any measurement [-].
 EXACT = 5e-4
 #: Residual of one mode beside the signal above which a second one is tried first [-].
-BEATS = 0.1
-#: Share of the residual that another mode may leave at most, or it is none [-].
-MUST_EXPLAIN = 0.7
+BEATS = 0.01
+#: Share of the power above noise that another mode may leave at most, or it is none, and before splines are refined [-].
+MUST_EXPLAIN, MUST_EXPLAIN_BEAT = 0.7, 0.25
 #: Harmonics of a mode that are fitted beside it, and points of a result.
 HARMONICS, N_POINT = (2, 3, 5), 60
 #: Most modes that are looked for where their number is not given.
 MOST_MODES = 4
+#: Where modes do not follow their own amplitudes, the decay is read from so many periods of its lowest mode later on, as
+#: long as so much of it is left [-].
+LATER, MOST_LEFT_OUT = (2.0, 8.0, 32.0), 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,6 +84,8 @@ class RingDown:
         Amplitude below which a mode vanishes in the noise [unit of the signal].
     residual
         Root mean square of what all modes leave, over that of the signal [-].
+    remarks
+        How the record was read, in words.
     """
 
     time: Values
@@ -93,6 +100,7 @@ class RingDown:
     end: float
     noise_floor: float
     residual: float
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_fields(
@@ -121,8 +129,8 @@ def analyse_ring_down(
     quantity
         "displacement", "velocity" or "acceleration".
     start, end
-        Part of the record to be used [s]; by default from half a period after the release to where the modes vanish in
-        the noise.
+        Part of the record to be used [s]; by default from half a period after the release, or from where each mode
+        follows its own amplitude, to where the modes vanish in the noise.
     frequencies
         Modes to be fitted, roughly [Hz]; by default those that stand out.
 
@@ -133,12 +141,61 @@ def analyse_ring_down(
     Raises
     ------
     CampaignError
-        A clock that is not uniform, an unknown quantity, or no decay in the record.
+        A clock that is not uniform, an unknown quantity, no decay in the record, or no mode that it follows.
     """
-    decay = cut_decay(time, values, quantity=quantity, start=start, end=end, frequencies=frequencies)
-    fit, decay = _fit_modes(decay, frequencies is None)
-    modes = [_describe(decay, fit, number, DERIVATIVE[quantity]) for number in range(len(decay.frequencies))]
+    cut = partial(cut_decay, time, values, quantity=quantity, end=end, frequencies=frequencies)
+    decay = cut(start=start)
+    best = first = _read_modes(decay, frequencies is None, DERIVATIVE[quantity])
+    for later in LATER if start is None else ():
+        skip = later / min(first.decay.frequencies)
+        if not best.faults or skip > MOST_LEFT_OUT * len(decay.values) * decay.step:
+            break
+        trial = _read_modes(cut(start=decay.start + skip), frequencies is None, DERIVATIVE[quantity])
+        if not trial.faults or len(trial.modes) > len(best.modes):
+            best = trial
+    if not best.modes:
+        raise CampaignError(
+            f"no mode of this decay can be read from {best.decay.start:.4g} s on: {best.faults[0]}; give the start of "
+            "a part in which modes decay freely, or their frequencies"
+        )
+    remarks = [f"{fault}, and is left out" for fault in best.faults]
+    if best is not first:
+        remarks.append(
+            f"the decay is read from {best.decay.start:.4g} s on: before, its modes do not follow their own amplitudes, "
+            'as where several slip at once; "start" sets another instant'
+        )
+    modes = [replace(mode, remarks=tuple(remarks)) for mode in best.modes]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
+
+
+class _Reading(NamedTuple):
+    """Modes that the record follows, and what is wrong with the others."""
+
+    decay: Decay
+    modes: list[RingDown]
+    faults: list[str]
+
+
+def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
+    """All modes from one start on."""
+    fit, decay = _fit_modes(decay, adds)
+    modes, faults = [], []
+    for number in range(len(decay.frequencies)):
+        misfit = measure_misfit(decay, fit, number)
+        mode = _describe(decay, fit, number, power)
+        fault = find_fault(misfit, mode.frequency, mode.damping_ratio)
+        if fault:
+            faults.append(f"a mode at {decay.frequencies[number]:.4g} Hz {fault}")
+            continue
+        passed = mode.time - decay.start
+        modes.append(
+            replace(
+                mode,
+                frequency_deviation=mode.frequency * misfit.widen(passed, mode.frequency_deviation / mode.frequency),
+                damping_deviation=misfit.widen(passed, mode.damping_deviation),
+            )
+        )
+    return _Reading(decay, modes, faults)
 
 
 def cut_decay(
@@ -163,20 +220,27 @@ def cut_decay(
 def _fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
     """The fit with as many modes and spline intervals as the data call for."""
     quick = _first_fit(decay)
+    tried: dict[tuple[float, ...], FlowFit] = {decay.frequencies: quick}
+
+    def fit_first(more: Decay) -> FlowFit:
+        if more.frequencies not in tried:
+            tried[more.frequencies] = _first_fit(more)
+        return tried[more.frequencies]
+
     # A beat is no nonlinearity: where one mode leaves much, a second is tried before its splines are refined.
     while adds and len(decay.frequencies) < MOST_MODES and _share(quick, decay) > BEATS:
         tone = new_tone(decay, quick.residual)
         if tone is None:
             break
         more = decay.with_frequency(tone)
-        trial = _first_fit(more)
-        if _share(trial, more) > _share(quick, decay) / 2:
+        trial = fit_first(more)
+        if _left(trial, quick, decay) > MUST_EXPLAIN_BEAT:
             break
         decay, quick = more, trial
     # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
     while adds and len(decay.frequencies) < MOST_MODES and (tone := strong_harmonic(decay, HARMONICS)) is not None:
         more = decay.with_frequency(tone)
-        trial = _first_fit(more)
+        trial = fit_first(more)
         if trial.criterion > quick.criterion - SIGNIFICANT:
             break
         decay, quick = more, trial
@@ -186,11 +250,19 @@ def _fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
         if tone is None:
             break
         more = decay.with_frequency(tone)
-        trial = _refined(more, _first_fit(more))
-        if (trial.residual**2).sum() > MUST_EXPLAIN * (best.residual**2).sum():
+        trial = _refined(more, fit_first(more))
+        if _left(trial, best, decay) > MUST_EXPLAIN:
             break
         decay, best = more, trial
     return best, decay
+
+
+def _left(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
+    """Power that a fit with one mode more leaves above noise, over what the fit before left [-]."""
+    noise = estimate_noise(trial.residual, decay.step) ** 2
+    least = 1e-3 * float((before.residual**2).mean())
+    with_mode, without = (max(float((fit.residual**2).mean()) - noise, least) for fit in (trial, before))
+    return with_mode / without
 
 
 def _share(fit: FlowFit, decay: Decay) -> float:
@@ -226,7 +298,8 @@ def _refined(decay: Decay, best: FlowFit) -> FlowFit:
 
 def _track(decay: Decay, flows: list[Flow]) -> list[Flow]:
     """Flows that keep step with the phases: fitted to the beginning of the decay, then to ever more of it."""
-    for share in TRACKED:
+    # A linear mode has one frequency: it may be foretold over a time twice as long.
+    for share in TRACKED if flows[0].degree else TRACKED[::3]:
         n = round(share * len(decay.values))
         if n < FEWEST_TRACKED * len(flows) * len(flows[0].coefficients):
             continue

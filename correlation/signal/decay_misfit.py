@@ -1,0 +1,106 @@
+r"""How far the fitted modes of a decay leave its record: what a fit leaves, seen at the phase of one mode.
+
+Where the record holds :math:`A (1 + \varepsilon(t)) e^{i \varphi}` and the fit :math:`A e^{i \varphi}`, the residual
+times :math:`2 e^{-i \varphi} / A`, averaged over a few periods, is :math:`\varepsilon`. White noise of standard
+deviation sigma gives it a known variance. What exceeds it belongs to no function of the amplitude: modes that slip
+together, a lost period, another mode.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.signal.decay_flow import FlowFit
+from correlation.signal.release import Decay, estimate_noise
+
+Vector = Float[NDArray[np.float64], " k"]
+
+#: Periods of one average under Hann's window, and averages whose mean scales a deviation.
+PERIODS, NEIGHBOURS = 6.0, 5
+#: Mean squares of noise that an average exceeds by chance once in 10^4: exp(-9) [-].
+CHANCE = 9.0
+#: Largest share of a mode's amplitude that a fit may leave [-].
+FOLLOWED = 0.02
+#: Damping ratios of a mode, and how far its frequency changes at most, as a factor [-].
+LEAST_DAMPING, MOST_DAMPING, MOST_CHANGE = -0.01, 0.3, 1.5
+#: Share of the range in the logarithm of the amplitude whose readings are not compared at either end: a curve through a
+#: decay is least certain there, by more than its own deviation says [-].
+ENDS = 0.08
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Misfit:
+    """Of one mode, at k instants.
+
+    Parameters
+    ----------
+    time
+        Since the start of the fit, shape (k,) [s].
+    share
+        Amplitude of the record that the mode does not describe and that is no noise, over that of the mode, shape (k,).
+    excess
+        Root of the power of the residual near the frequency of the mode over that of white noise of the whole
+        residual's size, shape (k,).
+    """
+
+    time: Vector
+    share: Vector
+    excess: Vector
+
+    def widen(self, time: Vector, deviation: Vector) -> Vector:
+        """Standard deviations of relative frequencies or damping ratios at some times, with what the fit leaves.
+
+        A fit states them for white noise of the residual's size. A share that grows within half of one average, or
+        falls, changes frequency and damping by itself over the angle that passes meanwhile.
+        """
+        excess = np.maximum(np.interp(time, self.time, self.excess), 1.0)
+        near = np.pad(self.share, 1, mode="edge")
+        share = np.maximum(np.maximum(near[:-2], near[2:]), self.share)
+        return np.hypot(deviation * excess, np.interp(time, self.time, share) / (np.pi * PERIODS))
+
+
+def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> Misfit:
+    """What a fit leaves at the phase of a mode, from the start to where the mode sinks into the noise."""
+    flow, step = fit.flows[number], decay.step
+    wave, _ = flow.linearise(flow.coefficients, step)
+    n = min(decay.n_sample(number), flow.n_sample, len(fit.residual))
+    width = min(max(round(PERIODS / decay.frequencies[number] / step), 8), n)
+    window = np.hanning(width + 2)[1:-1]
+    starts = np.unique(np.linspace(0, n - width, max(2 * (n - width) // width, 1) + 1).astype(int))
+    size = np.abs(wave)
+    turned = fit.residual[:n] * (wave[:n].conj() / np.maximum(size[:n], 1e-300))
+    left = np.array([abs(2 * window @ turned[a : a + width]) / window.sum() for a in starts])
+    amplitude = np.array([window @ size[a : a + width] / window.sum() for a in starts])
+    of_noise = 4 * (window**2).sum() / window.sum() ** 2
+    noise = estimate_noise(fit.residual, step) ** 2 * of_noise
+    share = np.sqrt(np.maximum(left**2 - CHANCE * noise, 0.0)) / np.maximum(amplitude, 1e-300)
+    white = max(float((fit.residual**2).mean()) * of_noise, 1e-300)
+    padded = np.pad(left**2 / white, NEIGHBOURS // 2, mode="edge")
+    excess = np.sqrt(np.convolve(padded, np.ones(NEIGHBOURS) / NEIGHBOURS, mode="valid"))
+    return Misfit(time=(starts + (width - 1) / 2) * step, share=share, excess=excess)
+
+
+def find_fault(misfit: Misfit, frequency: Vector, damping_ratio: Vector) -> str:
+    """Why something that was fitted is no mode, in words that go on after its name; empty if it is one.
+
+    Parameters
+    ----------
+    misfit
+        Of the mode.
+    frequency, damping_ratio
+        At amplitudes that are even in their logarithm, shape (k,) [Hz, -].
+    """
+    edge = int(ENDS * len(frequency))
+    inner = slice(edge, len(frequency) - edge)
+    low, high = float(frequency[inner].min()), float(frequency[inner].max())
+    least, most = float(damping_ratio[inner].min()), float(damping_ratio[inner].max())
+    if not (low > 0 and high < MOST_CHANGE * low):
+        return f"would run from {low:.4g} to {high:.4g} Hz"
+    if not (least > LEAST_DAMPING and most < MOST_DAMPING):
+        return f"would have damping ratios from {100 * least:.3g} to {100 * most:.3g} %"
+    worst = int(np.argmax(misfit.share))
+    if misfit.share[worst] > FOLLOWED:
+        return f"leaves the record by {100 * misfit.share[worst]:.2g} % of its amplitude"
+    return ""
