@@ -98,7 +98,7 @@ class Flow:
         count = (len(coefficients) - 2) // 2
         time, logarithm, phase, basis, rate, omega = self._path(coefficients)
         at = step * np.arange(self.n_sample)
-        # Each sample lies between two points of the flow. Beyond the last, which is far below the noise, it rests there.
+        # Each sample lies between two points of the flow; beyond the last, far below the noise, it rests there.
         below = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
         # A decay rate without bounds may pass several points at once.
         width, moves = np.maximum(time[below + 1] - time[below], 1e-300), at < time[-1]

@@ -18,8 +18,10 @@ def test_slopes_of_a_wave_are_those_of_differences(breaks: np.ndarray, degree: i
         moved = np.eye(len(coefficients))[number] * unit
         above, below = (flow.linearise(coefficients + way * moved, step)[0].real for way in (1, -1))
         difference = (above - below) / (2 * unit)
-        # A sample that passes a point of the flow within the step sees another straight line.
-        np.testing.assert_allclose(found[:, number], difference, atol=2e-3 * np.abs(difference).max())
+        # A sample that passes a point of the flow within the step sees another straight line; all points move with the
+        # start, by which the derivative is that of the curve and not of its chords.
+        share = 2e-2 if number == 0 else 2e-3
+        np.testing.assert_allclose(found[:, number], difference, atol=share * np.abs(difference).max())
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
