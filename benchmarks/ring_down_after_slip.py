@@ -1,6 +1,6 @@
 """Whether readings of decays that begin in gross slip lie within their stated deviations.
 
-    python -m benchmarks.ring_down_after_slip [--seeds FIRST:LAST] [--backbone]
+    python -m benchmarks.ring_down_after_slip [--seeds FIRST:LAST] [--backbone] [--each]
 
 Each seed is a chain of three or four masses with one or two Jenkins elements, released from a static deflection of 1 to
 30 times the onset of slip, so that several modes slip at once and are linear afterwards. An explicit integration of its
@@ -141,9 +141,8 @@ def integrate_chain(mass, damping, stiffness, directions, tangential, limit, x, 
             if sample + substep > 0:
                 v = half + 0.5 * step * acceleration
             if substep == 0:
-                signal[sample] = (
-                    x[sensor] if derivative == 0 else v[sensor] if derivative == 1 else acceleration[sensor]
-                )
+                motion = x if derivative == 0 else v if derivative == 1 else acceleration
+                signal[sample] = motion[sensor]
     return signal, last
 
 
@@ -192,9 +191,10 @@ def main() -> None:
         if "--each" in words:
             wrong = (np.abs(own[:, :2]) > WRONG).sum(axis=0)
             began = f"{modes[0].start:.3f}" if modes else "-"
+            largest = np.nanmax(np.abs(own[:, :2]), axis=0, initial=0).round(1)
             print(
-                f"{seed}: {len(modes)} modes, last slip {last:.3f} s of {at[-1]:.2f}, begins {began} s, wrong {wrong} of {len(own)}; "
-                f"largest {np.nanmax(np.abs(own[:, :2]), axis=0, initial=0).round(1)} cpu {time.process_time() - started:.1f}",
+                f"{seed}: {len(modes)} modes, last slip {last:.3f} s of {at[-1]:.2f}, begins {began} s, "
+                f"wrong {wrong} of {len(own)}; largest {largest}, {time.process_time() - started:.1f} s",
                 flush=True,
             )
     every = np.concatenate(scores)

@@ -82,15 +82,15 @@ def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> Misfit:
     return Misfit(time=(starts + (width - 1) / 2) * step, share=share, excess=excess)
 
 
-def find_fault(misfit: Misfit, frequency: Vector, damping_ratio: Vector) -> str:
+def find_fault(misfit: Misfit, frequency: Vector, damping_ratio: Vector, damping_deviation: Vector) -> str:
     """Why something that was fitted is no mode, in words that go on after its name; empty if it is one.
 
     Parameters
     ----------
     misfit
         Of the mode.
-    frequency, damping_ratio
-        At amplitudes that are even in their logarithm, shape (k,) [Hz, -].
+    frequency, damping_ratio, damping_deviation
+        At amplitudes that are even in their logarithm, shape (k,) [Hz, -, -].
     """
     edge = int(ENDS * len(frequency))
     inner = slice(edge, len(frequency) - edge)
@@ -100,6 +100,9 @@ def find_fault(misfit: Misfit, frequency: Vector, damping_ratio: Vector) -> str:
         return f"would run from {low:.4g} to {high:.4g} Hz"
     if not (least > LEAST_DAMPING and most < MOST_DAMPING):
         return f"would have damping ratios from {100 * least:.3g} to {100 * most:.3g} %"
+    vague = float(damping_deviation[inner].max())
+    if not vague < MOST_DAMPING:
+        return f"would have damping ratios that are uncertain by {100 * vague:.2g} %"
     worst = int(np.argmax(misfit.share))
     if misfit.share[worst] > FOLLOWED:
         return f"leaves the record by {100 * misfit.share[worst]:.2g} % of its amplitude"

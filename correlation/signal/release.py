@@ -31,6 +31,8 @@ KAISER, REACH = 5.0, 8
 PADDED = 4
 #: Periods of one reading of the envelope, and stiffness of first guesses against bending [-].
 READING, BENDING = 2.0, 0.02
+#: Least range of the logarithm of an amplitude that splines are put over: a mode of one reading has none [-].
+LEAST_RANGE = 0.1
 #: A line at a harmonic may be a mode of its own above this share of the largest, and if its power is so many times that
 #: at the ends of the lines that are taken for the harmonic [-].
 STRONG, PEAK = 0.05, 2.0
@@ -170,7 +172,9 @@ def first_guess(decay: Decay, harmonics: tuple[int, ...], intervals: int) -> lis
         )
         logarithm, rate, omega, phase = _readings(decay, number, n_sample)
         flow = Flow(
-            breaks=np.linspace(logarithm.min(), logarithm.max(), max(intervals, 1) + 1),
+            breaks=np.linspace(
+                min(logarithm.min(), logarithm.max() - LEAST_RANGE), logarithm.max(), max(intervals, 1) + 1
+            ),
             degree=3 if intervals else 0,
             coefficients=np.zeros(0),
             n_sample=len(decay.values),
@@ -198,7 +202,7 @@ def _readings(decay: Decay, number: int, n_sample: int) -> tuple[Vector, Vector,
     own = decay.frequencies[number]
     envelope = decay.envelope(number)[:n_sample]
     size, phase = np.log(np.maximum(np.abs(envelope), 1e-300)), np.unwrap(np.angle(envelope))
-    width = max(round(READING / own / decay.step), 2)
+    width = min(max(round(READING / own / decay.step), 2), n_sample)
     hop = max(width // 2, 1)
     places = np.arange(0, max(n_sample - width, 1), hop)
     at = np.arange(width) - (width - 1) / 2

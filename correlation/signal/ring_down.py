@@ -51,14 +51,14 @@ PRIOR = 0.02
 EXACT = 5e-4
 #: Residual of one mode beside the signal above which a second one is tried first [-].
 BEATS = 0.01
-#: Share of the power above noise that another mode may leave at most, or it is none, and before splines are refined [-].
+#: Share of the power above noise that another mode may leave at most, or it is none; and before splines are refined.
 MUST_EXPLAIN, MUST_EXPLAIN_BEAT = 0.7, 0.25
 #: Harmonics of a mode that are fitted beside it, and points of a result.
 HARMONICS, N_POINT = (2, 3, 5), 60
 #: Most modes that are looked for where their number is not given.
 MOST_MODES = 4
-#: Where modes do not follow their own amplitudes, the decay is read from so many periods of its lowest mode later on, as
-#: long as so much of it is left [-].
+#: Where modes do not follow their own amplitudes, the decay is read from so many periods of its lowest mode later on;
+#: largest share of it that is left out so [-].
 LATER, MOST_LEFT_OUT = (2.0, 8.0, 32.0), 0.5
 
 
@@ -161,8 +161,8 @@ def analyse_ring_down(
     remarks = [f"{fault}, and is left out" for fault in best.faults]
     if best is not first:
         remarks.append(
-            f"the decay is read from {best.decay.start:.4g} s on: before, its modes do not follow their own amplitudes, "
-            'as where several slip at once; "start" sets another instant'
+            f"the decay is read from {best.decay.start:.4g} s on: before, its modes do not follow their own "
+            f'amplitudes, as where several slip at once; start = "{best.decay.start:.4g} s" in the manifest keeps it so'
         )
     modes = [replace(mode, remarks=tuple(remarks)) for mode in best.modes]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
@@ -183,7 +183,7 @@ def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
     for number in range(len(decay.frequencies)):
         misfit = measure_misfit(decay, fit, number)
         mode = _describe(decay, fit, number, power)
-        fault = find_fault(misfit, mode.frequency, mode.damping_ratio)
+        fault = find_fault(misfit, mode.frequency, mode.damping_ratio, mode.damping_deviation)
         if fault:
             faults.append(f"a mode at {decay.frequencies[number]:.4g} Hz {fault}")
             continue
