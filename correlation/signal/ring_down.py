@@ -49,8 +49,9 @@ TRACKED, FEWEST_TRACKED = tuple(np.geomspace(0.04, 1.0, 16).tolist()), 2
 PRIOR = 0.02
 #: Residual beside the signal at which a fit is as good as any measurement [-].
 EXACT = 5e-4
-#: Residual of one mode beside the signal above which a second one is tried first [-].
-BEATS = 0.01
+#: Residual of modes beside the signal above which another one is tried first: near one of them, where a nonlinear mode
+#: leaves lines of its own, and elsewhere; what is near, over the frequency [-].
+BEATS, BEATS_AFAR, NEAR = 0.1, 0.01, 0.2
 #: Share of the power above noise that another mode may leave at most, or it is none; and before splines are refined.
 MUST_EXPLAIN, MUST_EXPLAIN_BEAT = 0.7, 0.25
 #: Harmonics of a mode that are fitted beside it, and points of a result.
@@ -228,9 +229,12 @@ def _fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
         return tried[more.frequencies]
 
     # A beat is no nonlinearity: where one mode leaves much, a second is tried before its splines are refined.
-    while adds and len(decay.frequencies) < MOST_MODES and _share(quick, decay) > BEATS:
+    while adds and len(decay.frequencies) < MOST_MODES:
         tone = new_tone(decay, quick.residual)
         if tone is None:
+            break
+        near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
+        if _share(quick, decay) < (BEATS if near else BEATS_AFAR):
             break
         more = decay.with_frequency(tone)
         trial = fit_first(more)
