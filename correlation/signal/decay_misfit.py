@@ -19,7 +19,8 @@ Vector = Float[NDArray[np.float64], " k"]
 
 #: Periods of one average under Hann's window, and averages whose mean scales a deviation.
 PERIODS, NEIGHBOURS = 6.0, 5
-#: Mean squares of noise that an average exceeds by chance once in 10^4: exp(-9) [-].
+#: An average exceeds so many mean squares of noise by chance once in 10^4, exp(-9), and one of k averages
+#: log(k) more [-].
 CHANCE = 9.0
 #: Largest share of a mode's amplitude that a fit may leave [-].
 FOLLOWED = 0.02
@@ -75,7 +76,8 @@ def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> Misfit:
     amplitude = np.array([window @ size[a : a + width] / window.sum() for a in starts])
     of_noise = 4 * (window**2).sum() / window.sum() ** 2
     noise = estimate_noise(fit.residual, step) ** 2 * of_noise
-    share = np.sqrt(np.maximum(left**2 - CHANCE * noise, 0.0)) / np.maximum(amplitude, 1e-300)
+    by_chance = (CHANCE + np.log(len(starts))) * noise
+    share = np.sqrt(np.maximum(left**2 - by_chance, 0.0)) / np.maximum(amplitude, 1e-300)
     white = max(float((fit.residual**2).mean()) * of_noise, 1e-300)
     padded = np.pad(left**2 / white, NEIGHBOURS // 2, mode="edge")
     excess = np.sqrt(np.convolve(padded, np.ones(NEIGHBOURS) / NEIGHBOURS, mode="valid"))

@@ -58,7 +58,7 @@ def test_a_ring_down_is_analysed_once(tmp_path: Path, run: RunContext, monkeypat
     def again(*_: object) -> None:
         raise AssertionError("the modes were fitted again")
 
-    monkeypatch.setattr("correlation.signal.ring_down._fit_modes", again)
+    monkeypatch.setattr("correlation.signal.ring_down.fit_modes", again)
     second = found(tmp_path, run)
     for one, other in zip(first.modes, second.modes, strict=True):
         np.testing.assert_array_equal(one.frequency, other.frequency)

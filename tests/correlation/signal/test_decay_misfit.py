@@ -56,6 +56,18 @@ def test_a_start_that_is_given_is_kept() -> None:
     assert not mode.remarks
 
 
+def test_a_weak_mode_that_is_none_costs_no_part_of_the_decay() -> None:
+    """Else it is read from where the weak one has gone, 0.2 s later."""
+    random = np.random.default_rng(0)
+    jumps = np.cumsum(random.choice([-1.0, 1.0], 64)).repeat(len(TIME) // 64)
+    weak = 0.06 * np.exp(-8 * TIME) * np.cos(2 * np.pi * 312 * TIME + jumps)
+    strong = np.exp(-DAMPING * 2 * np.pi * FREQUENCY * TIME) * np.cos(2 * np.pi * FREQUENCY * TIME)
+    (mode,) = analyse_ring_down(TIME, strong + weak + 0.003 * random.standard_normal(len(TIME)), frequencies=[80, 312])
+    assert mode.start < 3 / FREQUENCY
+    assert abs(float(mode.frequency[0]) / FREQUENCY - 1) < 3e-4
+    assert any("312" in text and "left out" in text for text in mode.remarks)
+
+
 @slow
 def test_a_record_that_no_mode_describes_is_refused_with_the_remedy() -> None:
     # The phase turns back by a radian every tenth of a second.

@@ -1,0 +1,185 @@
+"""Modes of a free decay with as many flows and spline intervals as its record calls for."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from correlation.signal.decay_flow import Flow, FlowFit, fit_flows
+from correlation.signal.release import Decay, estimate_noise, first_guess, new_tone, strong_harmonic
+
+#: Spline intervals of the first fit that is not linear, and splits at most. The search ends when so many splits in a
+#: row have not improved the information criterion by so much; no interval is shorter in ln A.
+FIRST_INTERVALS, MOST_INTERVALS, PATIENCE, SIGNIFICANT, SHORTEST_INTERVAL = 3, 24, 3, 4.0, 0.1
+#: Parts of a decay to which the first splines are fitted one after the other, and fewest samples per coefficient there.
+#: Each is longer by a quarter: over a longer part the frequency that a spline foretells may lose a period.
+TRACKED, FEWEST_TRACKED = tuple(np.geomspace(0.04, 1.0, 16).tolist()), 2
+#: Standard deviation of frequencies that are read off an envelope, relative; of decay rates it is 20 times as much [-].
+PRIOR = 0.02
+#: Residual beside the signal at which a fit is as good as any measurement [-].
+EXACT = 5e-4
+#: Splits over which the fall of a residual is measured [-].
+PACE = 6
+#: Residual of modes beside the signal above which another one is tried first: near one of them, where a nonlinear mode
+#: leaves lines of its own, and elsewhere; what is near, over the frequency [-].
+BEATS, BEATS_AFAR, NEAR = 0.1, 0.01, 0.2
+#: Share of the power above noise that another mode may leave at most, or it is none; and before splines are refined.
+MUST_EXPLAIN, MUST_EXPLAIN_BEAT = 0.7, 0.25
+#: Harmonics of a mode that are fitted beside it.
+HARMONICS = (2, 3, 5)
+#: Most modes that are looked for where their number is not given.
+MOST_MODES = 4
+
+
+def fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
+    """The fit with as many modes and spline intervals as the data call for.
+
+    Parameters
+    ----------
+    decay
+        Part of a record with its modes, roughly.
+    adds
+        Whether to look for more modes than these.
+
+    Returns
+    -------
+    The fit, and the decay with the modes that were added.
+    """
+    quick = _first_fit(decay)
+    tried: dict[tuple[float, ...], FlowFit] = {decay.frequencies: quick}
+
+    def fit_first(more: Decay) -> FlowFit:
+        if more.frequencies not in tried:
+            tried[more.frequencies] = _first_fit(more)
+        return tried[more.frequencies]
+
+    # A beat is no nonlinearity: where one mode leaves much, a second is tried before its splines are refined.
+    while adds and len(decay.frequencies) < MOST_MODES:
+        tone = new_tone(decay, quick.residual)
+        if tone is None:
+            break
+        near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
+        if _share(quick, decay) < (BEATS if near else BEATS_AFAR):
+            break
+        more = decay.with_frequency(tone)
+        trial = fit_first(more)
+        if _left(trial, quick, decay) > MUST_EXPLAIN_BEAT:
+            break
+        decay, quick = more, trial
+    # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
+    while adds and len(decay.frequencies) < MOST_MODES and (tone := strong_harmonic(decay, HARMONICS)) is not None:
+        more = decay.with_frequency(tone)
+        trial = fit_first(more)
+        if trial.criterion > quick.criterion - SIGNIFICANT:
+            break
+        decay, quick = more, trial
+    best = _refined(decay, quick)
+    while adds and len(decay.frequencies) < MOST_MODES:
+        tone = new_tone(decay, best.residual)
+        if tone is None:
+            break
+        more = decay.with_frequency(tone)
+        trial = _refined(more, fit_first(more))
+        if _left(trial, best, decay) > MUST_EXPLAIN:
+            break
+        decay, best = more, trial
+    return best, decay
+
+
+def _left(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
+    """Power that a fit with one mode more leaves above noise, over what the fit before left [-]."""
+    noise = estimate_noise(trial.residual, decay.step) ** 2
+    least = 1e-3 * float((before.residual**2).mean())
+    with_mode, without = (max(float((fit.residual**2).mean()) - noise, least) for fit in (trial, before))
+    return with_mode / without
+
+
+def _share(fit: FlowFit, decay: Decay) -> float:
+    """Root mean square of a residual beside the signal's [-]."""
+    return float(np.sqrt((fit.residual**2).sum() / (decay.values**2).sum()))
+
+
+def _excess(fit: FlowFit, decay: Decay) -> float:
+    """Logarithm of a residual over that which no measurement falls below: white noise, or an exact fit [-]."""
+    noise = estimate_noise(fit.residual, decay.step) / float(np.sqrt((decay.values**2).mean()))
+    return float(np.log(_share(fit, decay) / max(noise, EXACT)))
+
+
+def _first_fit(decay: Decay) -> FlowFit:
+    """Linear modes, or splines of a few intervals where the information criterion prefers them."""
+    linear = fit_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, 0)))
+    bent = fit_flows(decay.values, decay.step, _track(decay, first_guess(decay, HARMONICS, FIRST_INTERVALS)))
+    return bent if bent.criterion < linear.criterion - SIGNIFICANT else linear
+
+
+def _refined(decay: Decay, best: FlowFit) -> FlowFit:
+    """The fit with ever more spline intervals where they are needed, until the information criterion is content.
+
+    A residual that does not fall fast enough to reach the noise is that of no function of the amplitude.
+    """
+    fit, worse, size = best, 0, [_excess(best, decay)]
+    if best.flows[0].degree == 0:
+        return best
+    for left in range(MOST_INTERVALS, 0, -1):
+        split = _split(decay, fit)
+        if split is None or _share(fit, decay) < EXACT or not _keeps_pace(size, left):
+            break
+        fit = fit_flows(decay.values, decay.step, split)
+        size.append(_excess(fit, decay))
+        if fit.criterion < best.criterion - SIGNIFICANT:
+            best, worse = fit, 0
+        else:
+            worse += 1
+        if worse == PATIENCE:
+            break
+    return best
+
+
+def _keeps_pace(size: Sequence[float], left: int) -> bool:
+    """Whether a residual falls fast enough to reach the noise in the splits that are left."""
+    return len(size) <= PACE or size[-1] * PACE <= (size[-1 - PACE] - size[-1]) * left
+
+
+def _track(decay: Decay, flows: list[Flow]) -> list[Flow]:
+    """Flows that keep step with the phases: fitted to the beginning of the decay, then to ever more of it."""
+    # A linear mode has one frequency: it may be foretold over a time twice as long.
+    for share in TRACKED if flows[0].degree else TRACKED[::3]:
+        n = round(share * len(decay.values))
+        if n < FEWEST_TRACKED * len(flows) * len(flows[0].coefficients):
+            continue
+        shorter = [replace(flow, n_sample=min(flow.n_sample, n)) for flow in flows]
+        fit = fit_flows(decay.values[:n], decay.step, shorter, PRIOR)
+        flows = [replace(flow, coefficients=found.coefficients) for flow, found in zip(flows, fit.flows, strict=True)]
+    return flows
+
+
+def _split(decay: Decay, fit: FlowFit) -> list[Flow] | None:
+    """The fitted modes with one interval more, where the residual is largest; None if all intervals are short."""
+    worst, place = 0.0, None
+    for number, flow in enumerate(fit.flows):
+        time, logarithm, _ = flow.path(flow.coefficients)
+        # Samples at which the amplitude passes the break points, from the largest amplitude down.
+        passed = np.interp(-flow.breaks[::-1], -logarithm, time) / decay.step
+        bounds = np.clip(np.round(passed), 0, flow.n_sample).astype(int)
+        for interval, (a, b) in enumerate(pairwise(bounds)):
+            energy = float((fit.residual[a:b] ** 2).sum())
+            from_below = len(flow.breaks) - 2 - interval
+            wide = flow.breaks[from_below + 1] - flow.breaks[from_below] > SHORTEST_INTERVAL
+            if wide and (b - a) * decay.step * decay.frequencies[number] > 2 and energy > worst:
+                worst, place = energy, (number, from_below)
+    if place is None:
+        return None
+    flows = list(fit.flows)
+    flow = flows[place[0]]
+    breaks = np.insert(flow.breaks, place[1] + 1, (flow.breaks[place[1]] + flow.breaks[place[1] + 1]) / 2)
+    finer = replace(flow, breaks=breaks)
+    fine = np.linspace(breaks[0], breaks[-1], 20 * len(breaks))
+    count = (len(flow.coefficients) - 2) // 2
+    coarse, basis = flow.basis(fine), finer.basis(fine)
+    moved = [
+        np.linalg.lstsq(basis, coarse @ part, rcond=None)[0]
+        for part in (flow.coefficients[2 : 2 + count], flow.coefficients[2 + count :])
+    ]
+    flows[place[0]] = replace(finer, coefficients=np.concatenate([flow.coefficients[:2], *moved]))
+    return flows
