@@ -142,26 +142,22 @@ def read_manifest(folder: Path) -> Manifest:
     tables = mistakes.attempt(lambda: root.tables("test", required=not (records or data)), ())
     drive = mistakes.attempt(lambda: _drive(root), Drive())
     units, frequency_factor = _units(root, drive, bool(tables), mistakes)
-    sensors = _all(
-        mistakes, mistakes.attempt(lambda: root.tables("sensor", required=bool(tables or records)), ()), read_sensor
-    )
+    sensor_tables = mistakes.attempt(lambda: root.tables("sensor", required=bool(tables or records)), ())
+    sensors = _all(mistakes, sensor_tables, read_sensor)
     tests = _all(mistakes, tables, partial(_test, has_others=bool(runs or data)))
-    names = {sensor.name for sensor in sensors}
+    pairs = mistakes.attempt(lambda: root.tables("load_cells", required=False), ())
+    if len(sensors) < len(sensor_tables):
+        pairs = ()  # what names a sensor with a mistake has none for that
     manifest = Manifest(
         title=mistakes.attempt(lambda: root.take("title", str, ""), ""),
         drive=drive,
         units=units,
         frequency_factor=frequency_factor,
         sensors=tuple(sensors),
-        load_cells=tuple(
-            _all(
-                mistakes, mistakes.attempt(lambda: root.tables("load_cells", required=False), ()),
-                partial(read_load_cells, sensors=sensors),
-            )
-        ),
+        load_cells=tuple(_all(mistakes, pairs, partial(read_load_cells, sensors=sensors))),
         tests=tuple(test for test, _ in tests),
         files=tuple(file for _, file in tests),
-        runs=tuple(_all(mistakes, runs, partial(read_run, sensors=names, tests=[test.name for test, _ in tests]))),
+        runs=tuple(_all(mistakes, runs, partial(read_run, sensors=_names(sensor_tables), tests=_names(tables)))),
         records=tuple(_all(mistakes, records, _record)),
         data=tuple(data),
         held_out=mistakes.attempt(
@@ -184,6 +180,11 @@ def _all(mistakes: Mistakes, tables: Sequence[TomlTable], read: Callable[[TomlTa
     """Entries of some tables; one that is a mistake is noted and left out."""
     entries: list[Entry | None] = [mistakes.attempt(partial(read, table), None) for table in tables]
     return [entry for entry in entries if entry is not None]
+
+
+def _names(tables: Sequence[TomlTable]) -> tuple[str, ...]:
+    """Names that tables state, also those with a mistake: what names them is none for that."""
+    return tuple(dict.fromkeys(name for table in tables if isinstance(name := table.values.get("name"), str)))
 
 
 def _drive(root: TomlTable) -> Drive:

@@ -72,6 +72,21 @@ def test_phases_count_from_the_measured_force(tmp_path: Path) -> None:
     assert table.level == pytest.approx([2, 2])
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"acceleration"', '"aceleration"', r'sensor\[1\]\.quantity = "aceleration": .*did you mean "acceleration"\?'),
+        ('"jointed"', '"joint"', r'test\[1\]\.configuration = "joint": .*did you mean "jointed"\?'),
+    ],
+)
+def test_a_run_is_no_mistake_for_the_mistake_of_what_it_names(tmp_path: Path, old: str, new: str, message: str) -> None:
+    manifest = write(tmp_path, "f,a,p\n10,2,90\n", "level = 3.0", AMPLITUDES) / "campaign.toml"
+    manifest.write_text(manifest.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(CampaignError, match=message) as caught:
+        read_campaign(tmp_path)
+    assert "\n" not in str(caught.value)
+
+
 def test_a_response_controlled_run_has_the_median_force_as_its_level(tmp_path: Path) -> None:
     columns = 'frequency = "f"\nforce = { column = "F", unit = "N" }\ntip = { column = "a", unit = "m/s^2" }\n'
     table = read(tmp_path, "f,F,a\n10,3,5\n11,1.2345,5\n12,2,5.01\n", 'control = "response"', columns)
