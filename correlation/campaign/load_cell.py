@@ -83,8 +83,8 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> Load
     pair = LoadCellPair(
         cells=(cells[0], cells[1]),
         **forces,
-        taper=table.converted("taper", lambda value: si_quantity(value, "rad")),
-        arm=table.converted("arm", lambda value: si_quantity(value, "rad")),
+        taper=table.converted("taper", lambda value: si_quantity(value, "rad"), example="8.53 deg"),
+        arm=table.converted("arm", lambda value: si_quantity(value, "rad"), example="45 deg"),
         dead_weight=weight,
     )
     table.finish()

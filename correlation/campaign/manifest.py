@@ -209,8 +209,10 @@ def _units(root: TomlTable, drive: Drive, required: bool, mistakes: Mistakes) ->
         peak = PEAK_OF[mistakes.attempt(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
         mistakes.attempt(convention.finish, None)
     if units is not None and (required or units.values):
-        level_factor = mistakes.attempt(partial(units.converted, "level", partial(_level_factor, drive)), 1.0) * peak
-        frequency_factor = mistakes.attempt(partial(units.converted, "frequency", _frequency_factor), 1.0)
+        read_level = partial(units.converted, "level", partial(_level_factor, drive), example=drive.unit)
+        read_frequency = partial(units.converted, "frequency", _frequency_factor, example="Hz")
+        level_factor = mistakes.attempt(read_level, 1.0) * peak
+        frequency_factor = mistakes.attempt(read_frequency, 1.0)
         level_unit, frequency_unit = (str(units.values.get(key, word)) for key, word in
                                       (("level", level_unit), ("frequency", frequency_unit)))  # fmt: skip
         mistakes.attempt(units.finish, None)

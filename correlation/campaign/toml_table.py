@@ -54,20 +54,23 @@ class TomlTable:
         self.known.add(key)
         if key not in self.values:
             if default is _REQUIRED:
-                raise self._missing(key)
+                raise self._missing(key, _EXAMPLE.get(key, "..."))
             return default
         value = self.values[key]
         if type(value) is not kind:
             raise self.problem(key, f"must be {_WORDS[kind]}")
         return value
 
-    def _missing(self, key: str) -> CampaignError:
+    def _missing(self, key: str, example: str) -> CampaignError:
         close = difflib.get_close_matches(key, set(self.values) - self.known, 1)
-        found = f'found "{close[0]}", ' if close else ""
-        return self.problem(key, f"is missing; {found}add {key} = {_EXAMPLE.get(key, '...')}")
+        remedy = f'found "{close[0]}": call it {key}' if close else f"add {key} = {example}"
+        return self.problem(key, f"is missing; {remedy}")
 
     def choice(self, key: str, choices: Collection[str]) -> str:
         """Text that is one of some words."""
+        if key not in self.values:
+            self.known.add(key)
+            raise self._missing(key, " or ".join(f'"{each}"' for each in choices) or "...")
         value: str = self.take(key, str)
         if value not in choices:
             listed = ", ".join(f'"{each}"' for each in choices)
@@ -75,13 +78,27 @@ class TomlTable:
             raise self.problem(key, f"must be one of {listed}" + (f'; did you mean "{close[0]}"?' if close else ""))
         return value
 
-    def converted(self, key: str, read: Callable[[object], Value], default: Value | None = None) -> Value:
-        """Value of a key, through a function that refuses with a ValueError in words."""
+    def converted(
+        self, key: str, read: Callable[[object], Value], default: Value | None = None, *, example: str = ""
+    ) -> Value:
+        """Value of a key, through a function that refuses with a ValueError in words.
+
+        Parameters
+        ----------
+        key
+            Key.
+        read
+            Makes the value of what stands there.
+        default
+            Value where the key is missing; None if it must be there.
+        example
+            What the key may hold, without quotes, for one that must be there.
+        """
         self.known.add(key)
         if key not in self.values:
             if default is not None:
                 return default
-            raise self._missing(key)
+            raise self._missing(key, f'"{example}"')
         try:
             return read(self.values[key])
         except ValueError as error:
@@ -123,17 +140,17 @@ _WORDS = {
     dict: "a table of keys",
     bool: "true or false",
 }
+#: What stands at keys that must be there and hold no choice.
 _EXAMPLE = {
     "schema": "1",
-    "time": '"exp(+i omega t)"',
-    "amplitude": '"peak"',
-    "level": '"N"',
-    "frequency": '"Hz"',
-    "quantity": '"displacement"',
-    "direction": '"z"',
-    "component": '"tangential"',
-    "configuration": '"jointed"',
+    "name": '"..."',
     "file": '"stepped.csv"',
+    "line": '"..."',
+    "unit": '"m"',
+    "cells": '["...", "..."]',
+    "tangential": '"..."',
+    "normal": '"..."',
+    "columns": 'a table of the columns, such as { frequency = "f" }',
     "convention": 'a table [convention] with time = "exp(+i omega t)" and amplitude = "peak"',
     "units": 'a table [units] with level = "N" and frequency = "Hz"',
     "sensor": "a table [[sensor]]",

@@ -38,13 +38,14 @@ def read_loop(table: TomlTable, context: DataContext) -> ForceLoop:
         raise table.problem("place", wanted, show=False)
     level = None
     if line is not None:
-        level = table.converted("level", lambda value: si_quantity(value, context.units.level_si))
+        si = context.units.level_si
+        level = table.converted("level", lambda value: si_quantity(value, si), example=f"5 {si}".rstrip())
     loop = ForceLoop(
         name=table.take("name", str),
         displacement=x,
         force=f,
         loops=loops,
-        frequency=table.converted("frequency", lambda value: si_quantity(value, "Hz")),
+        frequency=table.converted("frequency", lambda value: si_quantity(value, "Hz"), example="0.5 Hz"),
         place=place,
         line=line,
         sensor=table.choice("sensor", [sensor.name for sensor in context.sensors]) if line is not None else None,

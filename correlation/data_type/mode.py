@@ -78,7 +78,7 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
     CampaignError
         A key or value that cannot be used, or a shape at a sensor that there is not.
     """
-    frequency = table.converted("frequency", partial(_positive, "Hz"))
+    frequency = table.converted("frequency", partial(_positive, "Hz"), example="122.25 Hz")
     damping = table.converted("damping", partial(_positive, ""), np.nan)
     shape = table.take("shape", dict, {})
     known = {sensor.name for sensor in context.sensors}

@@ -22,7 +22,8 @@ class Peak:
 
 def read(table: TomlTable, context: DataContext) -> Peak:
     peak = Peak(
-        name=table.take("name", str), frequency=table.converted("frequency", lambda value: si_quantity(value, "Hz"))
+        name=table.take("name", str),
+        frequency=table.converted("frequency", lambda value: si_quantity(value, "Hz"), example="50 Hz"),
     )
     table.finish()
     return peak

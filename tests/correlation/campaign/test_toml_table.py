@@ -1,0 +1,91 @@
+"""What a manifest is told to add is accepted there."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+
+MANIFEST = """\
+schema = 1
+[convention]
+time = "exp(+i omega t)"
+amplitude = "peak"
+[units]
+level = "{level}"
+frequency = "Hz"
+[drive]
+quantity = "{drive}"
+[[sensor]]
+name = "tip"
+quantity = "displacement"
+direction = "z"
+place = "tip"
+[[test]]
+name = "stepped"
+configuration = "jointed"
+[[run]]
+test = "stepped"
+file = "stepped.csv"
+level = 1.0
+columns = { frequency = "f [Hz]", tip = "x [m]" }
+[[loop]]
+name = "rubbed"
+file = "loop.csv"
+line = "A"
+sensor = "tip"
+level = "5 {level}"
+frequency = "1 Hz"
+columns = { displacement = "x [m]", force = "F [N]" }
+[[mode]]
+name = "first"
+configuration = "free"
+frequency = "100 Hz"
+"""
+FORCE, BASE = ("force", "N"), ("base acceleration", "m/s^2")
+
+
+def write(folder: Path, lines: list[str], drive: tuple[str, str] = FORCE) -> Path:
+    text = "\n".join(lines).replace("{drive}", drive[0]).replace("{level}", drive[1])
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    (folder / "stepped.csv").write_text("f [Hz],x [m]\n10,1e-6\n11,2e-6\n", encoding="utf-8")
+    phase = np.linspace(0, 8 * np.pi, 400)
+    rows = "".join(f"{x},{f}\n" for x, f in zip(np.sin(phase), np.sin(phase + 0.5), strict=True))
+    (folder / "loop.csv").write_text(f"x [m],F [N]\n{rows}", encoding="utf-8")
+    return folder
+
+
+KEYS = (
+    "schema",
+    "time",
+    "amplitude",
+    'level = "',
+    "frequency =",
+    'quantity = "displacement',
+    "direction",
+    "configuration",
+)
+
+
+@pytest.mark.parametrize("drive", [FORCE, BASE], ids=["force", "base"])
+@pytest.mark.parametrize("number", [n for n, line in enumerate(MANIFEST.splitlines()) if line.startswith(KEYS)])
+def test_the_value_that_a_missing_key_is_advised_to_have_is_accepted(
+    tmp_path: Path, drive: tuple[str, str], number: int
+) -> None:
+    lines = MANIFEST.splitlines()
+    del lines[number]
+    with pytest.raises(CampaignError) as caught:
+        read_campaign(write(tmp_path, lines, drive))
+    advice = re.search(r"is missing; add (\w+ = .+?)(?: or |$)", str(caught.value))
+    assert advice is not None, str(caught.value)
+    lines.insert(number, advice[1])
+    read_campaign(write(tmp_path, lines, drive))
+
+
+def test_a_key_under_another_name_is_to_be_renamed(tmp_path: Path) -> None:
+    lines = MANIFEST.replace('quantity = "disp', 'quantitiy = "disp').splitlines()
+    with pytest.raises(CampaignError, match=r'quantity: is missing; found "quantitiy": call it quantity$'):
+        read_campaign(write(tmp_path, lines))
