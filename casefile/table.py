@@ -31,7 +31,6 @@ A mistake reads ``my.toml:3: blade.length = "250 kg": "kg" makes it a mass, but 
 validated in code as well.
 """
 
-import re
 import tomllib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -42,9 +41,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationError
 
-from casefile import toml_position, validation
+from casefile import validation
 from casefile.errors import CaseError, Problem
 from casefile.source import CaseSource, find_key_in_message, find_value
+from correlation.file.toml_position import explain_syntax, key_lines
 from geometry.errors import InputError, InputWarning
 
 SCHEMA = 2
@@ -192,32 +192,15 @@ def _read(path: str | Path) -> CaseSource:
     text = text.removeprefix("\ufeff")
     try:
         data = tomllib.loads(text)
-        lines = toml_position.key_lines(text)
+        lines = key_lines(text)
     except tomllib.TOMLDecodeError as error:
-        message, line = _syntax(str(error), text)
+        message, line = explain_syntax(str(error), text)
         raise refuse(message, line) from None
     except ValueError:  # Python's own limit
         raise refuse("it holds a number of thousands of digits: shorten it") from None
     except RecursionError:
         raise refuse("its brackets are nested too deeply") from None
     return CaseSource(file=file, text=text, data=data, lines=lines)
-
-
-def _syntax(message: str, text: str) -> tuple[str, int]:
-    """Split tomllib's "Expected ... (at line 3, column 5)" into words and line."""
-    match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
-    if match is None:
-        return f"this is not TOML: {message}", 1
-    words, line, column = match.groups()
-    number = int(line) if line else text.rstrip("\n").count("\n") + 1
-    source = (text.splitlines() or [""])[number - 1 : number] or [""]
-    where = f" in column {column}" if column else " at the end of the file"
-    hint = ""
-    if words.startswith(("Cannot overwrite", "Cannot declare")):
-        hint = "; it stands there twice: remove one"
-    elif "=" in source[0] and words.startswith(("Expected newline", "Invalid value")):
-        hint = '; text and values with units stand in quotes, e.g. length = "250 mm"'
-    return f"this is not TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number
 
 
 def _schema_problems(source: CaseSource) -> list[Problem]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from correlation.campaign.load_cell import LoadCellPair, read_load_cells
 from correlation.campaign.measurement import CONFIGURATIONS, CONTROLS, Drive, HeldOut, MeasuredSensor, Test
@@ -22,6 +22,7 @@ from correlation.campaign.time_record import TIME
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataType
 from correlation.errors import CampaignError, Mistakes
+from correlation.file.toml_position import explain_syntax, key_lines
 
 MANIFEST = "campaign.toml"
 SCHEMA = 1
@@ -127,7 +128,7 @@ def read_manifest(folder: Path) -> Manifest:
     CampaignError
         It is missing, no TOML, or holds keys or values that cannot be used: all of them, one per line.
     """
-    root = TomlTable(file=MANIFEST, values=_toml(folder))
+    root = _toml(folder)
     schema = root.take("schema", int)
     if schema != SCHEMA:
         raise root.problem("schema", f"this version of stickslip reads schema = {SCHEMA}")
@@ -165,7 +166,8 @@ def read_manifest(folder: Path) -> Manifest:
         ),
     )  # fmt: skip
     mistakes.attempt(root.finish, None)
-    _check_names(root, manifest, mistakes)
+    for with_names in (sensor_tables, tables, records):
+        _check_names(with_names, mistakes)
     for test, file in zip(manifest.tests, manifest.files, strict=True):
         named = {table.values.get("test") for table in (*runs, *(table for _, table in data))}
         if file is None and test.name not in named:
@@ -239,11 +241,13 @@ def _frequency_factor(unit: object) -> float:
     return si_factor(str(unit), "Hz")
 
 
-def _check_names(root: TomlTable, manifest: Manifest, mistakes: Mistakes) -> None:
-    for kind in ("sensor", "test", "record"):
-        names = [item.name for item in getattr(manifest, f"{kind}s")]
-        for name in dict.fromkeys(name for name in names if names.count(name) > 1):
-            mistakes.add(str(root.problem(kind, f'two are called "{name}"; give each a name of its own', show=False)))
+def _check_names(tables: Sequence[TomlTable], mistakes: Mistakes) -> None:
+    names: set[str] = set()
+    for table in tables:
+        name = table.values.get("name")
+        if name in names:
+            mistakes.add(str(table.problem("name", "two have this name; give each a name of its own")))
+        names |= {name} if isinstance(name, str) else set()
 
 
 def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:
@@ -287,7 +291,7 @@ def _channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
             continue
         if not isinstance(value, dict):
             raise table.problem("units", f'the unit of "{column}" must be text, e.g. {column} = "m"')
-        entry = TomlTable(file=table.file, path=f"{given.path}.{column}", values=value)
+        entry = given.within(column, value)
         units[column] = entry.take("unit", str)
         if column != TIME:
             signs[column] = read_sign(entry)
@@ -312,12 +316,13 @@ def _held_out(table: TomlTable, level_factor: float) -> HeldOut:
     return HeldOut(levels=tuple(level * level_factor for level in levels), repeats=tuple(repeats))
 
 
-def _toml(folder: Path) -> dict[str, Any]:
+def _toml(folder: Path) -> TomlTable:
     path = folder / MANIFEST
     if path.exists() and not path.is_file():
         raise CampaignError(f"{MANIFEST}: is a folder or a device; give a campaign with an ordinary file of that name")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        return TomlTable(file=MANIFEST, values=tomllib.loads(text), lines=key_lines(text))
     except (FileNotFoundError, NotADirectoryError):
         draft = (
             f", or draft it by: stickslip campaign new {folder}" if folder.is_dir() and any(folder.iterdir()) else ""
@@ -328,7 +333,8 @@ def _toml(folder: Path) -> dict[str, Any]:
     except OSError as error:
         raise CampaignError(f"{MANIFEST}: cannot be read ({error.strerror}); check its permissions") from None
     except tomllib.TOMLDecodeError as error:
-        raise CampaignError(f"{MANIFEST}: is no TOML: {error}; correct what stands there") from None
+        sentence, line = explain_syntax(str(error), text)
+        raise CampaignError(f"{MANIFEST}:{line}: {sentence}") from None
     except RecursionError:
         raise CampaignError(f"{MANIFEST}: its brackets are nested too deeply; correct them") from None
     except ValueError:  # Python's own limit

@@ -5,7 +5,7 @@ A run is a stepped sine (a column ``frequency``, a row per steady state) or one 
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY
 from correlation.campaign.measurement import CONTROLS, SWEEPS
@@ -96,8 +96,8 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
             if isinstance(value, list):
                 columns.known.add(name)
                 parts = [
-                    TomlTable(file=table.file, path=f"{columns.path}.{name}[{number}]", values={name: item})
-                    for number, item in enumerate(value, start=1)
+                    replace(columns.within(f"{name}[{number + 1}]", {name: item}), at=(*columns.at, name, number))
+                    for number, item in enumerate(value)
                 ]
                 signals[name] = tuple(read_signal(part, name) for part in parts)
             else:

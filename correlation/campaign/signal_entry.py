@@ -205,12 +205,12 @@ def read_signal(table: TomlTable, key: str) -> SignalEntry:
     """
     value = table.values.get(key)
     table.known.add(key)
-    where = f"{table.file}: {table.path}.{key}"
+    where = table.where(key)
     if isinstance(value, str) and value:
         return SignalEntry(where=where, columns={"column": value})
     if not isinstance(value, dict):
         raise table.problem(key, f'give the name of a column, e.g. {key} = "channel 1"')
-    entry = TomlTable(file=table.file, path=f"{table.path}.{key}", values=value)
+    entry = table.within(key, value)
     given = tuple(part for part in ("column", "real", "imag", "amplitude", "phase") if part in value)
     if given not in PARTS:
         raise table.problem(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from correlation.errors import CampaignError
+from correlation.file.toml_position import Path
 
 Value = TypeVar("Value")
 _REQUIRED = object()
@@ -24,6 +25,10 @@ class TomlTable:
         Dotted path of the table; empty for the file itself.
     values
         Keys and values.
+    at
+        Place of the table in the file.
+    lines
+        Line of each key of the file; empty where they are not known.
     known
         Keys that have been asked for.
     """
@@ -31,13 +36,25 @@ class TomlTable:
     file: str
     path: str = ""
     values: Mapping[str, Any]
+    at: Path = ()
+    lines: Mapping[Path, int] = field(default_factory=dict)
     known: set[str] = field(default_factory=set)
 
     def problem(self, key: str, text: str, *, show: bool = True) -> CampaignError:
         """What is wrong with a key; its value is shown unless it says nothing."""
-        dotted = f"{self.path}.{key}" if self.path else key
         shown = f" = {_shown(self.values[key])}" if show and key in self.values else ""
-        return CampaignError(f"{self.file}: {dotted}{shown}: {text}")
+        return CampaignError(f"{self.where(key)}{shown}: {text}")
+
+    def where(self, key: str = "") -> str:
+        """File, line and dotted path of a key, or of the table; a key that there is not has the line of the table."""
+        known: Path = (*self.at, key)
+        while known and known not in self.lines:
+            known = known[:-1]
+        line = f":{self.lines[known]}" if known in self.lines else ""
+        return f"{self.file}{line}: {self._dotted(key)}"
+
+    def _dotted(self, key: str) -> str:
+        return ".".join(part for part in (self.path, key) if part)
 
     @contextmanager
     def reading(self, file: str) -> Iterator[None]:
@@ -45,9 +62,9 @@ class TomlTable:
         try:
             yield
         except CampaignError as error:
-            if str(error).startswith(f"{self.file}: "):
+            if str(error).startswith(f"{self.file}:"):
                 raise  # it names its place already
-            raise CampaignError(f"{self.file}: {self.path} ({file}): {error}") from None
+            raise CampaignError(f"{self.where()} ({file}): {error}") from None
 
     def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:
         """Value of a key, of one kind; without a default it must be there."""
@@ -106,8 +123,11 @@ class TomlTable:
 
     def table(self, key: str, *, required: bool = True) -> "TomlTable":
         """A table within; an empty one if it need not be there."""
-        values = self.take(key, dict, _REQUIRED if required else {})
-        return TomlTable(file=self.file, path=f"{self.path}.{key}" if self.path else key, values=values)
+        return self.within(key, self.take(key, dict, _REQUIRED if required else {}))
+
+    def within(self, key: str, values: Mapping[str, Any]) -> "TomlTable":
+        """What stands at a key, as a table."""
+        return TomlTable(file=self.file, path=self._dotted(key), values=values, at=(*self.at, key), lines=self.lines)
 
     def tables(self, key: str, *, required: bool = True) -> tuple["TomlTable", ...]:
         """An array of tables, whose paths count from 1."""
@@ -115,8 +135,8 @@ class TomlTable:
         if not all(isinstance(each, dict) for each in values) or (required and not values):
             raise self.problem(key, f"must be tables; write [[{key}]] above the keys of each", show=False)
         return tuple(
-            TomlTable(file=self.file, path=f"{key}[{number}]", values=each)
-            for number, each in enumerate(values, start=1)
+            TomlTable(file=self.file, path=f"{key}[{number + 1}]", values=each, at=(key, number), lines=self.lines)
+            for number, each in enumerate(values)
         )
 
     def finish(self) -> None:

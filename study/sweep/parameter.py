@@ -12,9 +12,9 @@ from typing import Any
 from casefile.errors import CaseError, Problem
 from casefile.source import dotted, find_value
 from casefile.table import CaseModel
-from casefile.toml_position import Path
 from casefile.validation import did_you_mean
 from casefile.variation import vary_case
+from correlation.file.toml_position import Path
 from geometry.errors import InputError
 from study.case.setup import ReadCase
 from study.case.tables import CalibratedTable

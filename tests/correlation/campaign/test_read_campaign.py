@@ -225,14 +225,14 @@ def test_a_dead_channel_is_refused_with_its_reading(tmp_path: Path) -> None:
         ('"150 mm"', '"1,5 mm"', r"decimal point, not a comma"),
         ('place = "tip"\n', "", r'sensor\[1\]\.place: give place = "\.\.\." or coordinates'),
         ('"0.5 %"', '"0.5 mm"', r'sensor\[1\]\.uncertainty = "0\.5 mm": .*a bare number is needed'),
-        ('name = "mid"', 'name = "tip"', r'sensor: two are called "tip"; give each a name of its own'),
+        ('name = "mid"', 'name = "tip"', r'sensor\[2\]\.name = "tip": two have this name; give each a name of its own'),
         ("direction", "direktion", r'sensor\[1\]\.direction: is missing; found "direktion"'),
         ('file = "free.csv"', 'file = "fre.csv"', r'fre\.csv: there is no such file in ".*"; mend its name'),
         ("levels = [5.0]", "levels = [4.0]", r"held_out\.levels = 4 was not measured; hold out some of 1, 5"),
         ("repeats = [2]", "repeats = [7]", r"held_out\.repeats = 7 was not measured; hold out some of 1, 2"),
         ("repeats = [2]", "repeats = [1, 2]", r"held_out holds out everything"),
         ("[held_out]", "[heldout]", r'heldout.*unknown key; did you mean "held_out"\?'),
-        ("title =", "title", r"campaign\.toml: is no TOML"),
+        ("title =", "title", r"campaign\.toml:2: this is not TOML: expected '='"),
     ],
 )
 def test_a_bad_manifest_is_refused_with_its_key(tmp_path: Path, old: str, new: str, message: str) -> None:

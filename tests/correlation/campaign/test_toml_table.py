@@ -1,4 +1,4 @@
-"""What a manifest is told to add is accepted there."""
+"""Mistakes of a manifest: where they stand, and advice that is accepted there."""
 
 import re
 from pathlib import Path
@@ -88,4 +88,31 @@ def test_the_value_that_a_missing_key_is_advised_to_have_is_accepted(
 def test_a_key_under_another_name_is_to_be_renamed(tmp_path: Path) -> None:
     lines = MANIFEST.replace('quantity = "disp', 'quantitiy = "disp').splitlines()
     with pytest.raises(CampaignError, match=r'quantity: is missing; found "quantitiy": call it quantity$'):
+        read_campaign(write(tmp_path, lines))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words", "key"),
+    [
+        ('direction = "z"', 'direction = "w"', "direction", r"sensor\[1\]\.direction"),
+        ('direction = "z"\n', "", "[[sensor]]", r"sensor\[1\]\.direction"),
+        ("level = 1.0", "level = -1.0", "-1.0", r"run\[1\]\.level"),
+        ('"f [Hz]"', "7", "frequency = 7", r"run\[1\]\.columns\.frequency"),
+        (
+            'tip = "x [m]"',
+            'tip = [{ column = "x [m]" },\n{ colum = "x [m]" }]',
+            "colum =",
+            r"run\[1\]\.columns\.tip\[2\]",
+        ),
+        ('"100 Hz"', '"100 kg"', "kg", r"mode\[1\]\.frequency"),
+        ('"1 Hz"\n', '"1 Hz"\nplaces = "tip"\n', "places", r"loop\[1\]\.places"),
+        ("schema = 1", "# first\n\nscheme = 1", "# first", "schema"),
+    ],
+)
+def test_a_mistake_has_the_line_of_its_key_or_else_of_its_table(
+    tmp_path: Path, old: str, new: str, words: str, key: str
+) -> None:
+    lines = MANIFEST.replace(old, new, 1).splitlines()
+    line = 1 + next(number for number, each in enumerate(lines) if words in each)
+    with pytest.raises(CampaignError, match=rf"^campaign\.toml:{line}: {key}"):
         read_campaign(write(tmp_path, lines))

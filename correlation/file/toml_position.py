@@ -43,6 +43,35 @@ def key_lines(text: str) -> dict[Path, int]:
     return _Walk(text).lines
 
 
+def explain_syntax(message: str, text: str) -> tuple[str, int]:
+    """What is wrong with a document that is no TOML.
+
+    Parameters
+    ----------
+    message
+        What `tomllib` says, such as "Expected ... (at line 3, column 5)".
+    text
+        The document.
+
+    Returns
+    -------
+    A sentence and the line, counted from 1.
+    """
+    match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
+    if match is None:
+        return f"this is not TOML: {message}", 1
+    words, line, column = match.groups()
+    number = int(line) if line else text.rstrip("\n").count("\n") + 1
+    source = (text.splitlines() or [""])[number - 1 : number] or [""]
+    where = f" in column {column}" if column else " at the end of the file"
+    hint = ""
+    if words.startswith(("Cannot overwrite", "Cannot declare")):
+        hint = "; it stands there twice: remove one"
+    elif "=" in source[0] and words.startswith(("Expected newline", "Invalid value")):
+        hint = '; text and values with units stand in quotes, e.g. length = "250 mm"'
+    return f"this is not TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number
+
+
 class _Walk:
     """One pass over a document, with the position reached."""
 
