@@ -1,6 +1,8 @@
 """The sensors of a campaign on a model: by name, by the place that they name, or by their coordinates."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from math import cos, sin
 
 import numpy as np
@@ -33,16 +35,32 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
         keep, or a contact force of the structure without its contacts.
     """
     own = {sensor.name: sensor for sensor in model.sensors}
+    named = {measured.name for measured in campaign.sensors}
+    others = [sensor for sensor in model.sensors if sensor.name not in named]
     added = []
     for measured in campaign.sensors:
         if measured.name in own:
             _check_same(measured, own[measured.name], model)
-        else:
+            continue
+        try:
             added.append(_placed(measured, model))
+        except CampaignError as error:
+            raise CampaignError(f"{error}{_offer_sensor(measured, others, model)}") from None
     _check_harmonics(model, campaign)
     _check_drive(model, campaign)
     _check_free(campaign)
     return replace(model, sensors=(*model.sensors, *added))
+
+
+def _offer_sensor(measured: MeasuredSensor, others: Sequence[AnySensor], model: Model) -> str:
+    """End of a sentence about a sensor that cannot be placed: one of the case with nearly its name, and where it is."""
+    same = {sensor.name: sensor for sensor in others if isinstance(sensor, Sensor)}
+    close = get_close_matches(measured.name, same, 1)
+    if not close or measured.line is not None or measured.quantity != same[close[0]].quantity:
+        return ""
+    reads = [place for place, row in model.places.items() if np.any(row * same[close[0]].row)]
+    place = f', and place = "{reads[0]}"' if measured.place is not None and reads else ""
+    return f'; did you mean the case\'s sensor "{close[0]}"? then give it this name here and in its columns{place}'
 
 
 def _check_same(measured: MeasuredSensor, sensor: AnySensor, model: Model) -> None:

@@ -13,8 +13,8 @@ from correlation.model import Model, Sensor
 from correlation.sensor_placement import with_sensors
 
 
-def campaign(place: str) -> Campaign:
-    tip = MeasuredSensor(name="tip", quantity="displacement", direction="z", place=place)
+def campaign(place: str, name: str = "tip") -> Campaign:
+    tip = MeasuredSensor(name=name, quantity="displacement", direction="z", place=place)
     return Campaign(
         title="", folder=Path(), sensors=(tip,), tests=(), measurement=join_rows([]), held_out=HeldOut()
     )  # fmt: skip
@@ -37,3 +37,19 @@ def test_a_sensor_of_the_model_keeps_its_gain(small: Model) -> None:
 def test_a_place_that_the_sensor_of_the_model_does_not_read_is_refused(small: Model, place: str, message: str) -> None:
     with pytest.raises(CampaignError, match=rf'sensor "tip" sits at place "{place}".*{message}'):
         with_sensors(model(small), campaign(place))
+
+
+def test_a_sensor_of_nearly_the_name_of_the_models_is_offered_its_name_and_place(small: Model) -> None:
+    known = model(small)
+    with pytest.raises(
+        CampaignError,
+        match=r'"middle".* sensor "tip"\? then give it this name here and in its columns, and place = "tip"',
+    ):
+        with_sensors(known, campaign("middle", "tip 1"))
+    assert len(with_sensors(known, campaign("tip", "tip 1")).sensors) == 2
+    with pytest.raises(CampaignError, match=r'"middle" to the case$'):
+        with_sensors(known, campaign("middle", "root"))
+    # A load cell or a velocity is not meant by the name of a displacement.
+    velocity = replace(known, sensors=tuple(replace(sensor, quantity="velocity") for sensor in known.sensors))
+    with pytest.raises(CampaignError, match=r'"middle" to the case$'):
+        with_sensors(velocity, campaign("middle", "tip 1"))
