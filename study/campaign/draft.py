@@ -19,7 +19,6 @@ NAMED = 3
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
 docs/campaign.md describes the keys."""
-RUN_ORDER = "The order of the runs is that of the names of their files: put them in the order of measurement."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +96,17 @@ class Draft:
         return [
             f"{_all_called(assumption.names, self.entries)}: {key} = {_listed([*assumption.values])}: {reason}"
             for (key, _, reason), assumption in groups.items()
-        ]
+        ] + [sentence for sentence in [self.run_order()] if sentence]
+
+    def run_order(self) -> str:
+        """The order in which runs are taken as measured, as a sentence; empty where there is nothing to order."""
+        runs = [run for run in self.entries["run"] if "order" not in run["columns"]]
+        if len(runs) < 2:
+            return ""
+        files = dict.fromkeys(str(plain(run["file"])) for run in runs)
+        order = "that of the names of their files" if len(files) > 1 else f"that in {next(iter(files))}"
+        why = "put them in the order of measurement, since earlier runs change the state of the contacts"
+        return f"order of the {len(runs)} runs = {order}: {why}"
 
     def text(self) -> str:
         """The manifest as TOML."""
@@ -109,9 +118,9 @@ class Draft:
         for name, table in self.single.items():
             document.add(name, _table(table))
         for kind, entries in self.entries.items():
-            if kind == "run" and len(entries) > 1:
+            if kind == "run" and (order := self.run_order()):
                 document.add(tomlkit.nl())
-                document.add(tomlkit.comment(RUN_ORDER))
+                document.add(tomlkit.comment(f"assumed: {order}"))
             if entries:
                 array = tomlkit.aot()
                 for entry in entries:

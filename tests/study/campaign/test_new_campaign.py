@@ -351,6 +351,27 @@ def test_a_person_is_asked_once_whether_runs_and_readings_are_repeats(tmp_path: 
     assert not [sentence for sentence in draft.assumptions() if "repeat = " in sentence]
 
 
+@pytest.mark.parametrize(
+    ("files", "order", "said"),
+    [(2, False, "that of the names of their files"), (1, False, ""), (2, True, "")],
+    ids=["two", "one", "stated"],
+)
+def test_the_order_of_runs_is_assumed_in_print_and_in_the_file(
+    tmp_path: Path, files: int, order: bool, said: str
+) -> None:
+    x = np.abs(receptance(FREQUENCY))
+    for number in range(files):
+        columns = [FREQUENCY, (1 + number) * ONES, (1 + number) * x, *([number * 50 + np.arange(41)] if order else [])]
+        write_csv(tmp_path / f"{number}.csv", "f [Hz],F [N],a [m]" + ",order" * order, *columns)
+    campaign, _ = drafted(tmp_path)
+    told = [sentence for sentence in campaign.draft.assumptions() if sentence.startswith("order of the 2 runs")]
+    assert len(told) == bool(said)
+    assert all(said in sentence for sentence in told)
+    assert [line for line in campaign.path.read_text().splitlines() if line == f"# assumed: {''.join(told)}"] == [
+        f"# assumed: {sentence}" for sentence in told
+    ]
+
+
 def test_nothing_contradicts_that_readings_settle(tmp_path: Path) -> None:
     frequency = np.repeat(FREQUENCY, 6)
     x = receptance(frequency) * (1 - 0.4 * np.exp(-0.9 * np.tile(np.arange(6.0), 41)))
