@@ -33,6 +33,8 @@ POINTS_PER_INCH = 72
 LEAST_WIDTH = 7.5
 #: Room left and right of all panels; height of the scale, of its numbers and label, and of all of it [inches].
 SIDE, END, BAR, BAR_FOOT, BAR_ROOM = 0.2, 0.1, 0.18, 0.5, 0.85
+#: Room for the colour of cells without data and its name, right of the scale [inches].
+WITHOUT = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,11 +109,16 @@ def misfit_map_figure(result: MisfitMap) -> Figure:
                 _name_levels(axes, result.levels, left, top)
             if row == bottom[harmonic]:
                 _name_frequencies(axes, result.frequency, left, top + cells, across)
+    margin, top = 0.1 * width, height - BAR_FOOT - BAR
+    room = WITHOUT if any(np.isnan(panel.size).any() for panel in result.panels) else 0.0
     bar = figure.colorbar(
         ScalarMappable(norm=norm, cmap=colours), orientation="horizontal", extend="max",
-        cax=add_axes(figure, 0.1 * width, height - BAR_FOOT - BAR, 0.8 * width, BAR),
+        cax=add_axes(figure, margin, top, scale := width - 2 * margin - room, BAR),
     )  # fmt: skip
+    if room:
+        _name_nothing(axes, width - margin - room + BETWEEN, top)
     bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
+    bar.ax.xaxis.label.set_x((width / 2 - margin) / scale)  # it is hardly narrower than the figure
     bar.outline.set_visible(False)
     add_heading(figure, result)
     return figure
@@ -140,6 +147,17 @@ def _draw_panel(
     axes.text(
         left, top - TITLE_GAP / POINTS_PER_INCH, f"{panel.sensor}, {words}", fontsize=TITLE_SIZE, color=INK,
         va="baseline", ha="left",
+    )  # fmt: skip
+
+
+def _name_nothing(axes: Axes, left: float, top: float) -> None:
+    """Draw a cell without data, and say what it is."""
+    from matplotlib.patches import Rectangle
+
+    axes.add_patch(Rectangle((left, top), BAR, BAR, facecolor=NOTHING, label="no data"))
+    axes.text(
+        left + BAR + NUMBER_GAP / POINTS_PER_INCH, top + BAR / 2, "no data", fontsize=NUMBER_SIZE, color=INK,
+        va="center_baseline", ha="left",
     )  # fmt: skip
 
 

@@ -95,6 +95,25 @@ def test_the_panels_of_a_map_share_the_width_of_the_figure(harmonics: int) -> No
     assert ends.max() > figure.get_figwidth() - 0.6  # the room at the end and between panels is 0.4
 
 
+@pytest.mark.parametrize("gaps", [True, False])
+def test_a_map_names_the_colour_of_cells_without_data_where_it_has_some(gaps: bool) -> None:
+    example: MisfitMap = EXAMPLES[MisfitMap]()
+    size = np.where(np.arange(example.panels[0].size.size).reshape(3, 41) % 7 == 0, np.nan, example.panels[0].size)
+    panels = [replace(example.panels[0], size=size), *example.panels[1:]] if gaps else example.panels
+    figure = misfit_map_figure(replace(example, panels=panels))
+    meshes = [item for item in figure.axes[0].collections if isinstance(item, QuadMesh)]
+    named = [patch.get_facecolor() for patch in figure.axes[0].patches if patch.get_label() == "no data"]
+    assert named == ([tuple(meshes[0].get_cmap().get_bad())] if gaps else [])
+    # The name lies right of the scale and within the figure.
+    figure.draw_without_rendering()
+    words = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text() == "no data"]
+    assert all(figure.axes[1].bbox.x1 < box.x0 and box.x1 < figure.bbox.width for box in words)
+    assert len(words) == gaps
+    label = figure.axes[1].xaxis.label.get_window_extent()
+    assert label.x0 > 0
+    assert label.x1 < figure.bbox.width
+
+
 def test_no_residual_or_phase_lies_on_the_frame_of_its_strip() -> None:
     example: FrfOverlay = EXAMPLES[FrfOverlay]()
     share = np.linspace(0.02, 2, len(example.panels[0].curves[0].measured))
