@@ -1,10 +1,13 @@
 """What a page shows of data of other types than steady states: numbers, curves, modes and decays."""
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from correlation.data_type.registry import Datum
 from correlation.model import Model
 from figure.registry import pictures
+from figure.style import Headed
 from study.compare.data import DataComparison, data_figures, data_sections
 from study.compare.section.section import Section
 
@@ -28,5 +31,31 @@ def show_data(
     from study.compare.section.modal import modal_sections
 
     view = view_modes(model, data, compared, title)
-    drawn = pictures({**data_figures(model, data, title), **view.figures})
-    return drawn, (*modal_sections(view, drawn), *data_sections(compared, drawn))
+    results = {**data_figures(model, data, title), **view.figures}
+    drawn = pictures(results)
+    captions = make_captions(results, title)
+    return drawn, tuple(
+        replace(section, pictures={captions.get(name, name): picture for name, picture in section.pictures.items()})
+        for section in (*modal_sections(view, drawn), *data_sections(compared, drawn))
+    )
+
+
+def make_captions(results: Mapping[str, object], title: str) -> dict[str, str]:
+    """Captions of figures by the names of their files, all different: their own words without the title of the case.
+
+    Parameters
+    ----------
+    results
+        Results to draw; one without a title has no caption.
+    title
+        Of the case.
+    """
+    captions: dict[str, str] = {}
+    alike = Counter[str]()
+    for name, result in results.items():
+        if isinstance(result, Headed):
+            words = ": ".join(part for part in (result.title.removeprefix(f"{title}: "), result.subtitle) if part)
+            alike[words] += 1
+            number = f" ({alike[words]})" if alike[words] > 1 else ""
+            captions[name] = f"{words}{number}"
+    return captions

@@ -12,8 +12,10 @@ from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.response_modes import read_modes
 from correlation.model import Model, Sensor
 from figure.stabilisation import StabilisationDrawing
+from figure.style import Headed
 from reduction.jointed_system import JointedSystem
 from study.compare.data import compare_data
+from study.compare.data_view import make_captions, show_data
 from study.compare.modal_view import view_modes
 from study.compare.section.modal import modal_sections
 
@@ -69,6 +71,19 @@ def test_modes_without_a_partner_are_named_on_either_side() -> None:
     section, *_ = modal_sections(view, {})
     assert section.table is not None
     assert [row[2] for row in section.table.rows if row[1].startswith("32.149")] == ["none"]
+
+
+def test_pictures_have_the_words_of_their_figures_as_captions() -> None:
+    modes = [mode("together", HERTZ, 1, 1), mode("apart", np.sqrt(3) * HERTZ, 1, -1)]
+    drawn, sections = show_data(model(), modes, compare_data(model(), modes), "Chain")
+    assert sections[0].pictures == {
+        "modes of jointed: modal assurance criterion at 2 sensors; pairs are framed": drawn["mac"]
+    }
+
+
+def test_captions_that_are_alike_are_numbered() -> None:
+    results = {"loop_1": Headed(title="Chain: loops"), "loop_2": Headed(title="Chain: loops"), "other": object()}
+    assert make_captions(results, "Chain") == {"loop_1": "loops", "loop_2": "loops (2)"}
 
 
 def test_modes_without_shapes_have_no_pairs() -> None:
