@@ -24,6 +24,7 @@ from study.compare.page import page
 from study.compare.result import Calibrated, Compared
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
+from study.compare.section.overview import left_out
 from study.compare.section.response import response_sections
 from study.compare.section.section import Section
 from study.compare.sentence import describe_resonances, summarise
@@ -197,6 +198,20 @@ def test_the_headline_names_what_was_not_compared() -> None:
     summary = summarise(replace(compared(), data=(loop,)))
     assert summary.tone == "ambiguous"
     assert "not loop hysteresis" in summary.tag
+
+
+def test_states_that_are_not_compared_are_named_with_the_reason() -> None:
+    found = compared()
+    assert not any("Not compared" in sentence for sentence in left_out(found))
+    table = found.campaign.measurement
+    jumps = (table.level == 3) & (table.frequency == FREQUENCY[4]) & (table.repeat <= N_REPEAT / 2)
+    apart = replace(found.campaign, measurement=replace(table, value=np.where(jumps, -0.3 * table.value, table.value)))
+    (sentence,) = (item for item in left_out(replace(found, campaign=apart)) if "Not compared" in item)
+    assert "3 N at 472 Hz; there repeats" in sentence
+    # Of a level that is held out, and that no held-out repeat has.
+    trained = found.train.where(np.asarray(found.train.points.level == 1))
+    (sentence,) = (item for item in left_out(replace(found, train=trained)) if "Not compared" in item)
+    assert "3 N at 462.56 Hz, 3 N at 467.28 Hz, 3 N at 469.64 Hz and 6 more; their level is held out" in sentence
 
 
 def test_a_headline_does_not_agree_with_the_measurements_where_other_data_differ() -> None:

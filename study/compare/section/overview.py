@@ -11,6 +11,9 @@ from study.compare.result import Compared
 from study.compare.section.section import Section
 from study.page.table import Table
 
+#: States that a sentence names.
+NAMED = 3
+
 
 def overview_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
     """Sensors and runs of the campaign, and what was left out."""
@@ -50,16 +53,7 @@ def left_out(compared: Compared) -> list[str]:
             f"No steady state of the model was found at {missing} of {sum(map(len, sides))} points, of which each "
             "counts 10 standard deviations."
         )
-    points = [side.points for side in sides]
-    known = {state for item in points for state in _states(item.free, item.level, item.frequency)}
-    everything = arrange_campaign(compared.campaign).points
-    jumps = len(_states(everything.free, everything.level, everything.frequency) - known)
-    if jumps:
-        states = "1 state" if jumps == 1 else f"{jumps} states"
-        sentences.append(
-            f"{states} (level and frequency) where repeats or sweeps jump between two responses, or that no set of "
-            "data has, could not be compared."
-        )
+    sentences += _left_out_states(compared)
     without = [sensor.name for sensor in compared.campaign.sensors if not sensor.has_phase]
     if without:
         sentences.append(f"Phases of {', '.join(without)} were not measured: amplitudes alone are compared.")
@@ -69,6 +63,32 @@ def left_out(compared: Compared) -> list[str]:
     if compared.campaign.records:
         sentences.append(f"{len(compared.campaign.records)} time records are not part of this comparison.")
     return sentences
+
+
+def _left_out_states(compared: Compared) -> list[str]:
+    """States that no set of data has: what they are, and why each is left out."""
+    sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
+    known = {state for side in sides for state in _states(side.points.free, side.points.level, side.points.frequency)}
+    everything = arrange_campaign(compared.campaign)
+    points, there = everything.points, np.isfinite(everything.repeat).any(axis=1)
+    read = _states(points.free[there], points.level[there], points.frequency[there])
+    scattered = _states(points.free, points.level, points.frequency) - read
+    unit = compared.campaign.drive.unit
+    reasons = {
+        "there repeats, or sweeps up and down, differ far more than at the frequencies beside, because the response "
+        "jumps from one steady state to another or contacts slip in some repeats only, and a mean of them is no "
+        "response": scattered,
+        "their level is held out from calibration, and no held-out repeat has them": read - known,
+    }
+    return [f"Not compared: {_named(states, unit)}; {why}." for why, states in reasons.items() if states]
+
+
+def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
+    """The states of lowest levels by level and frequency, and how many more there are."""
+    listed = [f"{level:g} {unit} at {frequency:g} Hz" + " (free)" * free for free, level, frequency in sorted(states)]
+    more = [f"{len(listed) - NAMED} more"] if len(listed) > NAMED else []
+    *first, last = [*listed[:NAMED], *more]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _states(free: np.ndarray, level: np.ndarray, frequency: np.ndarray) -> set[tuple[bool, float, float]]:
