@@ -1,5 +1,6 @@
 """Repeats, levels and settling readings among the runs of a draft."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,8 +10,10 @@ from numpy.typing import NDArray
 
 from correlation.file.column import MeasuredFile
 from study.campaign.draft import Draft, plain
+from study.campaign.level import LEVEL_IN_NAME
 from study.campaign.question import Marked
 from study.campaign.set_point import HELD
+from study.campaign.table import file_stem
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -41,14 +44,16 @@ def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
             by_test.setdefault(run["test"], []).append(run)
     for test, runs in by_test.items():
         levels = np.array([run_level(run, files) for run in runs])
+        alike: list[list[dict[str, Any]]] = []
         for group in group_levels(levels, np.array(["level" in run for run in runs])):
             members = [runs[number] for number in group]
             _give_one_level(members, levels[group])
             kinds: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
             for run in members:
                 kinds.setdefault((run_direction(run, files), *sorted(run["columns"])), []).append(run)
-            for repeats in kinds.values():
-                _number(draft, test, repeats)
+            alike += kinds.values()
+        for repeats, numbers in zip(alike, _repeat_numbers(alike), strict=True):
+            _number(draft, test, repeats, numbers)
 
 
 def group_levels(level: Series, stated: Bool[NDArray[np.bool_], " n"]) -> list[list[int]]:
@@ -93,16 +98,34 @@ def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
             run["columns"] = columns
 
 
-def _number(draft: Draft, test: str, runs: Sequence[dict[str, Any]]) -> None:
+def _repeat_numbers(groups: Sequence[Sequence[Mapping[str, Any]]]) -> list[list[int]]:
+    """Numbers of the runs of each group: those that end the names of their files, or else their places in the group.
+
+    Names number repeats if they count from 1 on, each once in a group, and a group has them all; others may lack some.
+    """
+    named = [[_last_number(str(run["file"])) for run in group] for group in groups]
+    whole = set(range(1, 1 + len({number for numbers in named for number in numbers})))
+    counted = [list(range(1, 1 + len(group))) for group in groups]
+    are_repeats = all(len({*numbers}) == len(numbers) and {*numbers} <= whole for numbers in named)
+    return named if are_repeats and any({*numbers} == whole for numbers in named) else counted
+
+
+def _last_number(file: str) -> int:
+    """The last number in the name of a file that is no level; 0 if there is none."""
+    numbers = re.findall(r"\d+", LEVEL_IN_NAME.sub("", file_stem(file)))
+    return int(numbers[-1]) if numbers else 0
+
+
+def _number(draft: Draft, test: str, runs: Sequence[dict[str, Any]], numbers: Sequence[int]) -> None:
     """Number runs of one level and direction, unless they are one response that settles."""
-    if len(runs) < 2:
+    if len(runs) < 2 and 1 in numbers:
         return
     why = f"runs of {test} at one level and in one direction are taken for repeats"
     settle = _ask(draft, f"Are runs of {test} at one level and of one direction repeats", REPEATS, why)
     entry = draft.named("test", test)
     if settle.value == SETTLING and entry is not None:
         entry["settling"] = Marked(value=True, assumed=settle.assumed)
-    for number, run in enumerate(runs, start=1):
+    for number, run in zip(numbers, runs, strict=True):
         columns = run.pop("columns")
         run["repeat"] = Marked(value=number, assumed=why if settle.assumed else "")
         run["columns"] = columns

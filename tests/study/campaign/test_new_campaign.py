@@ -352,6 +352,25 @@ def test_a_person_is_asked_once_whether_runs_and_readings_are_repeats(tmp_path: 
 
 
 @pytest.mark.parametrize(
+    ("name", "repeats"),
+    [("sine_{level}N_{repeat}", [1, 2, 3, 2, 3, 3]), ("rep{repeat}_{level}N", [1, 2, 3, 2, 3, 3]),
+     ("sine_{run}", [1, 2, 3, 1, 2, None]), ("sine_{level}N_{repeat}_2024", [1, 2, 3, 1, 2, None])],
+)  # fmt: skip
+def test_repeats_are_numbered_as_their_files_where_these_number_repeats(
+    tmp_path: Path, name: str, repeats: list[int | None]
+) -> None:
+    x = np.abs(receptance(FREQUENCY))
+    there = [(1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (4, 3)]  # others are lost
+    files = {}
+    for (level, repeat), number in zip(there, repeats, strict=True):
+        file = f"{name.format(level=level, repeat=repeat, run=10 * level + repeat)}.csv"
+        files[file] = number
+        write_csv(tmp_path / file, "f [Hz],F [N],a [m]", FREQUENCY, level * ONES, level * x)
+    _, manifest = drafted(tmp_path)
+    assert {run["file"]: run.get("repeat") for run in manifest["run"]} == files
+
+
+@pytest.mark.parametrize(
     ("files", "order", "said"),
     [(2, False, "that of the names of their files"), (1, False, ""), (2, True, "")],
     ids=["two", "one", "stated"],
