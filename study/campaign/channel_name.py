@@ -4,17 +4,19 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from study.campaign.column_role import Recognised, Role, name_words
+from study.campaign.column_role import Role, name_words
 from study.campaign.draft_frequency import FREE
 from study.campaign.level import LEVEL_IN_NAME
 from study.campaign.table import file_stem
-from study.campaign.table_kind import OF_FILE, JudgedTable
+from study.campaign.table_kind import OF_FILE, JudgedTable, Kind
 
 #: Words of a name that tell a run, its level, direction, time or configuration, and no sensor.
 RUN = "rep|repeat|run|lauf|test|trial|versuch|meas|measurement|messung|hit|impact|shot|schlag|decay|level|sweep"
 WHEN = "day|tag|before|after|vorher|nachher|up|down|forward|backward|auf|ab"
 CONFIGURATION = "|".join([*sorted(FREE), "jointed"])
-OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*", re.IGNORECASE)
+OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*|\d+k?Hz", re.IGNORECASE)
+#: Name of a channel that has none.
+NUMBERED = re.compile(r"channel \d+")
 
 
 def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
@@ -25,15 +27,22 @@ def name_channels(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
     tables
         Judged tables of all files.
     """
-    words = {id(judged): _words(judged) for judged in tables if any(map(_is_of_file, judged.columns.values()))}
+    words = {
+        id(judged): _words(judged) for judged in tables if any(_is_of_file(judged, name) for name in judged.columns)
+    }
     if len(words) < 2:
         return list(tables)
     common = set.intersection(*map(set, words.values()))
     return [_named(judged, [word for word in words.get(id(judged), ()) if word not in common]) for judged in tables]
 
 
-def _is_of_file(guess: Recognised) -> bool:
-    return guess.role is Role.RESPONSE and guess.evidence.startswith(OF_FILE)
+def _is_of_file(judged: JudgedTable, column: str) -> bool:
+    """Whether only the name of its file tells a channel: what it measures, or, of the one channel of a decay, where."""
+    guess = judged.columns[column]
+    if guess.role is not Role.RESPONSE:
+        return False
+    alone = judged.kind is Kind.RING_DOWN and len(judged.of_role(Role.RESPONSE)) == 1
+    return guess.evidence.startswith(OF_FILE) or (alone and NUMBERED.fullmatch(column) is not None)
 
 
 def _words(judged: JudgedTable) -> list[str]:
@@ -45,12 +54,12 @@ def _words(judged: JudgedTable) -> list[str]:
 
 def _named(judged: JudgedTable, words: Sequence[str]) -> JudgedTable:
     """A table whose channels, and their phases, are called by some words."""
-    stems = {guess.stem for guess in judged.columns.values() if _is_of_file(guess)}
+    stems = {guess.stem for name, guess in judged.columns.items() if _is_of_file(judged, name)}
     if not words or not stems:
         return judged
     columns = dict(judged.columns)
     for name, guess in judged.columns.items():
-        if guess.stem in stems and (_is_of_file(guess) or guess.role is Role.PHASE):
+        if guess.stem in stems and (_is_of_file(judged, name) or guess.role is Role.PHASE):
             own = [guess.stem] if len(stems) > 1 else []
             columns[name] = replace(guess, stem=" ".join([*words, *own]))
     return replace(judged, columns=columns)
