@@ -6,14 +6,21 @@ import numpy as np
 
 from correlation.campaign.measurement import LOAD_CELL
 from correlation.file.column import Column
-from correlation.file.format.wav import holds_counts
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import add_test, ask_configuration, force_column
 from study.campaign.drive_channel import mark_drive
 from study.campaign.question import Marked
-from study.campaign.sensor_draft import OF_COUNTS, add_sensor, direction_sign, drive_reading, reading, with_sign
+from study.campaign.sensor_draft import (
+    OF_COUNTS,
+    add_sensor,
+    are_counts,
+    direction_sign,
+    drive_reading,
+    reading,
+    with_sign,
+)
 from study.campaign.table_kind import JudgedTable, is_unnamed
 from study.campaign.time_history import SECONDS, strongest_line, uniform_rate
 
@@ -107,10 +114,10 @@ def draft_record(draft: Draft, judged: JudgedTable) -> None:
     for column in channels:
         guess = judged.columns[column.name]
         # What drives is of an unknown quantity where only the name of the file tells one.
-        unknown = (column.name == plain(drive) and is_unnamed(guess)) or (holds_counts(column) and not guess.unit)
+        unknown = (column.name == plain(drive) and is_unnamed(guess)) or are_counts(column, guess)
         quantity = "" if unknown else guess.quantity
         si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}.get(quantity, "V")
-        reason = guess.evidence if guess.unit else OF_COUNTS if holds_counts(column) else "the file says no unit"
+        reason = guess.evidence if guess.unit else OF_COUNTS if are_counts(column, guess) else "the file says no unit"
         unit = column.unit or Marked(value=guess.unit or si, assumed=reason)
         sign = direction_sign(column)
         units[column.name] = unit if sign == 1 else {"unit": unit, "sign": sign}

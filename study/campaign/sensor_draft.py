@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from correlation.campaign.measurement import LOAD_CELL, SI_UNIT
 from correlation.campaign.signal_entry import COUNT
 from correlation.file.column import Column, Node
@@ -16,7 +18,21 @@ from study.campaign.table_kind import JudgedTable
 FEW_SENSORS = 4
 #: Why readings of a converter have no unit.
 OF_COUNTS = "whole numbers of a converter: the file does not say how large one is, so that amplitudes mean nothing yet"
+#: Fewest whole numbers that tell a converter, and the least of their largest: a few small ones are settings.
+FEWEST_COUNTS, LEAST_COUNTS = 100, 100
 AXES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def are_counts(column: Column, guess: Recognised) -> bool:
+    """Whether a channel without a unit holds whole numbers of a converter, as its file or all of its values say.
+
+    A channel in SI that was rounded to whole numbers has the same draft: one count is one unit, and is marked.
+    """
+    if guess.unit or holds_counts(column):
+        return not guess.unit
+    values = column.values[np.isfinite(column.values)]
+    whole = not np.iscomplexobj(values) and bool((values == np.round(values)).all())
+    return whole and len(values) >= FEWEST_COUNTS and float(np.abs(values).max()) >= LEAST_COUNTS
 
 
 def sensor_name(judged: JudgedTable, column: Column) -> str:
@@ -72,7 +88,7 @@ def add_sensor(
     if has_phase is False:
         others = ", ".join(f'"{one.name}"' for one in judged.of_role(Role.PHASE))
         entry["phase"] = Marked(value=False, assumed=f"by its name {others} is not its phase") if others else False
-    counts = holds_counts(column) and not guess.unit
+    counts = are_counts(column, guess)
     is_known = bool(guess.quantity) and guess.quantity != "voltage" and not counts
     if not needs_unit and not (is_known or guess.unit not in {"", "V", "mV"}):
         why = "readings in volts: their sensitivity is unknown" if guess.unit else "the unit of its column is unknown"
@@ -124,7 +140,7 @@ def reading(
         why = f'"{column.facts[SCALE]}" is taken for 20 lg of an amplitude'
         entry = {part: Marked(value=name, assumed=why) if name == column.name else name for part, name in entry.items()}
     described = draft.named("sensor", sensor) if sensor else None
-    if described is not None and not guess.unit and "calibrated" not in described and holds_counts(column):
+    if described is not None and "calibrated" not in described and are_counts(column, guess):
         si = SI_UNIT[str(plain(described["quantity"]))]
         text = f"How many counts of {column.name} of {judged.table.file.path.name} are 1 {si}?"
         answer = draft.ask(text, "1", OF_COUNTS)

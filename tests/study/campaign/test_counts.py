@@ -57,8 +57,24 @@ def test_counts_without_a_sensitivity_are_refused_with_the_remedy(tmp_path: Path
 
 def test_floating_point_numbers_are_no_counts(tmp_path: Path) -> None:
     scipy.io.wavfile.write(tmp_path / "acc_tip.wav", RATE, (50 * DECAY).astype(np.float32))
-    value = tomllib.loads(drafted(tmp_path).path.read_text())["ring_down"][0]["columns"]["value"]
+    campaign = drafted(tmp_path)
+    value = tomllib.loads(campaign.path.read_text())["ring_down"][0]["columns"]["value"]
     assert value == {"column": "channel 1", "unit": "m/s^2"}
+    assert any('unit of "value" = m/s^2' in sentence for sentence in campaign.draft.assumptions())
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "is_scaled"),
+    [("acc_tip", 1e4, True), ("acc_tip [count]", 1e4, True), ("acc_tip [m/s^2]", 1e4, False), ("acc_tip", 1.0, False)],
+)
+def test_a_decay_of_whole_numbers_without_a_unit_is_marked_as_counts(
+    tmp_path: Path, name: str, size: float, is_scaled: bool
+) -> None:
+    signal = np.round(size * DECAY) if size > 1 else DECAY
+    rows = [f"{instant!r},{value!r}" for instant, value in zip(TIME.tolist(), signal.tolist(), strict=True)]
+    (tmp_path / "decay.csv").write_text("\n".join([f"time [s],{name}", *rows]))
+    value = tomllib.loads(drafted(tmp_path).path.read_text())["ring_down"][0]["columns"]["value"]
+    assert (isinstance(value, dict) and value.get("sensitivity") == "1 count/(m/s^2)") == is_scaled
 
 
 def test_a_steady_state_in_counts_has_sensors_without_calibration(tmp_path: Path) -> None:
