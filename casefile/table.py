@@ -58,7 +58,8 @@ FROM_SCHEMA_1 = (
 class CaseModel(BaseModel):
     """A table of a case file: unknown keys are refused, values cannot be changed afterwards."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    # Only the table of a whole file is validated by itself: it makes what its tables need.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     _source: CaseSource | None = PrivateAttr(default=None)
 

@@ -448,8 +448,10 @@ class DynamicStiffness:
             return np.asarray(alone)
         strength = _at(omega, s)[:, :, None]
         small = np.eye(U.shape[1]) + strength * ((U.T / diagonal[:, None, :]) @ U)
-        pushed = np.linalg.solve(small, strength * (alone @ U)[..., None])[..., 0]
-        return np.asarray(alone - pushed @ U.T / diagonal)
+        pushed = np.linalg.solve(small, strength * _times(alone, U)[..., None])[..., 0]
+        moved = _times(pushed, U.T)
+        moved /= diagonal
+        return np.asarray(alone - moved)
 
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
         """V^T Z V but for what couples the modes, k - omega^2 m + i omega c, shape (p, r)."""

@@ -191,15 +191,16 @@ def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " 
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     names = np.array([sensor.name for sensor in campaign.sensors])
     place = number_frequencies(np.concatenate([points.frequency, table.frequency]))
-    known = zip(
-        points.free, points.level, place[: len(points)], points.sensor, points.harmonic, points.sweep, strict=True
-    )
+    columns = (points.free, points.level, place[: len(points)], points.sensor, points.harmonic, points.sweep)
+    known = zip(*(column.tolist() for column in columns), strict=True)
     number = {key: point for point, key in reversed([*enumerate(known)])}
-    rows = zip(
-        free_test[table.test], table.level, place[len(points) :], names[table.sensor], table.harmonic, strict=True
-    )
+    measured = (free_test[table.test], table.level, place[len(points) :], names[table.sensor], table.harmonic)
+    rows = zip(*(column.tolist() for column in measured), strict=True)
     return np.array(
-        [number.get((*key, 0), number.get((*key, way), -1)) for key, way in zip(rows, table.sweep, strict=True)],
+        [
+            number.get((*key, 0), number.get((*key, way), -1))
+            for key, way in zip(rows, table.sweep.tolist(), strict=True)
+        ],
         dtype=np.int64,
     )
 

@@ -92,7 +92,8 @@ def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
 
 
 def _states(free: np.ndarray, level: np.ndarray, frequency: np.ndarray) -> set[tuple[bool, float, float]]:
-    return {(bool(a), float(b), float(f"{c:.5g}")) for a, b, c in zip(free, level, frequency, strict=True)}
+    states = set(zip(free.tolist(), level.tolist(), frequency.tolist(), strict=True))
+    return {(at_free, at_level, float(f"{at:.5g}")) for at_free, at_level, at in states}
 
 
 def _sensors(campaign: Campaign) -> list[list[str]]:
