@@ -1,10 +1,11 @@
 """All that looks wrong in a campaign or that it lacks for a study: reported before anything is concluded from it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.manifest import MANIFEST
@@ -25,12 +26,10 @@ from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
 from fe.dense_modes import compute_dense_modes
 from reduction.stuck import stick_at_rest
+from study.compare.wrong_stiffness import GROSS, MENDED, ROUGH, Readings, find_wrong_stiffness
 
-#: Residual of predicted motions relative to the linear ones: wrong units, signs and sensors are gross [-].
-ROUGH = 1e-4
-#: Motions that are off by this much at the stated levels are asked for at others, and what is left where these are
-#: right (medians of the natural logarithm) [-]; so many readings tell it.
-GROSS, MENDED, MOST_ASKED = 0.7, 0.2, 60
+#: Readings that tell a wrong level, and those that tell a wrong stiffness, of which there are more.
+MOST_ASKED, FEW_ASKED = 60, 16
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
 #: Height of a resonance over that of the highest one, below which no test shows it [-].
@@ -72,12 +71,16 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
         of_tests = _wrong_levels(campaign, table, points, model, predicted) or of_tests
         of_tests = (*of_tests, *find_constant_factors(campaign, points, predicted))
-    swapped: tuple[Suspicion, ...] = ()
+    of_case: tuple[Suspicion, ...] = ()
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
+        of_case = _wrong_stiffness(table, points, predicted, _motions(campaign, points) & ~points.free, model)
+    swapped: tuple[Suspicion, ...] = ()
+    if not of_case and not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
         swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
     return (
         *campaign.suspicions,
         *of_tests,
+        *of_case,
         *_single_repeat(campaign),
         *find_jump_suspicions(campaign),
         *{suspicion.where: suspicion for suspicion in reversed(swapped)}.values(),  # each pair once
@@ -106,34 +109,60 @@ def _wrong_levels(
     predicted: Complex[NDArray[np.complex128], " k"],
 ) -> tuple[Suspicion, ...]:
     """Levels in another unit, where contacts slip at the stated ones: the model is asked at the others."""
-    motions = np.isin(points.sensor, [sensor.name for sensor in campaign.sensors if sensor.line is None])
-    own = np.flatnonzero(motions & (points.harmonic == 1))[:: max(1, int(motions.sum() / MOST_ASKED))]
-    value = table.value[own]
-
-    def misfit(prediction: Complex[NDArray[np.complex128], " m"]) -> float:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.abs(np.log(np.abs(value) / np.abs(prediction)))
-        return float(np.median(ratio[np.isfinite(ratio)])) if np.isfinite(ratio).any() else np.inf
-
+    own = _some(_motions(campaign, points), MOST_ASKED)
+    readings = Readings(points=points.where(own), value=table.value[own])
+    stated = readings.misfit(predicted[own])
     unit = campaign.drive.unit
-    if not len(own) or not misfit(predicted[own]) > GROSS or unit not in LEVEL_UNITS:
+    if not len(own) or not stated > GROSS or unit not in LEVEL_UNITS:
         return ()
-    rows = {name: getattr(points, name)[own] for name in ("free", "level", "frequency", "sensor", "harmonic")}
     found = []
     for power in (-3, 3):
-        asked = Points(**{**rows, "level": rows["level"] * 10.0**power})
-        left = misfit(Predictor(points=asked, tolerance=ROUGH).predict(model).value)
+        level = readings.points.level * 10.0**power
+        asked = replace(readings.points, level=level, force=level)
+        left = readings.misfit(Predictor(points=asked, tolerance=ROUGH).predict(model).value)
         if left < MENDED:
             found.append(
                 Suspicion(
                     where="levels",
                     sentence=f"with levels {10.0**power:g} times as large as stated the model agrees within "
                     f"{np.expm1(left):.1%}, and as stated it is off by a factor of "
-                    f"{np.exp(misfit(predicted[own])):.3g} (medians): correct units.level of the manifest",
+                    f"{np.exp(stated):.3g} (medians): correct units.level of the manifest",
                     of_test=True,
                 )
             )
     return tuple(found)
+
+
+def _motions(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:
+    """Mask of the fundamental motions."""
+    names = [sensor.name for sensor in campaign.sensors if sensor.line is None]
+    return np.asarray(np.isin(points.sensor, names) & (points.harmonic == 1))
+
+
+def _some(rows: Bool[NDArray[np.bool_], " k"], most: int) -> Int[NDArray[np.int64], " m"]:
+    """Numbers of some of the rows of a mask, evenly."""
+    return np.flatnonzero(rows)[:: max(1, int(rows.sum() / most))]
+
+
+def _wrong_stiffness(
+    table: FeatureTable,
+    points: Points,
+    predicted: Complex[NDArray[np.complex128], " k"],
+    motions: Bool[NDArray[np.bool_], " k"],
+    model: Model,
+) -> tuple[Suspicion, ...]:
+    """A stiffness in another unit, where the lowest level shows a resonance with contacts within its band."""
+    own = _some(motions, FEW_ASKED)
+    lowest = np.flatnonzero(motions & (points.level == points.level[motions].min(initial=np.inf)))
+    if not len(lowest):
+        return ()
+    lowest = lowest[points.sensor[lowest] == points.sensor[lowest[0]]]
+    frequency = points.frequency[lowest]
+    peak = float(frequency[np.argmax(np.abs(table.value[lowest]))])
+    if not frequency.min() < peak < frequency.max():
+        return ()
+    readings = Readings(points=points.where(own), value=table.value[own])
+    return find_wrong_stiffness(readings, readings.misfit(predicted[own]), peak, model)
 
 
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:

@@ -188,6 +188,21 @@ def test_millimetres_in_one_test_are_flagged() -> None:
     assert re.search(rf"it reads 1,000 times what the model says, {evidence}: are its values in mm", found.sentence)
 
 
+@pytest.mark.parametrize(("factor", "is_unit"), [(1e-3, True), (1e3, True), (0.1, False), (1.0, False)])
+def test_a_contact_stiffness_in_another_unit_is_flagged(factor: float, is_unit: bool) -> None:
+    model = setup().model
+    names = [joint.name for joint in model.system.joints if joint.name in model.lines["left"]]
+    values = {name: {"tangential_stiffness": factor * model.contact(name).tangential_stiffness} for name in names}
+    found = [
+        each
+        for each in find_all_suspicions(measured_from_the_model(), model.with_joints(values))
+        if "check its unit" in each.sentence
+    ]
+    assert [(each.where, f"tangential_stiffness {1 / factor:g} times" in each.sentence) for each in found] == (
+        [('line "left"', True)] if is_unit else []
+    )
+
+
 def test_a_sensor_is_placed_by_its_coordinates() -> None:
     campaign = measured_from_the_model()
     at = np.array([0.30, 0.0, 0.0])
