@@ -1,6 +1,6 @@
 """Modes of a free decay with as many flows and spline intervals as its record calls for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -46,48 +46,60 @@ def fit_modes(decay: Decay, adds: bool) -> tuple[FlowFit, Decay]:
     -------
     The fit, and the decay with the modes that were added.
     """
-    quick = _first_fit(decay)
-    tried: dict[tuple[float, ...], FlowFit] = {decay.frequencies: quick}
+    tried: dict[tuple[float, ...], FlowFit] = {}
 
     def fit_first(more: Decay) -> FlowFit:
         if more.frequencies not in tried:
             tried[more.frequencies] = _first_fit(more)
         return tried[more.frequencies]
 
+    fit = fit_first(decay)
+    if not adds:
+        return _refined(decay, fit), decay
     # A beat is no nonlinearity: where one mode leaves much, a second is tried before its splines are refined.
-    while adds and len(decay.frequencies) < MOST_MODES:
-        tone = new_tone(decay, quick.residual)
-        if tone is None:
-            break
-        near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
-        if _share(quick, decay) < (BEATS if near else BEATS_AFAR):
-            break
-        more = decay.with_frequency(tone)
-        trial = fit_first(more)
-        if _left(trial, quick, decay) > MUST_EXPLAIN_BEAT:
-            break
-        decay, quick = more, trial
+    fit, decay = _add_modes(
+        decay, fit, find_tone=_find_beat, fit_more=fit_first,
+        explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN_BEAT,
+    )  # fmt: skip
     # What stands at a harmonic may be a mode of its own: it is if a mode explains it with fewer coefficients.
-    while adds and len(decay.frequencies) < MOST_MODES and (tone := strong_harmonic(decay, HARMONICS)) is not None:
-        more = decay.with_frequency(tone)
-        trial = fit_first(more)
-        if trial.criterion > quick.criterion - SIGNIFICANT:
-            break
-        decay, quick = more, trial
-    best = _refined(decay, quick)
-    while adds and len(decay.frequencies) < MOST_MODES:
-        tone = new_tone(decay, best.residual)
-        if tone is None:
-            break
-        more = decay.with_frequency(tone)
-        trial = _refined(more, fit_first(more))
-        if _left(trial, best, decay) > MUST_EXPLAIN:
-            break
-        decay, best = more, trial
-    return best, decay
+    fit, decay = _add_modes(
+        decay, fit, find_tone=lambda own, _: strong_harmonic(own, HARMONICS), fit_more=fit_first,
+        explains=lambda trial, before, _: trial.criterion < before.criterion - SIGNIFICANT,
+    )  # fmt: skip
+    return _add_modes(
+        decay, _refined(decay, fit), find_tone=lambda own, before: new_tone(own, before.residual),
+        fit_more=lambda more: _refined(more, fit_first(more)),
+        explains=lambda trial, before, own: _power_ratio(trial, before, own) < MUST_EXPLAIN,
+    )  # fmt: skip
 
 
-def _left(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
+def _add_modes(
+    decay: Decay,
+    fit: FlowFit,
+    find_tone: Callable[[Decay, FlowFit], float | None],
+    fit_more: Callable[[Decay], FlowFit],
+    explains: Callable[[FlowFit, FlowFit, Decay], bool],
+) -> tuple[FlowFit, Decay]:
+    """The fit with one mode more at a time, as long as there is a tone and a mode explains it."""
+    while len(decay.frequencies) < MOST_MODES and (tone := find_tone(decay, fit)) is not None:
+        more = decay.with_frequency(tone)
+        trial = fit_more(more)
+        if not explains(trial, fit, decay):
+            break
+        decay, fit = more, trial
+    return fit, decay
+
+
+def _find_beat(decay: Decay, fit: FlowFit) -> float | None:
+    """A tone beside modes of which much is left [Hz]."""
+    tone = new_tone(decay, fit.residual)
+    if tone is None:
+        return None
+    near = any(abs(tone / own - 1) < NEAR for own in decay.frequencies)
+    return tone if _relative_residual(fit, decay) >= (BEATS if near else BEATS_AFAR) else None
+
+
+def _power_ratio(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
     """Power that a fit with one mode more leaves above noise, over what the fit before left [-]."""
     noise = estimate_noise(trial.residual, decay.step) ** 2
     least = 1e-3 * float((before.residual**2).mean())
@@ -95,7 +107,7 @@ def _left(trial: FlowFit, before: FlowFit, decay: Decay) -> float:
     return with_mode / without
 
 
-def _share(fit: FlowFit, decay: Decay) -> float:
+def _relative_residual(fit: FlowFit, decay: Decay) -> float:
     """Root mean square of a residual beside the signal's [-]."""
     return float(np.sqrt((fit.residual**2).sum() / (decay.values**2).sum()))
 
@@ -103,7 +115,7 @@ def _share(fit: FlowFit, decay: Decay) -> float:
 def _excess(fit: FlowFit, decay: Decay) -> float:
     """Logarithm of a residual over that which no measurement falls below: white noise, or an exact fit [-]."""
     noise = estimate_noise(fit.residual, decay.step) / float(np.sqrt((decay.values**2).mean()))
-    return float(np.log(_share(fit, decay) / max(noise, EXACT)))
+    return float(np.log(_relative_residual(fit, decay) / max(noise, EXACT)))
 
 
 def _first_fit(decay: Decay) -> FlowFit:
@@ -123,7 +135,7 @@ def _refined(decay: Decay, best: FlowFit) -> FlowFit:
         return best
     for left in range(MOST_INTERVALS, 0, -1):
         split = _split(decay, fit)
-        if split is None or _share(fit, decay) < EXACT or not _keeps_pace(size, left):
+        if split is None or _relative_residual(fit, decay) < EXACT or not _keeps_pace(size, left):
             break
         fit = fit_flows(decay.values, decay.step, split)
         size.append(_excess(fit, decay))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -138,6 +139,13 @@ def find_decay(
         floor=floor,
     )  # fmt: skip
     longest = max(decay.n_sample(number) for number in range(len(modes)))
+    resolved = 1 / (longest * decay.step)
+    for one, other in pairwise(sorted(modes)):
+        if other - one < resolved:
+            raise CampaignError(
+                f"modes at {one:.6g} and {other:.6g} Hz are nearer than the {1 / resolved:.3g} s before the noise "
+                f"resolve, {resolved:.3g} Hz: name one of them"
+            )
     return replace(decay, values=decay.values[:longest])
 
 

@@ -22,6 +22,7 @@ J. Sound Vib. 348 (2015) 224.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import floor, log10
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,7 +40,7 @@ from geometry.read_only_array import freeze_fields
 
 Values = Float[NDArray[np.float64], " k"]
 
-#: Share of the largest mode's amplitude below which a mode is left out rather than that a decay is read later on [-].
+#: Share of another mode's amplitude below which one is left out rather than that a decay is read later on [-].
 WEAK = 0.1
 #: Points of a result.
 N_POINT = 60
@@ -132,30 +133,37 @@ def analyse_ring_down(
     cut = partial(cut_decay, time, values, quantity=quantity, end=end, frequencies=frequencies)
     decay = cut(start=start)
     best = first = _read_modes(decay, frequencies is None, DERIVATIVE[quantity])
-    for later in LATER if start is None else ():
-        skip = later / min(first.decay.frequencies)
+    later = None
+    lowest = min((float(mode.frequency[-1]) for mode in first.modes), default=decay.frequencies[0])
+    for periods in LATER if start is None else ():
+        skip = periods / lowest
         if not best.disturbed or skip > MOST_LEFT_OUT * len(decay.values) * decay.step:
             break
-        trial = _read_modes(cut(start=decay.start + skip), frequencies is None, DERIVATIVE[quantity])
+        at = round(decay.start + skip, 2 - floor(log10(skip)))
+        try:
+            rest = cut(start=at)
+        except CampaignError:  # too little is left to tell its modes
+            break
+        trial = _read_modes(rest, frequencies is None, DERIVATIVE[quantity])
         if not trial.disturbed or len(trial.modes) > len(best.modes):
-            best = trial
+            best, later = trial, at
     if not best.modes:
         raise CampaignError(
             f"no mode of this decay can be read from {best.decay.start:.4g} s on: {best.faults[0]}; give the start of "
             "a part in which modes decay freely, or their frequencies"
         )
     remarks = [f"{fault}, and is left out" for fault in best.faults]
-    if best is not first:
+    if later is not None:
         remarks.append(
-            f"the decay is read from {best.decay.start:.4g} s on: before, its modes do not follow their own "
-            f'amplitudes, as where several slip at once; start = "{best.decay.start:.4g} s" in the manifest keeps it so'
+            f"the decay is read from {later:.10g} s on: before, its modes do not follow their own amplitudes, as where "
+            f'several slip at once; start = "{later:.10g} s" in the manifest keeps it so'
         )
     modes = [replace(mode, remarks=tuple(remarks)) for mode in best.modes]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
 
 
 class _Reading(NamedTuple):
-    """Modes that the record follows, what is wrong with the others, and whether one of these is no weak one."""
+    """Modes that the record follows, what is wrong with the others, and whether one of these is none of the weak."""
 
     decay: Decay
     modes: list[RingDown]
@@ -167,10 +175,11 @@ def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
     """All modes from one start on."""
     fit, decay = fit_modes(decay, adds)
     modes, faults, at_fault = [], [], []
-    for number in range(len(decay.frequencies)):
+    fitted = [_describe(decay, fit, number, power) for number in range(len(decay.frequencies))]
+    for number, mode in enumerate(fitted):
         misfit = measure_misfit(decay, fit, number)
-        mode = _describe(decay, fit, number, power)
         fault = find_fault(misfit, mode.frequency, mode.damping_ratio, mode.damping_deviation)
+        fault = fault or _name_twin(mode, fitted)
         if fault:
             faults.append(f"a mode at {decay.frequencies[number]:.4g} Hz {fault}")
             at_fault.append(mode.amplitude[0])
@@ -185,6 +194,20 @@ def _read_modes(decay: Decay, adds: bool, power: int) -> _Reading:
         )
     largest = max((mode.amplitude[0] for mode in modes), default=0.0)
     return _Reading(decay, modes, faults, disturbed=max(at_fault, default=0.0) > WEAK * largest)
+
+
+def _name_twin(mode: RingDown, fitted: Sequence[RingDown]) -> str:
+    """Why a mode is none beside another one, in words; empty if it is one.
+
+    Modes whose frequencies differ by less than they decay cancel each other at any size.
+    """
+    own = float(np.median(mode.frequency))
+    for other in fitted:
+        near = float(np.median(other.frequency))
+        rate = float(np.median(mode.frequency * mode.damping_ratio) + np.median(other.frequency * other.damping_ratio))
+        if other is not mode and abs(own - near) < rate / 2 and other.amplitude[0] > WEAK * mode.amplitude[0]:
+            return f"cannot be told from one at {near:.4g} Hz"
+    return ""
 
 
 def cut_decay(

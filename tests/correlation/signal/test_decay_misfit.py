@@ -1,11 +1,14 @@
 """Decays whose beginning no function of the amplitude describes, before a part in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.signal.decay_misfit import Misfit, find_fault
+from correlation.signal.decay_flow import fit_flows
+from correlation.signal.decay_misfit import Misfit, find_fault, measure_misfit
 from correlation.signal.release import find_decay, first_guess
 from correlation.signal.ring_down import analyse_ring_down
 from tests.slow import slow
@@ -68,6 +71,17 @@ def test_a_weak_mode_that_is_none_costs_no_part_of_the_decay() -> None:
     assert any("312" in text and "left out" in text for text in mode.remarks)
 
 
+@pytest.mark.parametrize(
+    ("apart", "sentence"), [(0.05, "nearer than the"), (0.0, "nearer than the"), (0.7, "cannot be told from")]
+)
+def test_two_modes_that_are_one_are_refused(apart: float, sentence: str) -> None:
+    """Modes nearer than they decay fit a single one at any size, as 10 and -9 times its own."""
+    own = np.exp(-0.02 * 2 * np.pi * FREQUENCY * TIME) * np.cos(2 * np.pi * FREQUENCY * TIME)
+    noisy = own + 3e-3 * np.random.default_rng(0).standard_normal(len(TIME))
+    with pytest.raises(CampaignError, match=sentence):
+        analyse_ring_down(TIME, noisy, start=0.05, frequencies=[FREQUENCY, FREQUENCY + apart])
+
+
 @slow
 def test_a_record_that_no_mode_describes_is_refused_with_the_remedy() -> None:
     # The phase turns back by a radian every tenth of a second.
@@ -96,6 +110,53 @@ def test_what_is_no_mode_is_said(
     fault = find_fault(misfit, *lines, np.full(12, deviation))
     assert word in fault
     assert bool(fault) == bool(word)
+
+
+@slow
+def test_a_disturbed_decay_that_is_short_keeps_the_modes_that_were_read() -> None:
+    """Nothing oscillates above the noise from a later start on, and the whole record was refused for it."""
+    random = np.random.default_rng(1)
+    places = np.linspace(0, 0.06, 6)
+    wander = np.interp(TIME, places, [*(1.6 * random.standard_normal(5)), 0.0])
+    signal = np.exp(-0.08 * 2 * np.pi * 50 * TIME) * np.cos(2 * np.pi * 50 * TIME + wander)
+    modes = analyse_ring_down(TIME, signal + 0.02 * random.standard_normal(len(TIME)))
+    assert min(abs(float(mode.frequency[-1]) / 50 - 1) for mode in modes) < 0.02
+
+
+def test_what_a_fit_leaves_is_seen_at_the_phase_of_its_mode() -> None:
+    """The record holds (1 + bump) of a mode: the share is the bump within Hann's average, and white noise none."""
+    own = 2 * np.pi * FREQUENCY
+    wave = np.exp(-DAMPING * own * TIME + 1j * own * np.sqrt(1 - DAMPING**2) * TIME)
+    decay = find_decay(TIME, wave.real, 1 / 3200, 0.0, None, [FREQUENCY])
+    fit = fit_flows(decay.values, decay.step, first_guess(decay, (), 0))
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(len(decay.values))
+    quiet = measure_misfit(decay, replace(fit, residual=noise), 0)
+    assert not quiet.share.any()
+    # The mean of five averages of the power of white noise: beyond a factor of 3 once in 10^4.
+    assert (quiet.excess < np.sqrt(3)).all()
+    since = decay.step * np.arange(len(decay.values))
+    bump = 0.05 * np.exp(-(((since - 0.5) / 0.15) ** 2))
+    bumped = measure_misfit(decay, replace(fit, residual=bump * decay.values + noise), 0)
+    top = int(np.argmax(bumped.share))
+    # Within what the average over 74 ms takes off, (74 / 150)^2 / 10, and the noise.
+    assert abs(bumped.share[top] - 0.05) < 0.004
+    assert abs(bumped.time[top] - 0.5) < 0.04
+    at = np.array([0.5, 1.5])
+    np.testing.assert_allclose(
+        quiet.widen(at, np.full(2, 1e-4)), 1e-4 * np.maximum(np.interp(at, quiet.time, quiet.excess), 1)
+    )
+    # A share of 5 % that comes within three periods turns the phase by as much over them: 0.05 / (6 pi).
+    assert bumped.widen(at, np.zeros(2))[0] == pytest.approx(0.05 / (6 * np.pi), rel=0.1)
+
+
+@slow
+def test_the_start_that_is_proposed_gives_the_same_reading() -> None:
+    signal = entangled_decay(0)
+    first = analyse_ring_down(TIME, signal)
+    (start,) = {float(text.split('start = "')[1].split(" s")[0]) for text in first[0].remarks if "start =" in text}
+    again = analyse_ring_down(TIME, signal, start=start)
+    assert [mode.start for mode in again] == [mode.start for mode in first]
+    np.testing.assert_array_equal(again[0].frequency, first[0].frequency)
 
 
 def test_a_mode_of_one_reading_has_splines() -> None:
