@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import SAME_FREQUENCY
 from correlation.family.family import Family, common_points
 
-#: Frequencies that are nearer than this share of the least step of any curve are one.
-MERGED = 0.4
 #: Curves that differ in where they stop, at most: those of the longest steps drag sliders furthest.
 MOST_WAYS = 3
 Values = Float[NDArray[np.float64], " f"]
@@ -73,17 +71,15 @@ def find_stops(families: Sequence[Family], frequency: Values) -> tuple[tuple[int
 
 
 def _points(families: Sequence[Family]) -> Values:
-    """Mean frequencies of the measured points: repeats and levels whose frequencies differ a little have one."""
+    """Mean frequencies of the measured points: those of several levels are one if they differ as repeats do."""
     result: list[float] = []
-    least = np.inf
+    apart = 0.0
     for family in families:
         point = common_points(family.curves)
         count, total = np.bincount(point), np.bincount(point, family.frequency)
-        own = np.sort(total[count > 0] / count[count > 0])
-        longest = max((np.unique(curve.frequency) for curve in family.curves), key=len)
-        least = min(least, float(np.diff(longest).min(initial=np.inf)))
-        result += own.tolist()
+        mean = total / np.maximum(count, 1)
+        apart = max(apart, float(np.abs(family.frequency - mean[point]).max(initial=0.0)))
+        result += mean[count > 0].tolist()
     rising = np.sort(result)
-    apart = np.maximum(MERGED * least if np.isfinite(least) else 0.0, SAME_FREQUENCY * rising[1:])
-    groups = np.split(rising, np.flatnonzero(np.diff(rising) > apart) + 1)
+    groups = np.split(rising, np.flatnonzero(np.diff(rising) > np.maximum(apart, SAME_FREQUENCY * rising[1:])) + 1)
     return np.array([float(group.mean()) for group in groups])

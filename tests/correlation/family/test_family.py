@@ -101,6 +101,15 @@ def test_repeats_whose_frequencies_jitter_share_their_points() -> None:
         np.testing.assert_allclose(chosen, FREQUENCY, rtol=5e-4)
 
 
+def test_frequencies_of_another_level_are_points_of_their_own() -> None:
+    """The limits were asked for between both, and a sharp resonance of one level was cut off there."""
+    low, *_, high = measured_families(campaign())
+    third = float(np.diff(FREQUENCY).min()) / 3
+    shifted = tuple(replace(curve, frequency=curve.frequency + third) for curve in high.curves)
+    chosen = choose_frequencies([low, replace(high, curves=shifted)], most=1000, fewest=1)
+    np.testing.assert_allclose(chosen, np.sort([*FREQUENCY, *(FREQUENCY + third)]))
+
+
 def test_stops_are_those_of_each_curve_the_longest_steps_first() -> None:
     families = measured_families(campaign(jitter=5e-4))
     frequency = choose_frequencies(families, most=100, fewest=2 * len(FREQUENCY))
