@@ -149,6 +149,7 @@ def read_manifest(folder: Path) -> Manifest:
     pairs = mistakes.attempt(lambda: root.tables("load_cells", required=False), ())
     if len(sensors) < len(sensor_tables):
         pairs = ()  # what names a sensor with a mistake has none for that
+    read_own_run = partial(read_run, sensors=_texts(sensor_tables, "name"), tests=_texts(tables, "name"))
     manifest = Manifest(
         title=mistakes.attempt(lambda: root.take("title", str, ""), ""),
         drive=drive,
@@ -158,7 +159,7 @@ def read_manifest(folder: Path) -> Manifest:
         load_cells=tuple(_all(mistakes, pairs, partial(read_load_cells, sensors=sensors))),
         tests=tuple(test for test, _ in tests),
         files=tuple(file for _, file in tests),
-        runs=tuple(_all(mistakes, runs, partial(read_run, sensors=_names(sensor_tables), tests=_names(tables)))),
+        runs=tuple(_all(mistakes, runs, read_own_run)),
         records=tuple(_all(mistakes, records, _record)),
         data=tuple(data),
         held_out=mistakes.attempt(
@@ -169,7 +170,7 @@ def read_manifest(folder: Path) -> Manifest:
     for with_names in (sensor_tables, tables, records):
         _check_names(with_names, mistakes)
     for test, file in zip(manifest.tests, manifest.files, strict=True):
-        named = {table.values.get("test") for table in (*runs, *(table for _, table in data))}
+        named = _texts([*runs, *(table for _, table in data)], "test")
         if file is None and test.name not in named:
             mistakes.add(
                 f'{MANIFEST}: test "{test.name}" has neither a file nor a [[run]]: add one, or remove the test'
@@ -184,9 +185,9 @@ def _all(mistakes: Mistakes, tables: Sequence[TomlTable], read: Callable[[TomlTa
     return [entry for entry in entries if entry is not None]
 
 
-def _names(tables: Sequence[TomlTable]) -> tuple[str, ...]:
-    """Names that tables state, also those with a mistake: what names them is none for that."""
-    return tuple(dict.fromkeys(name for table in tables if isinstance(name := table.values.get("name"), str)))
+def _texts(tables: Sequence[TomlTable], key: str) -> tuple[str, ...]:
+    """Texts that tables state at a key, also those with a mistake: what names them is none for that."""
+    return tuple(dict.fromkeys(text for table in tables if isinstance(text := table.values.get(key), str)))
 
 
 def _drive(root: TomlTable) -> Drive:
@@ -245,9 +246,11 @@ def _check_names(tables: Sequence[TomlTable], mistakes: Mistakes) -> None:
     names: set[str] = set()
     for table in tables:
         name = table.values.get("name")
+        if not isinstance(name, str):
+            continue  # a mistake that is noted where the table is read
         if name in names:
             mistakes.add(str(table.problem("name", "two have this name; give each a name of its own")))
-        names |= {name} if isinstance(name, str) else set()
+        names.add(name)
 
 
 def _test(table: TomlTable, *, has_others: bool) -> tuple[Test, str | None]:

@@ -46,6 +46,7 @@ file = "free.csv"
 levels = [5.0]
 repeats = [2]
 """
+RUN = '[[run]]\nfile = "a.csv"\nlevel = 1.0\ncolumns = { frequency = "f", tip = "x" }\n'
 HEADER = "test,order,repeat,sweep,level,frequency,sensor,harmonic,real,imag,unit"
 
 
@@ -226,6 +227,12 @@ def test_a_dead_channel_is_refused_with_its_reading(tmp_path: Path) -> None:
         ('place = "tip"\n', "", r'sensor\[1\]\.place: give place = "\.\.\." or coordinates'),
         ('"0.5 %"', '"0.5 mm"', r'sensor\[1\]\.uncertainty = "0\.5 mm": .*a bare number is needed'),
         ('name = "mid"', 'name = "tip"', r'sensor\[2\]\.name = "tip": two have this name; give each a name of its own'),
+        ('name = "mid"', 'name = ["mid"]', r"sensor\[2\]\.name = \['mid'\]: must be text in quotes"),
+        ('name = "mid"', "name = { of = 1 }", r"sensor\[2\]\.name = \{'of': 1\}: must be text in quotes"),
+        ('name = "stepped"', 'name = ["stepped"]', r"test\[1\]\.name = \['stepped'\]: must be text in quotes"),
+        ("[held_out]", '[[record]]\nname = []\nfile = "a.csv"\n[held_out]', r"record\[1\]\.name = \[\]: must be text"),
+        ("[held_out]", f'{RUN}test = ["stepped"]\n[held_out]', r"run\[1\]\.test = \['stepped'\]: must be text"),
+        ("[held_out]", f"{RUN}test = {{ of = 1 }}\n[held_out]", r"run\[1\]\.test = \{'of': 1\}: must be text"),
         ("direction", "direktion", r'sensor\[1\]\.direction: is missing; found "direktion"'),
         ('file = "free.csv"', 'file = "fre.csv"', r'fre\.csv: there is no such file in ".*"; mend its name'),
         ("levels = [5.0]", "levels = [4.0]", r"held_out\.levels = 4 was not measured; hold out some of 1, 5"),
