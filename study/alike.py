@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from study.some_names import MOST, name_some
+
 if TYPE_CHECKING:
     from correlation.campaign.measurement import Suspicion
 
@@ -13,8 +15,6 @@ FILE = re.compile(r"(?<![\w\].])\w[\w.+-]*\.[A-Za-z]\w{1,4}\b")
 #: Numbers that stand alone: those in names, such as x2, tell sensors apart.
 NUMBER = re.compile(r"(?<![\w\".])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w\"])")
 ENTRY = re.compile(r"\[\d+\]")
-#: Further places of one sentence that are named.
-NAMED = 3
 MANIFEST = "campaign.toml"
 
 
@@ -61,11 +61,10 @@ def _with_count(members: Sequence[str]) -> str:
     named = [next((name for name in FILE.findall(one) if name != MANIFEST), "") for one in members]
     if not named[0]:
         places = list(dict.fromkeys(one.partition(": ")[0] for one in members))[1:]
-        more = f" and {len(places) - NAMED} more" if len(places) > NAMED else ""
-        return f"{first} (and so {', '.join(places[:NAMED])}{more})" if places else first
+        return f"{first} (and so {name_some(places)})" if places else first
     others = len(set(named) - {named[0]})
     if not others:
         return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"
-    if others <= NAMED:
+    if others <= MOST:
         return f"{first} (and so in {', '.join(list(dict.fromkeys(named))[1:])})"
     return f"{first} (and so in {others} more files, the last {named[-1]})"

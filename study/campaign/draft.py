@@ -8,14 +8,13 @@ import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
 from study.campaign.question import Answers, Marked, Question
+from study.some_names import MOST, name_some
 
 #: Entries of the manifest that hold data, and all of them, in the order in which they are written.
 DATA = ("run", "frf", "ring_down", "loop", "mode", "record")
 ENTRIES = ("sensor", "load_cells", "test", *DATA)
 #: Kinds of entries as people name them, where this is not the word of the manifest.
 CALLED = {"frf": "frequency response", "ring_down": "ring-down", "load_cells": "pair of load cells"}
-#: Names or values that a sentence lists.
-NAMED = 3
 HEAD = """\
 Drafted by `stickslip campaign new`. Check every line with "assumed": the files do not say it.
 docs/campaign.md describes the keys."""
@@ -199,8 +198,8 @@ def _shown(value: Any) -> str:
 
 
 def _listed(values: Sequence[str]) -> str:
-    if len(values) > NAMED + 1:
-        return f"{', '.join(values[: NAMED - 1])}, ... {values[-1]}"
+    if len(values) > MOST + 1:
+        return f"{', '.join(values[: MOST - 1])}, ... {values[-1]}"
     return ", ".join(values)
 
 
@@ -215,8 +214,7 @@ def _called(kind: str, names: Sequence[str], count: int) -> str:
     word = CALLED.get(kind, kind)
     if not different:
         return word
-    if len(names) == count > NAMED:
+    if len(names) == count > MOST:
         return f"all {count} {word}s"
-    shown = ", ".join(f'"{name}"' for name in different[:NAMED])
-    more = f" and {len(different) - NAMED} more" if len(different) > NAMED else ""
-    return f"{word if len(names) == 1 else f'{word}s'} {shown}{more}"
+    shown = name_some([f'"{name}"' for name in different])
+    return f"{word if len(names) == 1 else f'{word}s'} {shown}"

@@ -14,6 +14,7 @@ from geometry.plain_number import plain
 from study.compare.data import DataComparison, without_comparison
 from study.compare.result import Compared
 from study.compare.section.overview import left_out
+from study.some_names import name_some
 
 #: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
 #: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
@@ -30,8 +31,6 @@ CHANCE = 1e-3
 TOLD = 3.0
 #: From here on a percentage is written without digits behind the point.
 PLAIN = 99.5
-#: Suspicions that a headline names by their places.
-MOST_NAMED = 3
 NEXT = "A root mean square hides few states that fail; stickslip diagnose says whether an effect is missing, and which."
 
 
@@ -114,7 +113,7 @@ def judge(
     }[tone]
     if differing and tone != "missing":
         verb, word = ("agrees", "with") if tone == "nothing" else ("is close", "to")
-        tag = f"The model {verb} {word} the steady states, but differs from {', '.join(differing)}"
+        tag = f"The model {verb} {word} the steady states, but differs from {name_some(differing)}"
         tone = "missing"
     if missing:
         tone, tag = tone.replace("nothing", "ambiguous"), f"{tag} that could be compared; not {', '.join(missing)}"
@@ -134,8 +133,7 @@ def doubt(suspicions: Sequence[Suspicion]) -> str:
     where = list(dict.fromkeys(item.where for item in suspicions if not item.remark))
     if not where:
         return ""
-    more = f" and {len(where) - MOST_NAMED} more" if len(where) > MOST_NAMED else ""
-    return f", but some of these look wrong: {'; '.join(where[:MOST_NAMED])}{more}"
+    return f", but some of these look wrong: {name_some(where, '; ')}"
 
 
 def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
@@ -145,8 +143,7 @@ def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
         there = item.error[np.isfinite(item.error)]
         if item.root_mean_square > DIFFERS and (there**2).sum() > chdtri(len(there), CHANCE):
             far.append(f"{item.type} {item.name} ({item.root_mean_square:.3g} standard deviations)")
-    more = f" and {len(far) - MOST_NAMED} more" if len(far) > MOST_NAMED else ""
-    return (*far[: MOST_NAMED - 1], far[MOST_NAMED - 1] + more) if more else tuple(far)
+    return tuple(far)
 
 
 def _vague(compared: Compared) -> str:

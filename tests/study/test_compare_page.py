@@ -214,6 +214,21 @@ def test_states_that_are_not_compared_are_named_with_the_reason() -> None:
     assert "3 N at 462.56 Hz, 3 N at 467.28 Hz, 3 N at 469.64 Hz and 6 more; their level is held out" in sentence
 
 
+def test_states_that_were_read_only_before_contacts_settled_are_named_with_that_reason() -> None:
+    found = compared()
+    table = found.campaign.measurement
+    # A drift that falls off fast: repeats 2 to 4 are settled, and one state is of repeat 1 alone.
+    runs_in = np.array([1.3, 1.06, 1.01, 1.0])[table.repeat.astype(int) - 1]
+    once = (table.level != 3) | (table.frequency != FREQUENCY[4]) | (table.repeat == 1)
+    settling = replace(
+        found.campaign,
+        tests=(Test(name="stepped", settling=True),),
+        measurement=replace(table, value=table.value * runs_in).where(once),
+    )
+    (sentence,) = (item for item in left_out(replace(found, campaign=settling)) if "Not compared" in item)
+    assert "3 N at 472 Hz; all of their readings are of repeats before the contacts settled" in sentence
+
+
 def test_a_headline_does_not_agree_with_the_measurements_where_other_data_differ() -> None:
     features = Features(label=tuple("abcd"), unit=("Hz",) * 4, value=np.ones(4), deviation=np.ones(4))
     decay = DataComparison(

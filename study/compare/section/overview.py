@@ -6,13 +6,12 @@ import numpy as np
 
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.feature.observation import arrange_campaign
+from correlation.feature.settling import find_unsettled
 from study.compare.curve import Drawing
 from study.compare.result import Compared
 from study.compare.section.section import Section
 from study.page.table import Table
-
-#: States that a sentence names.
-NAMED = 3
+from study.some_names import name_some
 
 
 def overview_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
@@ -72,12 +71,14 @@ def _left_out_states(compared: Compared) -> list[str]:
     everything = arrange_campaign(compared.campaign)
     points, there = everything.points, np.isfinite(everything.repeat).any(axis=1)
     read = _states(points.free[there], points.level[there], points.frequency[there])
-    scattered = _states(points.free, points.level, points.frequency) - read
+    lost = _states(points.free, points.level, points.frequency) - read
+    settled = _settled_states(compared.campaign)
     unit = compared.campaign.drive.unit
     reasons = {
         "there repeats, or sweeps up and down, differ far more than at the frequencies beside, because the response "
         "jumps from one steady state to another or contacts slip in some repeats only, and a mean of them is no "
-        "response": scattered,
+        "response": lost & settled,
+        "all of their readings are of repeats before the contacts settled": lost - settled,
         "their level is held out from calibration, and no held-out repeat has them": read - known,
     }
     return [f"Not compared: {_named(states, unit)}; {why}." for why, states in reasons.items() if states]
@@ -85,10 +86,14 @@ def _left_out_states(compared: Compared) -> list[str]:
 
 def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
     """The states of lowest levels by level and frequency, and how many more there are."""
-    listed = [f"{level:g} {unit} at {frequency:g} Hz" + " (free)" * free for free, level, frequency in sorted(states)]
-    more = [f"{len(listed) - NAMED} more"] if len(listed) > NAMED else []
-    *first, last = [*listed[:NAMED], *more]
-    return f"{', '.join(first)} and {last}" if first else last
+    return name_some([f"{level:g} {unit} at {at:g} Hz" + " (free)" * free for free, level, at in sorted(states)])
+
+
+def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:
+    """States that were read after the contacts had settled."""
+    free = np.array([test.configuration == "free" for test in campaign.tests])
+    table = campaign.measurement.where(~find_unsettled(campaign))
+    return _states(free[table.test], table.level, table.frequency)
 
 
 def _states(free: np.ndarray, level: np.ndarray, frequency: np.ndarray) -> set[tuple[bool, float, float]]:

@@ -1,0 +1,20 @@
+"""Names or sentences of which a message shows the first ones."""
+
+from collections.abc import Sequence
+
+#: Names that a message shows.
+MOST = 3
+
+
+def name_some(names: Sequence[str], separator: str = ", ") -> str:
+    """The first names, and how many more there are.
+
+    Parameters
+    ----------
+    names
+        Names, k of them.
+    separator
+        What stands between two of them.
+    """
+    more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
+    return f"{separator.join(names[:MOST])}{more}"
