@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Int
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.manifest import MANIFEST
@@ -20,20 +20,20 @@ from correlation.data_quality.wrong_unit import LEVEL_UNITS, find_wrong_units
 from correlation.errors import CampaignError
 from correlation.feature.curve import list_curves
 from correlation.feature.reading_noise import LEAST_REPEATED
-from correlation.feature.table import FeatureTable, average_campaign
-from correlation.model import Model, Sensor
+from correlation.feature.table import average_campaign
+from correlation.model import Model
 from correlation.noise.smoothness import FEWEST
 from correlation.prediction import Points, Prediction, Predictor
-from fe.dense_modes import compute_dense_modes
-from reduction.stuck import stick_at_rest
-from study.compare.wrong_stiffness import GROSS, MENDED, ROUGH, Readings, find_wrong_stiffness
+from study.compare.gross_misfit import GROSS, ROUGH, Readings, find_motions
+from study.compare.visible_resonance import find_visible_resonances
+from study.compare.wrong_stiffness import find_wrong_stiffness
 
-#: Readings that tell a wrong level, and those that tell a wrong stiffness, of which there are more.
-MOST_ASKED, FEW_ASKED = 60, 16
+#: Readings that tell a wrong level.
+MOST_ASKED = 60
+#: What is left where another level is right (median of the natural logarithm) [-].
+MENDED = 0.2
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
-#: Height of a resonance over that of the highest one, below which no test shows it [-].
-FAINT = 0.01
 
 
 def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
@@ -63,17 +63,19 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
     )
     predictor = Predictor(points=points, tolerance=ROUGH)
     predicted = predictor.predict(model).value if before is None else predictor.vary(model, before)
+    all_readings = Readings(points=points, value=table.value, stated=predicted)
+    motions = all_readings.where(find_motions(campaign, points))
     of_tests = (
         *find_model_suspicions(campaign, compute_model_frequencies(model)),
         *find_conjugate_tests(campaign, table, predicted),
         *find_wrong_units(campaign, points, predicted),
     )
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
-        of_tests = _wrong_levels(campaign, table, points, model, predicted) or of_tests
+        of_tests = _wrong_levels(campaign, motions, model) or of_tests
         of_tests = (*of_tests, *find_constant_factors(campaign, points, predicted))
     of_case: tuple[Suspicion, ...] = ()
     if not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
-        of_case = _wrong_stiffness(table, points, predicted, _motions(campaign, points) & ~points.free, model)
+        of_case = find_wrong_stiffness(motions, model)
     swapped: tuple[Suspicion, ...] = ()
     if not of_case and not any(suspicion.of_test for suspicion in (*campaign.suspicions, *of_tests)):
         swapped = (*find_swapped_sensors(campaign, table, predicted), *find_swapped_forces(campaign, table, predicted))
@@ -101,19 +103,11 @@ def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
         )  # fmt: skip
 
 
-def _wrong_levels(
-    campaign: Campaign,
-    table: FeatureTable,
-    points: Points,
-    model: Model,
-    predicted: Complex[NDArray[np.complex128], " k"],
-) -> tuple[Suspicion, ...]:
+def _wrong_levels(campaign: Campaign, motions: Readings, model: Model) -> tuple[Suspicion, ...]:
     """Levels in another unit, where contacts slip at the stated ones: the model is asked at the others."""
-    own = _some(_motions(campaign, points), MOST_ASKED)
-    readings = Readings(points=points.where(own), value=table.value[own])
-    stated = readings.misfit(predicted[own])
-    unit = campaign.drive.unit
-    if not len(own) or not stated > GROSS or unit not in LEVEL_UNITS:
+    readings = motions.some(MOST_ASKED)
+    stated = readings.stated_misfit
+    if not len(readings.value) or not stated > GROSS or campaign.drive.unit not in LEVEL_UNITS:
         return ()
     found = []
     for power in (-3, 3):
@@ -133,52 +127,9 @@ def _wrong_levels(
     return tuple(found)
 
 
-def _motions(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:
-    """Mask of the fundamental motions."""
-    names = [sensor.name for sensor in campaign.sensors if sensor.line is None]
-    return np.asarray(np.isin(points.sensor, names) & (points.harmonic == 1))
-
-
-def _some(rows: Bool[NDArray[np.bool_], " k"], most: int) -> Int[NDArray[np.int64], " m"]:
-    """Numbers of some of the rows of a mask, evenly."""
-    return np.flatnonzero(rows)[:: max(1, int(rows.sum() / most))]
-
-
-def _wrong_stiffness(
-    table: FeatureTable,
-    points: Points,
-    predicted: Complex[NDArray[np.complex128], " k"],
-    motions: Bool[NDArray[np.bool_], " k"],
-    model: Model,
-) -> tuple[Suspicion, ...]:
-    """A stiffness in another unit, where the lowest level shows a resonance with contacts within its band."""
-    own = _some(motions, FEW_ASKED)
-    lowest = np.flatnonzero(motions & (points.level == points.level[motions].min(initial=np.inf)))
-    if not len(lowest):
-        return ()
-    lowest = lowest[points.sensor[lowest] == points.sensor[lowest[0]]]
-    frequency = points.frequency[lowest]
-    peak = float(frequency[np.argmax(np.abs(table.value[lowest]))])
-    if not frequency.min() < peak < frequency.max():
-        return ()
-    readings = Readings(points=points.where(own), value=table.value[own])
-    return find_wrong_stiffness(readings, readings.misfit(predicted[own]), peak, model)
-
-
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
-    """Lowest resonances that the force drives and a sensor sees: contacts stuck, and without those of lines [Hz]."""
-    result = []
-    for item in (model, model.free()):
-        system = item.system
-        modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
-        elastic = modes.frequency > 0
-        frequency, shapes = modes.frequency[elastic], modes.mode_shapes[:, elastic]
-        driven = np.linalg.norm(system.dynamic @ shapes, axis=0)
-        rows = np.array([sensor.row for sensor in item.sensors if isinstance(sensor, Sensor)])
-        seen = np.linalg.norm(rows @ shapes, axis=0) if len(rows) else 1.0
-        height = driven * seen / frequency**2
-        result.append(frequency[height >= FAINT * height.max(initial=0.0)][:N_MODE])
-    return np.concatenate(result)
+    """Lowest resonances that a test can show: contacts stuck, and without those of lines [Hz]."""
+    return np.concatenate([find_visible_resonances(item)[:N_MODE] for item in (model, model.free())])
 
 
 def require_held_out(campaign: Campaign, folder: Path) -> None:

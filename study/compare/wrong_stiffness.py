@@ -1,27 +1,19 @@
-"""Gross misfits of a model, and stiffnesses of a case in another unit than meant that explain them."""
+"""Stiffnesses of a case in another unit than meant, which explain a gross misfit."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex
-from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
 from correlation.model import Model
-from correlation.prediction import Points, Predictor
-from fe.dense_modes import compute_dense_modes
 from reduction.errors import JointError
-from reduction.stuck import stick_at_rest
+from study.compare.gross_misfit import GROSS, Readings
+from study.compare.visible_resonance import find_visible_resonances
 
-#: Residual of predicted motions relative to the linear ones: wrong units, signs and sensors are gross [-].
-ROUGH = 1e-4
-#: Motions that are off by this much are asked for with another level or stiffness, and what is left where that is
-#: right (medians of the natural logarithm) [-].
-GROSS, MENDED = 0.7, 0.2
-#: What is left where another stiffness is right: other errors of a case that is right but for a unit [-]. Of 140 random
-#: chains with two contacts, 0 of the 55 that are grossly off by stiffnesses wrong by up to a factor of 50 look like one
-#: in another unit, and 46 of the 51 that are off by a unit do.
+#: Readings that tell a wrong stiffness: models that are tried are asked for all of them.
+MOST_ASKED = 16
+#: What is left where another stiffness is right: other errors of a case that is right but for a unit [-]. Sharp
+#: resonances leave more, so that half of the units of random chains are found (`benchmarks.wrong_stiffness`).
 AGREES = 0.1
 #: Powers of ten between N/m, N/mm and N/um.
 POWERS = (-3, 3, -6, 6)
@@ -33,62 +25,35 @@ TOLD = 0.5
 MOST_TRIED = 2
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Readings:
-    """Some readings of motions.
-
-    Parameters
-    ----------
-    points
-        Where, m of them.
-    value
-        Mean of the repeats, shape (m,) [SI].
-    """
-
-    points: Points
-    value: Complex[NDArray[np.complex128], " m"]
-
-    def misfit(self, prediction: Complex[NDArray[np.complex128], " m"]) -> float:
-        """Median natural logarithm between them and a prediction of most of them [-]; infinite without one."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.abs(np.log(np.abs(self.value) / np.abs(prediction)))
-        there = np.isfinite(ratio)
-        return float(np.median(ratio[there])) if 2 * there.sum() > len(ratio) else np.inf
-
-    def misfit_of(self, model: Model) -> float:
-        """The same for a model."""
-        return self.misfit(Predictor(points=self.points, tolerance=ROUGH).predict(model).value)
-
-
-def find_wrong_stiffness(readings: Readings, stated: float, peak: float, model: Model) -> tuple[Suspicion, ...]:
+def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ...]:
     """The stiffness of a line, of all lines or of a joint that mends a gross misfit by a factor between two units.
 
     Parameters
     ----------
-    readings
-        Few readings: models that are tried are asked for all of them.
-    stated
-        Misfit of the case's model there [-].
-    peak
-        Frequency of a measured resonance at the lowest level, where contacts hardly slip [Hz].
+    motions
+        Fundamentals of all motions whose size is known (`find_motions`).
     model
         The case's.
     """
-    if not stated > GROSS:
+    jointed = motions.where(~motions.points.free)
+    peak = _find_lowest_peak(jointed)
+    readings = jointed.some(MOST_ASKED)
+    stated = readings.stated_misfit
+    if peak is None or not stated > GROSS:
         return ()
     nearest = _distance(model, peak)
     tried = [
-        (distance, where, parameter, stiffness, power)
+        (distance, where, parameter, stiffness, power, changed)
         for where, parameter, stiffness in _stiffnesses(model)
         for power in POWERS
-        if (distance := _distance(_changed(model, parameter, stiffness, 10.0**power), peak)) < TOLD * nearest
+        if (distance := _distance(changed := _change(model, parameter, stiffness, 10.0**power), peak)) < TOLD * nearest
     ]
-    for _, where, parameter, stiffness, power in sorted(tried, key=lambda item: item[0])[:MOST_TRIED]:
-        left = _misfit(readings, _changed(model, parameter, stiffness, 10.0**power))
+    for _, where, parameter, stiffness, power, changed in sorted(tried, key=lambda item: item[0])[:MOST_TRIED]:
+        left = readings.misfit_of(changed)
         if not left < AGREES:
             continue
         between = 10.0 ** (power / 2)
-        half = _misfit(readings, _changed(model, parameter, stiffness, between))
+        half = readings.misfit_of(_change(model, parameter, stiffness, between))
         if left < TOLD * half:
             sentence = (
                 f"the model is off by a factor of {np.exp(stated):.3g}; with {parameter} {10.0**power:g} times that of "
@@ -99,17 +64,26 @@ def find_wrong_stiffness(readings: Readings, stated: float, peak: float, model: 
     return ()
 
 
+def _find_lowest_peak(jointed: Readings) -> float | None:
+    """Frequency of the largest motion of one sensor at the lowest level, where contacts hardly slip [Hz].
+
+    None where it is at an end of the band.
+    """
+    points = jointed.points
+    lowest = np.flatnonzero(points.level == points.level.min(initial=np.inf))
+    if not len(lowest):
+        return None
+    lowest = lowest[points.sensor[lowest] == points.sensor[lowest[0]]]
+    frequency = points.frequency[lowest]
+    peak = float(frequency[np.argmax(np.abs(jointed.value[lowest]))])
+    return peak if frequency.min() < peak < frequency.max() else None
+
+
 def _distance(model: Model | None, peak: float) -> float:
-    """Natural logarithm between a frequency and the nearest resonance with all contacts stuck [-]."""
+    """Natural logarithm between a frequency and the nearest resonance that the test can show [-]."""
     if model is None:
         return np.inf
-    system = model.system
-    frequency = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints)).frequency
-    return float(np.abs(np.log(frequency[frequency > 0] / peak)).min(initial=np.inf))
-
-
-def _misfit(readings: Readings, model: Model | None) -> float:
-    return np.inf if model is None else readings.misfit_of(model)
+    return float(np.abs(np.log(find_visible_resonances(model) / peak)).min(initial=np.inf))
 
 
 def _stiffnesses(model: Model) -> Iterator[tuple[str, str, dict[str, float]]]:
@@ -130,7 +104,7 @@ def _stiffnesses(model: Model) -> Iterator[tuple[str, str, dict[str, float]]]:
             yield where, parameter_name, stiffness
 
 
-def _changed(model: Model, parameter: str, stiffness: dict[str, float], factor: float) -> Model | None:
+def _change(model: Model, parameter: str, stiffness: dict[str, float], factor: float) -> Model | None:
     """The model with so many times a stiffness; None where the law refuses it."""
     try:
         return model.with_joints({name: {parameter: factor * value} for name, value in stiffness.items()})

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.measurement import Campaign, Drive, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.metric.misfit import split_misfit, whole, worst, worst_cell
 from correlation.model import Sensor
@@ -201,6 +201,18 @@ def test_a_contact_stiffness_in_another_unit_is_flagged(factor: float, is_unit: 
     assert [(each.where, f"tangential_stiffness {1 / factor:g} times" in each.sentence) for each in found] == (
         [('line "left"', True)] if is_unit else []
     )
+
+
+@pytest.mark.parametrize("unknown", ["drive", "sensors"])
+def test_readings_of_unknown_size_tell_nothing_of_a_stiffness(unknown: str) -> None:
+    model, campaign = setup().model, measured_from_the_model()
+    names = [joint.name for joint in model.system.joints if joint.name in model.lines["left"]]
+    values = {name: {"tangential_stiffness": 1e-3 * model.contact(name).tangential_stiffness} for name in names}
+    if unknown == "drive":
+        campaign = replace(campaign, drive=Drive(unit="V", calibrated=False))
+    else:
+        campaign = replace(campaign, sensors=tuple(replace(each, calibrated=False) for each in campaign.sensors))
+    assert "check its unit" not in str(find_all_suspicions(campaign, model.with_joints(values)))
 
 
 def test_a_sensor_is_placed_by_its_coordinates() -> None:
