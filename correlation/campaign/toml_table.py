@@ -96,7 +96,7 @@ class TomlTable:
         return value
 
     def converted(
-        self, key: str, read: Callable[[object], Value], default: Value | None = None, *, example: str = ""
+        self, key: str, read: Callable[[object], Value], default: Value | None = None, *, example: str = "..."
     ) -> Value:
         """Value of a key, through a function that refuses with a ValueError in words.
 
@@ -109,7 +109,7 @@ class TomlTable:
         default
             Value where the key is missing; None if it must be there.
         example
-            What the key may hold, without quotes, for one that must be there.
+            What the key may hold, without quotes: the message about one that must be there and is missing advises it.
         """
         self.known.add(key)
         if key not in self.values:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.toml_table import TomlTable
 from correlation.errors import CampaignError
 
 MANIFEST = """\
@@ -83,6 +84,12 @@ def test_the_value_that_a_missing_key_is_advised_to_have_is_accepted(
     assert advice is not None, str(caught.value)
     lines.insert(number, advice[1])
     read_campaign(write(tmp_path, lines, drive))
+
+
+@pytest.mark.parametrize(("example", "advice"), [({}, '"..."'), ({"example": "5 s"}, '"5 s"')])
+def test_a_missing_key_is_advised_an_example_or_a_blank(example: dict[str, str], advice: str) -> None:
+    with pytest.raises(CampaignError, match=rf"window: is missing; add window = {re.escape(advice)}$"):
+        TomlTable(file="campaign.toml", values={}).converted("window", str, **example)
 
 
 def test_a_key_under_another_name_is_to_be_renamed(tmp_path: Path) -> None:
