@@ -4,7 +4,7 @@ The rotation of the two forces is that of `reduction.load_cell` (eqs 1 and 2 of 
 and for the mean.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,8 +44,18 @@ class LoadCellPair:
     dead_weight: float | None
 
 
-def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> LoadCellPair:
+def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor], names: Collection[str] | None) -> LoadCellPair:
     """One pair.
+
+    Parameters
+    ----------
+    table
+        Its table.
+    sensors
+        Sensors of the manifest without a mistake.
+    names
+        Names of all; None where one has no name, so that any name may be meant for it. What a sensor with a mistake
+        measures is not known.
 
     Raises
     ------
@@ -58,7 +68,13 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> Load
         raise table.problem("cells", "give the two load cells R_3 and R_4 by the names of their sensors")
     quantity = {sensor.name: sensor.component or sensor.quantity for sensor in sensors}
     named = {sensor.name: sensor for sensor in sensors}
+
+    def is_unread(name: str) -> bool:
+        return name not in named and (names is None or name in names)
+
     for name in cells:
+        if is_unread(name):
+            continue
         if quantity.get(name) != LOAD_CELL:
             raise table.problem("cells", f'"{name}" is no [[sensor]] with quantity = "{LOAD_CELL}": add one')
         # Both forces are sums of the two readings: amplitudes without phases and unknown gains have none.
@@ -70,6 +86,8 @@ def read_load_cells(table: TomlTable, sensors: Sequence[MeasuredSensor]) -> Load
     forces = {}
     for component in ("tangential", "normal"):
         forces[component] = name = table.take(component, str)
+        if is_unread(name):
+            continue
         if quantity.get(name) != component:
             raise table.problem(
                 component, f'is no [[sensor]] with quantity = "{CONTACT_FORCE}" and component = "{component}": add one'

@@ -147,16 +147,15 @@ def read_manifest(folder: Path) -> Manifest:
     sensors = _all(mistakes, sensor_tables, read_sensor)
     tests = _all(mistakes, tables, partial(_test, has_others=bool(runs or data)))
     pairs = mistakes.attempt(lambda: root.tables("load_cells", required=False), ())
-    if len(sensors) < len(sensor_tables):
-        pairs = ()  # what names a sensor with a mistake has none for that
-    read_own_run = partial(read_run, sensors=_texts(sensor_tables, "name"), tests=_texts(tables, "name"))
+    sensor_names, test_names = _names(sensor_tables), _names(tables)
+    read_own_run = partial(read_run, sensors=sensor_names, tests=test_names)
     manifest = Manifest(
         title=mistakes.attempt(lambda: root.take("title", str, ""), ""),
         drive=drive,
         units=units,
         frequency_factor=frequency_factor,
         sensors=tuple(sensors),
-        load_cells=tuple(_all(mistakes, pairs, partial(read_load_cells, sensors=sensors))),
+        load_cells=tuple(_all(mistakes, pairs, partial(read_load_cells, sensors=sensors, names=sensor_names))),
         tests=tuple(test for test, _ in tests),
         files=tuple(file for _, file in tests),
         runs=tuple(_all(mistakes, runs, read_own_run)),
@@ -183,6 +182,12 @@ def _all(mistakes: Mistakes, tables: Sequence[TomlTable], read: Callable[[TomlTa
     """Entries of some tables; one that is a mistake is noted and left out."""
     entries: list[Entry | None] = [mistakes.attempt(partial(read, table), None) for table in tables]
     return [entry for entry in entries if entry is not None]
+
+
+def _names(tables: Sequence[TomlTable]) -> tuple[str, ...] | None:
+    """Names that tables state, also those with a mistake; None if one states none: any name may be meant for it."""
+    has_names = all(isinstance(table.values.get("name"), str) for table in tables)
+    return _texts(tables, "name") if has_names else None
 
 
 def _texts(tables: Sequence[TomlTable], key: str) -> tuple[str, ...]:

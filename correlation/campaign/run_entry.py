@@ -72,7 +72,7 @@ class RunEntry:
         return tuple(dict.fromkeys(name for entry in entries for name in entry.columns.values()))
 
 
-def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str]) -> RunEntry:
+def read_run(table: TomlTable, sensors: Collection[str] | None, tests: Collection[str] | None) -> RunEntry:
     """One run.
 
     Parameters
@@ -80,7 +80,7 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
     table
         Its table.
     sensors, tests
-        Names of those of the manifest.
+        Names of those of the manifest; None where one has no name, so that any name may be meant for it.
 
     Raises
     ------
@@ -89,6 +89,8 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
     """
     columns = table.table("columns")
     own = {name: read_signal(columns, name) for name in OWN if name in columns.values}
+    if sensors is None:
+        sensors = [name for name in columns.values if name not in OWN]
     signals = {}
     for name in sensors:
         if name in columns.values:
@@ -123,7 +125,7 @@ def read_run(table: TomlTable, sensors: Collection[str], tests: Collection[str])
         raise table.problem("level", "is missing: give the amplitude of the force, or a column level or force")
     entry = RunEntry(
         table=table,
-        test=table.choice("test", tests),
+        test=table.take("test", str) if tests is None else table.choice("test", tests),
         file=table.take("file", str),
         level=level,
         levels=levels,

@@ -92,6 +92,47 @@ def test_a_missing_key_is_advised_an_example_or_a_blank(example: dict[str, str],
         TomlTable(file="campaign.toml", values={}).converted("window", str, **example)
 
 
+def mistakes(folder: Path, manifest: str) -> list[str]:
+    with pytest.raises(CampaignError) as caught:
+        read_campaign(write(folder, manifest.splitlines()))
+    return str(caught.value).split("\n")
+
+
+@pytest.mark.parametrize("name", ["", "name = 1\n"])
+def test_what_names_a_sensor_or_a_test_without_a_name_is_no_second_mistake(tmp_path: Path, name: str) -> None:
+    for table, old in (("sensor", 'name = "tip"\n'), ("test", 'name = "stepped"\n')):
+        (only,) = mistakes(tmp_path, MANIFEST.replace(old, name, 1))
+        assert f"{table}[1].name" in only
+
+
+def test_mistakes_of_sensors_and_of_load_cells_are_told_together(tmp_path: Path) -> None:
+    cells = """\
+[[sensor]]
+name = "R3"
+quantity = "loadcell"
+[[sensor]]
+name = "R4"
+quantity = "load cell"
+[[sensor]]
+name = "A_N"
+quantity = "contact force"
+line = "A"
+component = "normal"
+[[load_cells]]
+cells = ["R3", "R4"]
+tangential = "A_T"
+normal = "A_N"
+taper = "8 deg"
+"""
+    first, second = mistakes(tmp_path, MANIFEST + cells)
+    assert 'sensor[2].quantity = "loadcell"' in first
+    # Of R3 nothing is known, and A_T is no sensor at all.
+    assert 'load_cells[1].tangential = "A_T"' in second
+    force = '[[sensor]]\nname = "A_T"\nquantity = "contact force"\nline = "A"\ncomponent = "tangential"\n'
+    first, second = mistakes(tmp_path, MANIFEST + force + cells)
+    assert "load_cells[1].arm: is missing" in second
+
+
 def test_a_key_under_another_name_is_to_be_renamed(tmp_path: Path) -> None:
     lines = MANIFEST.replace('quantity = "disp', 'quantitiy = "disp').splitlines()
     with pytest.raises(CampaignError, match=r'quantity: is missing; found "quantitiy": call it quantity$'):
