@@ -1,6 +1,6 @@
 """What a page shows of data of other types than steady states: numbers, curves, modes and decays."""
 
-from collections import Counter
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -51,11 +51,9 @@ def make_captions(results: Mapping[str, object], title: str) -> dict[str, str]:
         Of the case.
     """
     captions: dict[str, str] = {}
-    alike = Counter[str]()
     for name, result in results.items():
         if isinstance(result, Headed):
             words = ": ".join(part for part in (result.title.removeprefix(f"{title}: "), result.subtitle) if part)
-            alike[words] += 1
-            number = f" ({alike[words]})" if alike[words] > 1 else ""
-            captions[name] = f"{words}{number}"
+            numbered = itertools.chain([words], (f"{words} ({number})" for number in itertools.count(2)))
+            captions[name] = next(caption for caption in numbered if caption not in captions.values())
     return captions

@@ -84,6 +84,9 @@ def test_pictures_have_the_words_of_their_figures_as_captions() -> None:
 def test_captions_that_are_alike_are_numbered() -> None:
     results = {"loop_1": Headed(title="Chain: loops"), "loop_2": Headed(title="Chain: loops"), "other": object()}
     assert make_captions(results, "Chain") == {"loop_1": "loops", "loop_2": "loops (2)"}
+    # Two names of users, the second of which ends like a number of the first.
+    results = {name: Headed(title=title) for name, title in (("a", "x"), ("b", "x"), ("c", "x (2)"), ("d", "x"))}
+    assert list(make_captions(results, "Chain").values()) == ["x", "x (2)", "x (2) (2)", "x (3)"]
 
 
 def test_modes_without_shapes_have_no_pairs() -> None:
