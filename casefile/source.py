@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from casefile.errors import Problem
-from correlation.file.toml_position import Path
+from geometry.toml_position import Path
 
 # A value longer than this is cut in messages.
 LONGEST_VALUE = 60

@@ -44,8 +44,8 @@ from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationError
 from casefile import validation
 from casefile.errors import CaseError, Problem
 from casefile.source import CaseSource, find_key_in_message, find_value
-from correlation.file.toml_position import explain_syntax, key_lines
 from geometry.errors import InputError, InputWarning
+from geometry.toml_position import explain_syntax, key_lines
 
 SCHEMA = 2
 #: What was schema 1 is written anew by hand: its tables have moved.

@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from casefile.errors import Problem
 from casefile.quantity import dimensions
 from casefile.source import CaseSource, dotted, find_value
-from correlation.file.toml_position import Path
+from geometry.toml_position import Path
 
 Item = TypeVar("Item")
 # These messages hold a number of the model, which is in SI.

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from casefile import validation
 from casefile.errors import CaseError
 from casefile.table import CaseModel
-from correlation.file.toml_position import Path
+from geometry.toml_position import Path
 
 Case = TypeVar("Case", bound=CaseModel)
 

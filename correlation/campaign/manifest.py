@@ -22,7 +22,7 @@ from correlation.campaign.time_record import TIME
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataType
 from correlation.errors import CampaignError, Mistakes
-from correlation.file.toml_position import explain_syntax, key_lines
+from geometry.toml_position import explain_syntax, key_lines
 
 MANIFEST = "campaign.toml"
 SCHEMA = 1

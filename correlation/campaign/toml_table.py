@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from correlation.errors import CampaignError
-from correlation.file.toml_position import Path
+from geometry.toml_position import Path
 
 Value = TypeVar("Value")
 _REQUIRED = object()

@@ -14,8 +14,8 @@ from casefile.source import dotted, find_value
 from casefile.table import CaseModel
 from casefile.validation import did_you_mean
 from casefile.variation import vary_case
-from correlation.file.toml_position import Path
 from geometry.errors import InputError
+from geometry.toml_position import Path
 from study.case.setup import ReadCase
 from study.case.tables import CalibratedTable
 from study.kind.registry import OpenCase

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from correlation.file.toml_position import Path, key_lines
+from geometry.toml_position import Path, key_lines
 
 # Values that look like structure to a careless reader; the multi-line ones move everything below them.
 SCALARS = st.sampled_from(
