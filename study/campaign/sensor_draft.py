@@ -28,8 +28,10 @@ def are_counts(column: Column, guess: Recognised) -> bool:
 
     A channel in SI that was rounded to whole numbers has the same draft: one count is one unit, and is marked.
     """
-    if guess.unit or holds_counts(column):
-        return not guess.unit
+    if guess.unit:
+        return False
+    if holds_counts(column):
+        return True
     values = column.values[np.isfinite(column.values)]
     whole = not np.iscomplexobj(values) and bool((values == np.round(values)).all())
     return whole and len(values) >= FEWEST_COUNTS and float(np.abs(values).max()) >= LEAST_COUNTS
