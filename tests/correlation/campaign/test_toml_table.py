@@ -59,6 +59,7 @@ def write(folder: Path, lines: list[str], drive: tuple[str, str] = FORCE) -> Pat
     return folder
 
 
+#: Keys whose advice is a value. That of names, tables and lists of names is a form to fill in.
 KEYS = (
     "schema",
     "time",
@@ -73,7 +74,7 @@ KEYS = (
 
 @pytest.mark.parametrize("drive", [FORCE, BASE], ids=["force", "base"])
 @pytest.mark.parametrize("number", [n for n, line in enumerate(MANIFEST.splitlines()) if line.startswith(KEYS)])
-def test_the_value_that_a_missing_key_is_advised_to_have_is_accepted(
+def test_a_word_number_or_quantity_that_is_advised_for_a_missing_key_is_accepted(
     tmp_path: Path, drive: tuple[str, str], number: int
 ) -> None:
     lines = MANIFEST.splitlines()
