@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Int
+from numpy.typing import NDArray
 
 from correlation.campaign.campaign_path import find_file
 from correlation.campaign.format import FORMATS, CampaignFormat
@@ -116,20 +118,24 @@ def _tables(
     tables = [
         mistakes.attempt(partial(_read_tidy, folder, file, manifest, names), None) for file, names in tidy.items()
     ]
+    run_of_row = [np.zeros(0 if table is None else len(table), dtype=np.int64) for table in tables]
     suspicions: list[Suspicion] = []
     first = 0
-    for run in manifest.runs:
+    for place, run in enumerate(manifest.runs, start=1):
         read = partial(read_run_rows, run, files, manifest.sensors, number[run.test], manifest.units, first)
         rows = mistakes.attempt(read, None)
         if rows is not None:
             tables.append(rows[0])
+            run_of_row.append(np.full(len(rows[0]), place))
             suspicions += rows[1]
             # Runs were measured in the order of the manifest, unless they say another themselves.
             first = first if "order" in run.own else int(rows[0].order.max()) + 1
     names = [sensor.name for sensor in manifest.sensors]
     for datum in data:
         states = DATA_TYPES[datum.type].states
-        tables += [states(datum, names)] if states is not None else []
+        if states is not None and (of_datum := states(datum, names)) is not None:
+            tables.append(of_datum)
+            run_of_row.append(np.zeros(len(of_datum), dtype=np.int64))
         suspicions += [Suspicion(where=datum.name, sentence=text) for text in getattr(datum, "suspicions", ())]
         remarks = getattr(datum, "remarks", ())
         suspicions += [Suspicion(where=datum.name, sentence=text, remark=True) for text in remarks]
@@ -140,7 +146,8 @@ def _tables(
             mistakes.add(
                 f'{file or MANIFEST}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}'
             )
-    mistakes.attempt(partial(_check_runs, manifest, measurement), None)
+    all_runs = np.concatenate([np.zeros(0, dtype=np.int64), *run_of_row])
+    mistakes.attempt(partial(_check_runs, manifest, measurement, all_runs), None)
     mistakes.refuse()
     return measurement, tuple(suspicions)
 
@@ -149,18 +156,25 @@ def _read_tidy(folder: Path, file: str, manifest: Manifest, tests: Collection[st
     return read_csv(find_file(folder, file), manifest, tests)
 
 
-def _check_runs(manifest: Manifest, measurement: Measurement) -> None:
-    """Refuse a point that two runs give; within a table this is refused where it is read."""
+def _check_runs(manifest: Manifest, measurement: Measurement, run_of_row: Int[NDArray[np.int64], " k"]) -> None:
+    """Refuse a point that two runs give, by the one with fewer rows; within a table this is refused where it is read.
+
+    Rows of no run have the number 0.
+    """
     if not manifest.runs:
         return
     order = sorting(measurement)
     table, same = measurement.where(order), find_same(measurement, order)
     if same.any():
         row = int(np.argmax(same))
+        size = np.bincount(run_of_row)
+        both = sorted(run_of_row[order][row : row + 2].tolist(), key=lambda run: (run == 0, size[run], -run))
+        one, other = (f"run[{number}]" if number else "other data" for number in both)
         raise CampaignError(
-            f'{MANIFEST}: two runs of test "{manifest.tests[table.test[row]].name}" give sensor '
-            f'"{manifest.sensors[table.sensor[row]].name}" at {table.level[row]:g}, {table.frequency[row]:g} Hz as '
-            f"repeat {table.repeat[row]}: give each run a repeat of its own, or its level if these are levels"
+            f'{MANIFEST}: {one}: two runs of test "{manifest.tests[table.test[row]].name}", it and {other}, give '
+            f'sensor "{manifest.sensors[table.sensor[row]].name}" at {table.level[row]:g}, '
+            f"{table.frequency[row]:g} Hz as repeat {table.repeat[row]}: give each run a repeat of its own, or its "
+            "level if these are levels"
         )
 
 

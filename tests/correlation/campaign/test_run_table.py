@@ -357,7 +357,10 @@ def test_two_runs_of_one_repeat_are_refused(tmp_path: Path) -> None:
     text = manifest.read_text(encoding="utf-8")
     second = text[text.index("[[run]]") :]
     manifest.write_text(text + second, encoding="utf-8")
-    with pytest.raises(CampaignError, match=r'two runs of test "stepped".*"tip" at 3, 10 Hz as repeat 1'):
+    with pytest.raises(
+        CampaignError,
+        match=r'run\[2\]: two runs of test "stepped", it and run\[1\], give.*"tip" at 3, 10 Hz as repeat 1',
+    ):
         read_campaign(folder)
     manifest.write_text(text + second.replace("level = 3.0", "level = 3.0\nrepeat = 2"), encoding="utf-8")
     assert np.unique(read_campaign(folder).measurement.repeat).tolist() == [1, 2]
