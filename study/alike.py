@@ -15,21 +15,47 @@ FILE = re.compile(r"(?<![\w\].])\w[\w.+-]*\.[A-Za-z]\w{1,4}\b")
 #: Numbers that stand alone: those in names, such as x2, tell sensors apart.
 NUMBER = re.compile(r"(?<![\w\".])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w\"])")
 ENTRY = re.compile(r"\[\d+\]")
+QUOTED = re.compile(r'"[^"]+"')
 MANIFEST = "campaign.toml"
 
 
-def merge_alike(sentences: Sequence[str]) -> list[str]:
+def merge_alike(sentences: Sequence[str], *, naming_all: bool = False) -> list[str]:
     """Sentences that differ by the file and by numbers alone, or by what they speak of, once each.
+
+    More than `MOST` of them that differ also by names in quotes, such as those of columns, are one too.
 
     Parameters
     ----------
     sentences
         One each, in order, such as ``where: what``.
+    naming_all
+        Whether each place is named, not only the first ones.
     """
     groups: dict[str, list[str]] = {}
     for sentence in sentences:
         groups.setdefault(_kind(sentence), []).append(sentence)
-    return [_with_count(members) for members in groups.values()]
+    by_names: dict[str, list[list[str]]] = {}
+    for kind, members in groups.items():
+        by_names.setdefault(QUOTED.sub('""', kind), []).append(members)
+    merged = []
+    for parts in by_names.values():
+        whole = [sentence for members in parts for sentence in members]
+        names = list(dict.fromkeys(_quoted(whole)))
+        if len(parts) > MOST and len(names) > MOST:
+            merged.append(f"{whole[0]} (and so {_name(names[1:], naming_all)})")
+        else:
+            merged += [_with_count(members, naming_all=naming_all) for members in parts]
+    return merged
+
+
+def _name(names: Sequence[str], naming_all: bool) -> str:
+    return ", ".join(names) if naming_all else name_some(names)
+
+
+def _quoted(sentences: Sequence[str]) -> list[str]:
+    """The first names in quotes that differ between sentences."""
+    columns = zip(*(QUOTED.findall(sentence) for sentence in sentences), strict=False)
+    return next((list(names) for names in columns if len(set(names)) > 1), [])
 
 
 def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...]":
@@ -54,17 +80,17 @@ def _kind(sentence: str) -> str:
     return NUMBER.sub("#", ENTRY.sub("[]", FILE.sub("FILE", sentence)))
 
 
-def _with_count(members: Sequence[str]) -> str:
+def _with_count(members: Sequence[str], *, naming_all: bool = False) -> str:
     first = members[0]
     if len(members) == 1:
         return first
     named = [next((name for name in FILE.findall(one) if name != MANIFEST), "") for one in members]
     if not named[0]:
         places = list(dict.fromkeys(one.partition(": ")[0] for one in members))[1:]
-        return f"{first} (and so {name_some(places)})" if places else first
+        return f"{first} (and so {_name(places, naming_all)})" if places else first
     others = len(set(named) - {named[0]})
     if not others:
         return first if len(set(members)) == 1 else f"{first} (so {len(members)} times)"
-    if others <= MOST:
+    if others <= MOST or naming_all:
         return f"{first} (and so in {', '.join(list(dict.fromkeys(named))[1:])})"
     return f"{first} (and so in {others} more files, the last {named[-1]})"

@@ -77,7 +77,7 @@ def in_words(drafted: "NewCampaign") -> str:
     ]
     for title, sentences in (
         ("Assumed, since no file says it (check these):", draft.assumptions()),
-        ("Left out:", merge_alike(draft.left_out)),
+        ("Left out:", merge_alike(draft.left_out, naming_all=True)),
         ("Suspected:", merge_alike(drafted.suspicions)),
     ):
         if sentences:

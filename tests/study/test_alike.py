@@ -37,3 +37,12 @@ def test_suspicions_keep_the_place_of_the_first() -> None:
     assert merged.where == "s_5.csv"
     assert merged.sentence.startswith("reaches 5 rad")
     assert "so in s_6.csv" in merged.sentence
+
+
+def test_many_sentences_that_differ_by_names_in_quotes_are_one_with_the_first_names() -> None:
+    lines = [f'sine.h5: the phase "run_{run}/{name}" reaches {170 + run} rad' for run in (1, 2, 3) for name in "ab"]
+    (merged,) = merge_alike(lines)
+    assert merged == f'{lines[0]} (and so "run_1/b", "run_2/a", "run_2/b" and 2 more)'
+    (merged,) = merge_alike(lines, naming_all=True)
+    assert all(f'"run_{run}/{name}"' in merged for run in (1, 2, 3) for name in "ab")
+    assert merge_alike(lines[:3]) == lines[:3]
