@@ -5,16 +5,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from study.campaign.column_role import Role, name_words
-from study.campaign.draft_frequency import FREE
-from study.campaign.level import LEVEL_IN_NAME
+from study.campaign.run_name import LEVEL_IN_NAME, OF_A_RUN
 from study.campaign.table import file_stem
 from study.campaign.table_kind import OF_FILE, JudgedTable, Kind
 
-#: Words of a name that tell a run, its level, direction, time or configuration, and no sensor.
-RUN = "rep|repeat|run|lauf|test|trial|versuch|meas|measurement|messung|hit|impact|shot|schlag|decay|level|sweep"
-WHEN = "day|tag|before|after|vorher|nachher|up|down|forward|backward|auf|ab"
-CONFIGURATION = "|".join([*sorted(FREE), "jointed"])
-OF_A_RUN = re.compile(rf"({RUN}|{WHEN}|{CONFIGURATION})?\d*|\d+k?Hz", re.IGNORECASE)
 #: Name of a channel that has none.
 NUMBERED = re.compile(r"channel \d+")
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from study.campaign.column_role import OF_UNIT, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.draft_frequency import force_column, phase_evidence
-from study.campaign.level import LEVEL_IN_NAME
 from study.campaign.question import Marked
+from study.campaign.run_name import LEVEL_IN_NAME
 from study.campaign.table_kind import JudgedTable, Kind
 
 TIMES = ("exp(+i omega t)", "exp(-i omega t)")

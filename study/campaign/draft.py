@@ -8,6 +8,7 @@ import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
 from study.campaign.question import Answers, Marked, Question
+from study.campaign.table_kind import JudgedTable
 from study.some_names import MOST, name_some
 
 #: Entries of the manifest that hold data, and all of them, in the order in which they are written.
@@ -29,6 +30,28 @@ class Note:
     role: str
     unit: str
     evidence: str
+
+
+class Run(dict[str, Any]):
+    """An entry of a run that knows the table from which it was drafted.
+
+    Parameters
+    ----------
+    entry
+        Keys of the manifest.
+    judged
+        Its table.
+    """
+
+    def __init__(self, entry: Mapping[str, Any], judged: JudgedTable) -> None:
+        super().__init__(entry)
+        self.judged = judged
+
+    @property
+    def name(self) -> str:
+        """File, and group in it."""
+        table = self.judged.table
+        return f"{table.file.path.name}, {table.path}" if table.path else table.file.path.name
 
 
 @dataclass(kw_only=True)
@@ -85,7 +108,7 @@ class Draft:
         singles = {name: [table] for name, table in self.single.items()}
         for kind, entries in {**singles, **self.entries}.items():
             for entry in entries:
-                name = str(plain(entry.get("name", entry.get("file", ""))))
+                name = entry_name(entry)
                 for key, value, reason in marked_values(entry):
                     # Numbers such as those of repeats follow from one reason.
                     is_number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -137,6 +160,11 @@ class _Assumption:
 
     values: dict[str, None] = field(default_factory=dict)
     names: dict[str, list[str]] = field(default_factory=dict)
+
+
+def entry_name(entry: Mapping[str, Any]) -> str:
+    """An entry as people find it: its name, or its file and the group in it."""
+    return entry.name if isinstance(entry, Run) else str(plain(entry.get("name", entry.get("file", ""))))
 
 
 def assumed(value: Any) -> str:

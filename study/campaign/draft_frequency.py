@@ -10,10 +10,18 @@ from numpy.typing import NDArray
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
 from study.campaign.column_role import INDEX, MOTION_WORDS, Part, Role, name_words
-from study.campaign.draft import Draft
-from study.campaign.level import ask_levels, level_in_name, levels_of_force, named_set_point, number_passes
+from study.campaign.draft import Draft, Run
+from study.campaign.level import (
+    ask_levels,
+    level_in_name,
+    levels_of_force,
+    named_set_point,
+    number_beside,
+    number_passes,
+)
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
+from study.campaign.run_name import FREE
 from study.campaign.sensor_draft import (
     add_sensor,
     as_amplitude,
@@ -27,8 +35,6 @@ from study.campaign.table_kind import JudgedTable
 
 #: Second index of an array of responses by outputs and inputs: H(:,2,1), H[1,0].
 SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
-#: Words of a name that say that a structure was measured without its contacts.
-FREE = {"free", "frei", "unjointed", "nocontact"}
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 
@@ -220,7 +226,7 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
         lacking = _missing_values(judged, judged.mask(rows))
         if lacking:
             run["missing"] = Marked(value="skip", assumed=lacking)
-        draft.entries["run"].append({**run, "columns": columns})
+        draft.entries["run"].append(Run({**run, "columns": columns}, judged))
 
 
 def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
@@ -311,19 +317,18 @@ def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Co
     for column in judged.settings:
         if judged.columns[column.name].role is Role.LEVEL:
             return {"level": float(rows[column.name])}
-    for name, number in judged.table.scalars.items():
-        if set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and number > 0:
-            return {"level": Marked(value=number, assumed=f'the number "{name}" beside the columns')}
+    mask = judged.mask(rows)
+    size = None if force is None else np.abs(force.values[mask])
+    if beside := number_beside(judged, size):
+        return beside
     value, _ = level_in_name(judged)
     if value is not None and force is None:
         return {"level": Marked(value=value, assumed="the level in its name")}
     if judged.of_role(Role.LEVEL):
         return {}
-    mask = judged.mask(rows)
     frequency = judged.of_role(Role.FREQUENCY)[0].values[mask]
     sweep = _stated_sweep(judged, mask)
-    if force is not None:
-        size = np.abs(force.values[mask])
+    if force is not None and size is not None:
         return levels_of_force(frequency, sweep, size) or named_set_point(judged, force.name, size)
     sizes = [np.abs(column.values[mask]) for column, _ in responses_with_phases(judged)]
     return ask_levels(draft, judged.table.label, frequency, sweep, sizes)

@@ -8,9 +8,10 @@ from correlation.campaign.measurement import LOAD_CELL
 from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
-from study.campaign.draft import Draft, plain
+from study.campaign.draft import Draft, Run, plain
 from study.campaign.draft_frequency import add_test, ask_configuration, force_column
 from study.campaign.drive_channel import mark_drive
+from study.campaign.level import named_set_point, number_beside
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import (
     OF_COUNTS,
@@ -22,7 +23,7 @@ from study.campaign.sensor_draft import (
     with_sign,
 )
 from study.campaign.table_kind import JudgedTable, is_unnamed
-from study.campaign.time_history import SECONDS, strongest_line, uniform_rate
+from study.campaign.time_history import SECONDS, sine_amplitude, strongest_line, uniform_rate
 
 
 def draft_ring_downs(draft: Draft, judged: JudgedTable) -> None:
@@ -81,7 +82,10 @@ def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
             sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
             columns[sensor] = with_sign(reading(draft, judged, column, sensor=sensor), direction_sign(column))
         run: dict[str, Any] = {"test": test, "file": judged.table.file.path.name}
-        draft.entries["run"].append({**run, **({"rows": rows} if rows else {}), "columns": columns})
+        if force is not None:
+            size = sine_amplitude(force.values.real[judged.mask(rows)])
+            run |= number_beside(judged, size) or named_set_point(judged, force.name, size)
+        draft.entries["run"].append(Run({**run, **({"rows": rows} if rows else {}), "columns": columns}, judged))
 
 
 def draft_record(draft: Draft, judged: JudgedTable) -> None:

@@ -1,6 +1,5 @@
 """Levels of a run: the one in its name, and without a set point one for all sweeps, or one for each of them."""
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,8 +9,10 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import find_passes, number_stated_passes
 from correlation.data_quality.missing_level import find_common_factors, in_words
+from study.campaign.column_role import name_words
 from study.campaign.draft import Draft
 from study.campaign.question import Marked
+from study.campaign.run_name import LEVEL_IN_NAME, decimal
 from study.campaign.set_point import HELD
 from study.campaign.table_kind import JudgedTable
 
@@ -19,7 +20,6 @@ Series = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
 
 WHY = "neither force nor level is in the file"
-LEVEL_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?(?:N|newton|V|volt)(?![a-zA-Z])")
 #: Digits of the force of a sweep.
 DIGITS = 2
 
@@ -27,7 +27,7 @@ DIGITS = 2
 def level_in_name(judged: JudgedTable) -> tuple[float | None, str]:
     """Level in the name of a table, and its words, such as "10N"; None without one."""
     match = LEVEL_IN_NAME.search(judged.table.label.replace(judged.table.file.path.suffix, ""))
-    return (float(match[1].replace(",", ".").replace("p", ".")), match[0]) if match else (None, "")
+    return (decimal(match[1]), match[0]) if match else (None, "")
 
 
 def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
@@ -44,7 +44,28 @@ def force_in_name(judged: JudgedTable, force: str) -> tuple[float | None, str]:
     return (value, words) if words.endswith("N") and judged.columns[force].unit == "N" else (None, "")
 
 
-def named_set_point(judged: JudgedTable, force: str, size: Series) -> dict[str, Any]:
+def number_beside(judged: JudgedTable, size: Series | float | None) -> dict[str, Any]:
+    """The level that a number beside the columns states, if the measured force is near it; empty if not.
+
+    Parameters
+    ----------
+    judged
+        Table.
+    size
+        Amplitude or amplitudes of the force, shape (n,); None without a force.
+    """
+    for name, number in judged.table.scalars.items():
+        is_level = set(name_words(name)) & {"level", "force", "setpoint", "amplitude"} and number > 0
+        if is_level and (size is None or _is_near(size, number)):
+            return {"level": Marked(value=number, assumed=f'the number "{name}" beside the columns')}
+    return {}
+
+
+def _is_near(size: Series | float, level: float) -> bool:
+    return bool(abs(float(np.nanmedian(size)) - level) < HELD * level)
+
+
+def named_set_point(judged: JudgedTable, force: str, size: Series | float) -> dict[str, Any]:
     """The level in the name of a run, if its measured force is near it; empty if not.
 
     Parameters
@@ -52,13 +73,13 @@ def named_set_point(judged: JudgedTable, force: str, size: Series) -> dict[str, 
     judged
         Table.
     force, size
-        Column of the force and its sizes, shape (n,).
+        Column of the force, and its amplitude or amplitudes, shape (n,).
     """
     value, _ = force_in_name(judged, force)
     if value is None:
         return {}
-    near = abs(float(np.nanmedian(size)) - value) < HELD * value
-    return {"level": Marked(value=value, assumed="the level in its name, which its force is near")} if near else {}
+    why = "the level in its name, which its force is near"
+    return {"level": Marked(value=value, assumed=why)} if _is_near(size, value) else {}
 
 
 def ask_levels(

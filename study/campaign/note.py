@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from correlation.file.column import MeasuredFile
 from correlation.file.format.uff import NOT_READ
+from study.alike import NUMBER
 from study.campaign.column_role import NO_VALUE, UNKNOWN_UNIT, Part, Role
 from study.campaign.draft import Note
 from study.campaign.table import FEWEST
@@ -11,7 +12,7 @@ from study.campaign.table_kind import JudgedTable, Kind
 
 
 def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
-    """Rows of all tables; tables that are alike stand together.
+    """Rows of all tables; tables that are alike but for numbers in their evidence stand together, also of many files.
 
     Parameters
     ----------
@@ -20,7 +21,9 @@ def list_notes(tables: Sequence[JudgedTable]) -> list[Note]:
     """
     groups: dict[tuple[object, ...], list[JudgedTable]] = {}
     for judged in tables:
-        groups.setdefault((judged.table.file.path.name, judged.kind, *_described(judged)), []).append(judged)
+        rows = [(name, role, unit, NUMBER.sub("#", why)) for name, role, unit, why in _described(judged)]
+        why = NUMBER.sub("#", judged.evidence)
+        groups.setdefault((judged.table.file.format, judged.kind, why, *rows), []).append(judged)
     return [note for members in groups.values() for note in _notes(members)]
 
 
@@ -67,7 +70,11 @@ def _notes(members: Sequence[JudgedTable]) -> list[Note]:
     """Kind of some tables that are alike, then their columns."""
     judged = members[0]
     label = judged.table.path or f"{len(judged.table.columns)} columns"
-    label += f" and {len(members) - 1} more" if len(members) > 1 else ""
+    others, files = len(members) - 1, len({member.table.file.path.name for member in members})
+    if others and files == len(members):
+        label += f", and {others} more files"
+    elif others:
+        label += f" and {others} more" + (f" in {files} files" if files > 1 else "")
     head = Note(
         file=judged.table.file.path.name, columns=label, role=judged.kind.value, unit="", evidence=judged.evidence
     )

@@ -1,19 +1,23 @@
 """Repeats, levels and settling readings among the runs of a draft."""
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from itertools import combinations, count
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from correlation.file.column import MeasuredFile
-from study.campaign.draft import Draft, plain
-from study.campaign.level import LEVEL_IN_NAME
+from correlation.campaign.measurement import number_frequencies
+from study.campaign.column_role import WORDS, Role, name_words
+from study.campaign.draft import Draft, Run, plain
+from study.campaign.draft_frequency import complex_force
+from study.campaign.dwell import dwell_frequencies
 from study.campaign.question import Marked
+from study.campaign.run_name import last_number, repeat_in_name
 from study.campaign.set_point import HELD
-from study.campaign.table import file_stem
+from study.campaign.table import Table, file_stem
+from study.campaign.time_history import sine_amplitude
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -27,33 +31,39 @@ FEWEST, SHARE = 3, 0.7
 REPEATS, SETTLING = "repeats", "settling"
 
 
-def number_repeats(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
-    """Give runs of one test at one set point one level, and those of one direction of sweep among them a number each.
+def number_repeats(draft: Draft) -> None:
+    """Give runs of one test at one set point one level, and those with the same points among them a number each.
 
     Parameters
     ----------
     draft
         Draft whose runs change.
-    files
-        Measured files by their names.
     """
-    by_test: dict[str, list[dict[str, Any]]] = {}
+    by_test: dict[tuple[str, bool], list[Run]] = {}
     for run in draft.entries["run"]:
         stated = "levels" in run or run["columns"].keys() & {"level", "repeat"}
-        if not stated and "frequency" in run["columns"]:
-            by_test.setdefault(run["test"], []).append(run)
-    for test, runs in by_test.items():
-        levels = np.array([run_level(run, files) for run in runs])
-        alike: list[list[dict[str, Any]]] = []
+        if not stated and isinstance(run, Run):
+            by_test.setdefault((run["test"], "frequency" in run["columns"]), []).append(run)
+    for (test, is_stepped), runs in by_test.items():
+        levels = np.array([run_level(run) for run in runs])
+        points = [run_direction(run) for run in runs] if is_stepped else _number_dwells(runs)
+        alike: list[list[tuple[Run, int]]] = []
         for group in group_levels(levels, np.array(["level" in run for run in runs])):
-            members = [runs[number] for number in group]
-            _give_one_level(members, levels[group])
-            kinds: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-            for run in members:
-                kinds.setdefault((run_direction(run, files), *sorted(run["columns"])), []).append(run)
-            alike += kinds.values()
-        for repeats, numbers in zip(alike, _repeat_numbers(alike), strict=True):
-            _number(draft, test, repeats, numbers)
+            _give_one_level([runs[number] for number in group], levels[group])
+            sensors: dict[tuple[str, ...], list[tuple[Run, int]]] = {}
+            for number in group:
+                sensors.setdefault(tuple(sorted(runs[number]["columns"])), []).append((runs[number], points[number]))
+            alike += sensors.values()
+        numbers, said = _repeat_numbers(alike)
+        called = f"runs of {test} at one level and {'in one direction' if is_stepped else 'at one frequency'}"
+        for repeats, of_each in zip(alike, numbers, strict=True):
+            _number(draft, [run for run, _ in repeats], of_each, called, said)
+
+
+def _number_dwells(runs: Sequence[Run]) -> list[int]:
+    """Number of the frequency of each steady state, from 1."""
+    frequencies = np.array(dwell_frequencies([run.judged for run in runs]))
+    return [1 + int(number) for number in number_frequencies(frequencies)]
 
 
 def group_levels(level: Series, stated: Bool[NDArray[np.bool_], " n"]) -> list[list[int]]:
@@ -98,31 +108,66 @@ def _give_one_level(runs: Sequence[dict[str, Any]], levels: Series) -> None:
             run["columns"] = columns
 
 
-def _repeat_numbers(groups: Sequence[Sequence[Mapping[str, Any]]]) -> list[list[int]]:
-    """Numbers of the runs of each group: those that end the names of their files, or else their places in the group.
+def _repeat_numbers(groups: Sequence[Sequence[tuple[Run, int]]]) -> tuple[list[list[int]], str]:
+    """Numbers of the runs of each group, and who says them: attributes or words of names, else nobody.
 
-    Names number repeats if they count from 1 on, each once in a group, and a group has them all; others may lack some.
+    Else they are the last numbers of the names of their files or groups, if these count from 1 on, each once at a
+    point, and a group has them all; others may lack some. Or they are counted.
     """
-    named = [[_last_number(str(run["file"])) for run in group] for group in groups]
+    stated = [[_stated_repeat(run.judged.table) for run, _ in group] for group in groups]
+    if all(number for numbers in stated for number, _ in numbers):
+        named = [[number for number, _ in numbers] for numbers in stated]
+        if all(_is_apart(group, numbers) for group, numbers in zip(groups, named, strict=True)):
+            return named, stated[0][0][1]
+    named = [[last_number(_run_name(run.judged.table)) for run, _ in group] for group in groups]
     whole = set(range(1, 1 + len({number for numbers in named for number in numbers})))
-    counted = [list(range(1, 1 + len(group))) for group in groups]
-    are_repeats = all(len({*numbers}) == len(numbers) and {*numbers} <= whole for numbers in named)
-    return named if are_repeats and any({*numbers} == whole for numbers in named) else counted
+    are_repeats = all(
+        _is_apart(group, numbers) and {*numbers} <= whole for group, numbers in zip(groups, named, strict=True)
+    )
+    if are_repeats and any({*numbers} == whole for numbers in named):
+        return named, ""
+    return [_counted(group) for group in groups], ""
 
 
-def _last_number(file: str) -> int:
-    """The last number in the name of a file that is no level; 0 if there is none."""
-    numbers = re.findall(r"\d+", LEVEL_IN_NAME.sub("", file_stem(file)))
-    return int(numbers[-1]) if numbers else 0
+def _stated_repeat(table: Table) -> tuple[int, str]:
+    """Number of the repeat that an attribute or a word of the name states, and which; 0 without one."""
+    for name, number in table.scalars.items():
+        if set(name_words(name)) & WORDS[Role.REPEAT] and number > 0 and number == int(number):
+            return int(number), f'the number "{name}" beside its columns'
+    return repeat_in_name(_run_name(table)) or 0, "the repeat in its name"
 
 
-def _number(draft: Draft, test: str, runs: Sequence[dict[str, Any]], numbers: Sequence[int]) -> None:
-    """Number runs of one level and direction, unless they are one response that settles."""
-    if len(runs) < 2 and 1 in numbers:
+def _run_name(table: Table) -> str:
+    return f"{file_stem(table.file.path.name)} {table.path}"
+
+
+def _share_points(one: int, other: int) -> bool:
+    """Whether runs of two directions, or at two frequencies, measure the same points; 0 is both directions."""
+    return one == other or 0 in {one, other}
+
+
+def _is_apart(group: Sequence[tuple[Run, int]], numbers: Sequence[int]) -> bool:
+    """Whether no two runs with the same points have the same number."""
+    pairs = combinations(zip(group, numbers, strict=True), 2)
+    return not any(a == b and _share_points(one, other) for ((_, one), a), ((_, other), b) in pairs)
+
+
+def _counted(group: Sequence[tuple[Run, int]]) -> list[int]:
+    """Each run has the first number that no earlier one with the same points has."""
+    numbers: list[int] = []
+    for place, (_, own) in enumerate(group):
+        taken = {number for number, (_, other) in zip(numbers, group[:place], strict=True) if _share_points(own, other)}
+        numbers.append(next(number for number in count(1) if number not in taken))
+    return numbers
+
+
+def _number(draft: Draft, runs: Sequence[Run], numbers: Sequence[int], called: str, said: str) -> None:
+    """Number runs of one level, unless they are one response that settles."""
+    if {*numbers} == {1}:
         return
-    why = f"runs of {test} at one level and in one direction are taken for repeats"
-    settle = _ask(draft, f"Are runs of {test} at one level and of one direction repeats", REPEATS, why)
-    entry = draft.named("test", test)
+    why = said or f"{called} are taken for repeats"
+    settle = Marked(value=REPEATS, assumed=why) if said else _ask(draft, f"Are {called} repeats", REPEATS, why)
+    entry = draft.named("test", runs[0]["test"])
     if settle.value == SETTLING and entry is not None:
         entry["settling"] = Marked(value=True, assumed=settle.assumed)
     for number, run in zip(numbers, runs, strict=True):
@@ -159,32 +204,26 @@ def _ask(draft: Draft, text: str, default: str, why: str) -> Marked:
     return draft.ask(f"{text}, or one response that settles?", default, why, REPEATS, SETTLING)
 
 
-def run_level(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> float:
-    """Level of a run: its number, or the median of the measured force; NaN without either."""
+def run_level(run: Run) -> float:
+    """Level of a run: its number, or the median or the amplitude of the measured force; NaN without either."""
     if "level" in run:
         return float(plain(run["level"]))
-    force = run["columns"].get("force")
+    force = complex_force(run.judged)
     if force is None:
         return float("nan")
-    entry = {"column": force} if isinstance(force, str) else plain(force)
-    values = _column(run, files, str(next(iter(entry.values()))))
-    return float(np.nanmedian(np.abs(values)))
+    force = force[run.judged.mask(run.get("rows", {}))]
+    return float(np.nanmedian(np.abs(force))) if "frequency" in run["columns"] else sine_amplitude(force.real)
 
 
-def run_direction(run: Mapping[str, Any], files: Mapping[str, MeasuredFile]) -> int:
+def run_direction(run: Run) -> int:
     """+1 for a run whose frequency rises, -1 for one where it falls, 0 for both or neither.
 
     A file of several passes goes back once for each, so that most of its steps tell.
     """
-    entry = run["columns"]["frequency"]
-    values = _column(run, files, str(entry if isinstance(entry, str) else plain(entry)["column"]))
-    steps = np.sign(np.diff(values.real))
+    frequency = run.judged.of_role(Role.FREQUENCY)[0].values[run.judged.mask(run.get("rows", {}))]
+    steps = np.sign(np.diff(frequency.real))
     turned = float(steps.sum()) / max(int(np.count_nonzero(steps)), 1)
     return int(np.sign(turned)) if abs(turned) > ONE_WAY else 0
-
-
-def _column(run: Mapping[str, Any], files: Mapping[str, MeasuredFile], name: str) -> NDArray[Any]:
-    return files[run["file"]].column(name).values
 
 
 def is_settling(

@@ -14,10 +14,11 @@ from study.campaign.draft_frequency import (
     is_response_controlled,
     responses_with_phases,
 )
+from study.campaign.dwell import contradicted_frequency
 from study.campaign.level import force_in_name
 from study.campaign.set_point import HELD
 from study.campaign.table_kind import JudgedTable, Kind
-from study.campaign.time_history import FLAT, share_near_limit
+from study.campaign.time_history import FLAT, share_near_limit, sine_amplitude
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -44,7 +45,9 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
         sentences += _dead_channels(judged)
         if judged.kind is Kind.STEPPED_SINE:
             sentences += _branches(judged) + _varying_force(judged) + _level_of_name(judged)
-        elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.STEADY_STATE, Kind.LOOP}:
+        elif judged.kind is Kind.STEADY_STATE:
+            sentences += _clipping(judged) + _level_of_name(judged) + _frequency_of_name(judged)
+        elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.LOOP}:
             sentences += _clipping(judged)
     return list(dict.fromkeys(sentences))
 
@@ -135,12 +138,25 @@ def _level_of_name(judged: JudgedTable) -> list[str]:
     level, words = (None, "") if force is None else force_in_name(judged, force.name)
     if force is None or level is None:
         return []
-    median = float(np.nanmedian(np.abs(force.values)))
+    is_history = judged.kind is Kind.STEADY_STATE
+    median = sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values)))
     if abs(median - level) < HELD * level:
         return []
     return [
-        f'{judged.table.file.path.name}: "{words}" in its name, but "{force.name}" is {median:.4g} N (median): did the '
+        f'{judged.table.file.path.name}: "{words}" in its name, but "{force.name}" is {median:.4g} N '
+        f"({'amplitude' if is_history else 'median'}): did the "
         "drive clip, or is one of them rms or peak to peak? The measured force is used"
+    ]
+
+
+def _frequency_of_name(judged: JudgedTable) -> list[str]:
+    """A drive at another frequency than that in the name of the file."""
+    differ = contradicted_frequency(judged)
+    if differ is None:
+        return []
+    return [
+        f"{judged.table.file.path.name}: {differ[0]:g} Hz in its name, but its drive has {differ[1]:.4g} Hz, which is "
+        "used: is the sampling rate right?"
     ]
 
 

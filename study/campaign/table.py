@@ -1,11 +1,13 @@
 """Tables within measured files: columns of one length that belong together."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from correlation.file.column import Column, MeasuredFile
+from study.campaign.column_role import Role, recognise_column
+from study.campaign.run_name import naming_scheme
 
 #: Shorter columns are parameters, not series.
 FEWEST = 3
@@ -26,16 +28,19 @@ class Table:
         Columns of one length.
     scalars
         Single numbers that stand beside them, by their short names.
+    group
+        Group in which all channels of the file stand, and which tells nothing apart; empty for none.
     """
 
     file: MeasuredFile
     path: str
     columns: tuple[Column, ...]
     scalars: Mapping[str, float] = field(default_factory=dict)
+    group: str = ""
 
     def short_name(self, column: Column) -> str:
         """Name of a column without the path of the table."""
-        return column.name.removeprefix(self.path).lstrip("./") or column.name
+        return column.name.removeprefix(self.path or self.group).lstrip("./") or column.name
 
     @property
     def label(self) -> str:
@@ -61,16 +66,20 @@ def split_tables(file: MeasuredFile) -> list[Table]:
     Tables in the order of the file, without parameters and single words.
     """
     groups: dict[tuple[str, str, int], list[Column]] = {}
+    channels = _channels_of_groups(file)
+    runs, single = _groups_of_runs(channels), next(iter(channels)) if len(channels) == 1 else ""
     for column in file.columns:
         if len(column.values) >= FEWEST:
             abscissa = column.abscissa or (column.name if _is_abscissa(file, column) else "")
             path = "" if abscissa else _path(column.name, file.format)
+            path = group if (group := _group(column.name)) in runs else path
             groups.setdefault((abscissa, path, len(column.values)), []).append(column)
     tables = []
     for (abscissa, path, length), columns in groups.items():
         # What stands at the top of a file holds for all tables of its length.
-        common = [] if abscissa or not path else groups.get(("", "", length), [])
-        tables.append(Table(file=file, path=path, columns=(*common, *columns), scalars=_scalars(file, path)))
+        common = groups.get((abscissa, "", length), []) if path else []
+        scalars = _attributes(columns) | _scalars(file, path)
+        tables.append(Table(file=file, path=path, columns=(*common, *columns), scalars=scalars, group=single))
     paths = {table.path for table in tables if table.path}
     return [table for table in tables if table.path or not paths or _stands_alone(table, tables)]
 
@@ -89,6 +98,51 @@ def _path(name: str, format_name: str) -> str:
     if format_name not in {"hdf5", "matlab 5", "matlab 7.3"}:
         return ""
     return INDEX.sub("", name).rpartition(separator)[0]
+
+
+def _channels_of_groups(file: MeasuredFile) -> dict[str, dict[str, Column]]:
+    """Channels of the groups of a TDMS file, by their names within the group; empty for another format."""
+    groups: dict[str, dict[str, Column]] = {}
+    for column in file.columns if file.format == "tdms" else ():
+        if group := _group(column.name):
+            groups.setdefault(group, {})[column.name.removeprefix(f"{group}/")] = column
+    return groups
+
+
+def _group(name: str) -> str:
+    return name.partition("/")[0] if "/" in name else ""
+
+
+def _groups_of_runs(groups: Mapping[str, Mapping[str, Column]]) -> set[str]:
+    """Groups that are runs of one set of sensors: they have equal channels, of which one is the force, or run names.
+
+    Groups "tip" and "root" with equal channels and one force are no runs but places.
+    """
+    alike: dict[frozenset[str], list[str]] = {}
+    for group, channels in groups.items():
+        alike.setdefault(frozenset(channels), []).append(group)
+    names, members = max(alike.items(), key=lambda item: len(item[1]), default=(frozenset[str](), []))
+    if len(members) < 2:
+        return set()
+    first = groups[members[0]]
+    driven = any(recognise_column(column, name).role is Role.FORCE for name, column in first.items())
+    if not driven and len({naming_scheme(group) for group in members}) > 1:
+        return set()
+    # A run that lacks a channel is a run.
+    return {group for group, channels in groups.items() if set(channels) <= names}
+
+
+def _attributes(columns: Sequence[Column]) -> dict[str, float]:
+    """Numbers that the file says of all columns alike, such as attributes of their group."""
+    shared = set.intersection(*(set(column.facts.items()) for column in columns))
+    return {key: number for key, text in shared if (number := _number(text)) is not None}
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _scalars(file: MeasuredFile, path: str) -> dict[str, float]:

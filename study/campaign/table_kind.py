@@ -168,7 +168,7 @@ def _force_symbols(table: Table, columns: Mapping[str, Recognised]) -> dict[str,
 
 def _name_of_file(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
     """Channels of which nothing else is known are what the name of their file or group says: "velocity.wav"."""
-    words = set(name_words(f"{file_stem(table.file.path.name)} {table.path}"))
+    words = set(name_words(f"{file_stem(table.file.path.name)} {table.path or table.group}"))
     unknown = [name for name, guess in columns.items() if guess.role is Role.RESPONSE and not guess.quantity]
     motions = [motion for motion in MOTIONS if any(len(word) > 1 for word in words & MOTION_WORDS[motion])]
     change: dict[str, Any] = {}
@@ -346,7 +346,7 @@ def _judge_time(judged: JudgedTable) -> JudgedTable:
     histories = [judge_history(np.asarray(column.values.real[mask])) for column in responses]
     kinds = [history.kind for history in histories]
     pulse = not forces or judge_history(np.asarray(forces[0].values.real[mask])).kind in {"pulse", "decay"}
-    kind = max(set(kinds), key=kinds.count)
+    kind = max(dict.fromkeys(kinds), key=kinds.count)  # of as many, the first: a set has no order of its own
     evidence = histories[kinds.index(kind)].evidence
     if kind in {"decay", "pulse"} and pulse:
         return _as(judged, Kind.RING_DOWN, evidence)

@@ -104,6 +104,17 @@ def strongest_line(signal: Samples) -> tuple[float, float]:
     return peak / n, float(power[lines].sum() / total)
 
 
+def sine_amplitude(values: Samples) -> float:
+    """Amplitude of a sine that has settled, from the root mean square of the second half of its samples.
+
+    Parameters
+    ----------
+    values
+        Samples, shape (n,).
+    """
+    return float(np.sqrt(2.0) * np.std(values[len(values) // 2 :]))
+
+
 def distortion(signal: Samples) -> float:
     """Share of the power of a periodic signal that is not in its strongest line [-].
 

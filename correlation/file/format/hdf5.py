@@ -1,5 +1,6 @@
 """HDF5 files: every array of numbers as columns, texts and attributes as facts."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,20 +24,20 @@ def read(path: Path) -> MeasuredFile:
     with Hdf5Tree(path) as tree:
         collection = Collection()
         collection.facts |= tree.attributes(tree.root)
-        _add_group(collection, tree, tree.root, "")
+        _add_group(collection, tree, tree.root, "", {})
         return MeasuredFile(
             path=path, format="hdf5", title=collection.facts.get("title", ""), columns=collection.columns,
             facts=collection.facts,
         )  # fmt: skip
 
 
-def _add_group(collection: Collection, tree: Hdf5Tree, group: Any, path: str) -> None:
-    """Columns of a group and of the groups in it."""
-    shared = tree.attributes(group) if path else {}
+def _add_group(collection: Collection, tree: Hdf5Tree, group: Any, path: str, above: Mapping[str, str]) -> None:
+    """Columns of a group and of the groups in it; what is said of a group is said of all that stands in it."""
+    shared = {**above, **tree.attributes(group)} if path else {}
     for key, node in tree.children(group, path, collection.facts):
         name = f"{path}/{key}" if path else key
         if tree.is_group(node):
-            _add_group(collection, tree, node, name)
+            _add_group(collection, tree, node, name, shared)
         else:
             _add_dataset(collection, tree, node, name, {**shared, **tree.attributes(node)})
 

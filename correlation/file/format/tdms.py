@@ -1,6 +1,7 @@
 """TDMS files of LabVIEW: groups of channels with their properties."""
 
 import logging
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ def read(path: Path) -> MeasuredFile:
             logger.handlers = [warned]
         content = TdmsFile.read(path)
         _check_complete(path, content)
-        columns = _columns([channel for group in content.groups() for channel in group.channels()])
+        columns = _columns([(channel, group.properties) for group in content.groups() for channel in group.channels()])
         facts = {key: str(value) for key, value in content.properties.items()}
     except CampaignError:
         raise
@@ -81,11 +82,13 @@ def _check_complete(path: Path, content: Any) -> None:
         raise CampaignError(f"{path.name}: is cut: {'; '.join(lost[:3]) or 'its last segment'}; copy it again")
 
 
-def _columns(channels: list[Any]) -> tuple[Column, ...]:
+def _columns(channels: list[tuple[Any, Mapping[str, Any]]]) -> tuple[Column, ...]:
+    """Columns of channels, each with the properties of its group, which are facts of the channel too."""
     columns: list[Column] = []
     times: dict[tuple[float, float, int], str] = {}
-    for channel in channels:
+    for channel, of_group in channels:
         properties = {key: str(value) for key, value in channel.properties.items()}
+        shared = {key: str(value) for key, value in of_group.items()}
         name = f"{channel.group_name}/{channel.name}"
         values, words = _values(channel[:])
         if values is None:
@@ -104,7 +107,7 @@ def _columns(channels: list[Any]) -> tuple[Column, ...]:
         columns.append(
             Column(
                 name=name, values=values, unit=unit_text(label, name=name) or split_label(name)[1], abscissa=abscissa,
-                function="time" if abscissa else "", facts=properties, where=name, words=words,
+                function="time" if abscissa else "", facts={**shared, **properties}, where=name, words=words,
             )
         )  # fmt: skip
     names = unique_names([column.name for column in columns])

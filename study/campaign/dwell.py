@@ -1,0 +1,103 @@
+"""Dwells, a steady state each: the frequency in their names is checked against their data."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.errors import CampaignError
+from correlation.signal.harmonics import find_frequency
+from correlation.signal.steady_state import fit_steady_state
+from study.campaign.column_role import Role
+from study.campaign.draft_frequency import force_column
+from study.campaign.run_name import frequency_in_name, naming_scheme
+from study.campaign.table import file_stem
+from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.time_history import SECONDS, Samples
+
+
+def share_kind(tables: Sequence[JudgedTable]) -> list[JudgedTable]:
+    """The same tables, with records among steady states as such: most of one naming scheme and of equal channels are.
+
+    The motion of a joint that chatters near its resonance is no steady state by itself; the force beside it is, at the
+    frequency in the name if there is one.
+
+    Parameters
+    ----------
+    tables
+        Judged tables of all files.
+    """
+    groups: dict[tuple[str, ...], list[JudgedTable]] = {}
+    for judged in tables:
+        groups.setdefault(_scheme(judged), []).append(judged)
+    evidence = {}
+    for members in groups.values():
+        steady = [judged for judged in members if judged.kind is Kind.STEADY_STATE]
+        for judged in members if 2 * len(steady) > len(members) else ():
+            if judged.kind is Kind.RECORD and _is_driven_as_named(judged):
+                evidence[id(judged)] = f"as {len(steady)} others whose names and channels are alike"
+    return [
+        replace(judged, kind=Kind.STEADY_STATE, evidence=evidence[id(judged)]) if id(judged) in evidence else judged
+        for judged in tables
+    ]
+
+
+def dwell_frequencies(tables: Sequence[JudgedTable]) -> list[float]:
+    """Frequency of each steady state [Hz]: that in its name if all names agree with the data, else that of the data."""
+    named = [frequency_in_name(judged.table.label) for judged in tables]
+    said = [one for one, judged in zip(named, tables, strict=True) if one is not None and _has_line(judged, one)]
+    return said if len(said) == len(tables) else [_fitted_frequency(judged) for judged in tables]
+
+
+def contradicted_frequency(judged: JudgedTable) -> tuple[float, float] | None:
+    """Frequency in the name of a steady state, and that of its drive, if they differ [Hz]; None if not."""
+    named = frequency_in_name(judged.table.label)
+    if named is None or _has_line(judged, named):
+        return None
+    found = _found_frequency(judged)
+    return (named, found) if np.isfinite(found) else None
+
+
+def _scheme(judged: JudgedTable) -> tuple[str, ...]:
+    table = judged.table
+    names = [table.short_name(column) for column in table.columns]
+    return naming_scheme(file_stem(table.file.path.name)), naming_scheme(table.path), table.file.format, *names
+
+
+def _is_driven_as_named(judged: JudgedTable) -> bool:
+    """Whether a record has a time and a drive whose frequency its name does not contradict."""
+    has_time = bool(judged.of_role(Role.TIME)) and force_column(judged) is not None
+    return has_time and np.isfinite(_found_frequency(judged)) and contradicted_frequency(judged) is None
+
+
+def _has_line(judged: JudgedTable, frequency: float) -> bool:
+    """Whether the strongest frequency of the drive is this one, to a line of its spectrum."""
+    time, _ = _drive(judged)
+    return abs(_found_frequency(judged) - frequency) < 1.0 / float(time[-1] - time[0])
+
+
+def _found_frequency(judged: JudgedTable) -> float:
+    """The strongest frequency of the drive [Hz]; NaN without any."""
+    time, drive = _drive(judged)
+    try:
+        return find_frequency(time, drive[np.newaxis])
+    except CampaignError:
+        return float("nan")
+
+
+def _fitted_frequency(judged: JudgedTable) -> float:
+    """The frequency of the drive as it is read from a steady state [Hz]; 0 without any."""
+    time, drive = _drive(judged)
+    try:
+        return float(fit_steady_state(time, drive, drive, 1).frequency)
+    except CampaignError:
+        return 0.0
+
+
+def _drive(judged: JudgedTable) -> tuple[Samples, Samples]:
+    """Instants [s] and values of the force, or of the first channel without one, shape (n,) each."""
+    time = judged.of_role(Role.TIME)[0]
+    column = force_column(judged) or judged.of_role(Role.RESPONSE)[0]
+    mask = judged.mask(judged.rows()[0])
+    seconds = SECONDS.get(judged.columns[time.name].unit, 1.0)
+    return seconds * time.values.real[mask], column.values.real[mask]

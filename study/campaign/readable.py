@@ -1,0 +1,148 @@
+"""A draft without the entries that a campaign refuses."""
+
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from correlation.campaign.manifest import MANIFEST
+from correlation.campaign.measured_files import MeasuredFiles
+from correlation.campaign.read_campaign import check_campaign
+from correlation.errors import CampaignError
+from correlation.file.column import MeasuredFile
+from study.alike import merge_alike
+from study.campaign.draft import Draft, entry_name, plain
+
+#: Entry of the manifest that a message names: "campaign.toml: ring_down[3]".
+NAMED_ENTRY = re.compile(r"\b(run|frf|ring_down|loop|mode|record)\[(\d+)\]")
+NAMED_SENSOR = re.compile(r'sensor "(.+?)" (?:reads|has no rows)')
+NAMED_TEST = re.compile(r'test "(.+?)"')
+NAMED_RECORD = re.compile(r'record "(.+?)"')
+#: Reasons that an error names.
+SHOWN = 4
+
+
+def nothing_left(draft: Draft, folder: Path) -> CampaignError:
+    """Why nothing of a folder can be used."""
+    reasons = [reason.rstrip(".") for reason in merge_alike(draft.left_out)]
+    more = [f"and {len(reasons) - SHOWN} more"] if len(reasons) > SHOWN else []
+    listed = "; ".join([*reasons[:SHOWN], *more]) or "it has no measured file"
+    return CampaignError(f'nothing in "{folder}" can be compared with a model ({listed}); give measured files')
+
+
+def keep_readable(draft: Draft, folder: Path, measured: Mapping[str, MeasuredFile]) -> list[str]:
+    """Leave out entries that `read_campaign` refuses, one after the other.
+
+    Parameters
+    ----------
+    draft
+        Draft, which loses these entries.
+    folder
+        Folder of the campaign.
+    measured
+        Its files by their names.
+
+    Returns
+    -------
+    What `read_campaign` suspects of the others.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is left.
+    """
+    files = [path for path in folder.iterdir() if path.is_file() and path.name != MANIFEST]
+    # Within the folder, so that files have second names there: a campaign reads no file outside its own folder.
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".") as trial:
+        for path in files:
+            _name_again(path.resolve(), Path(trial) / path.name)
+        while True:
+            (Path(trial) / MANIFEST).write_text(draft.text(), encoding="utf-8")
+            try:
+                files_again = MeasuredFiles(folder=Path(trial), known=dict(measured))
+                return [str(suspicion) for suspicion in check_campaign(files_again).suspicions]
+            except CampaignError as error:
+                if not _leave_out(draft, str(error)):
+                    raise CampaignError(f"the draft cannot be read: {error}") from None
+            if draft.is_empty:
+                raise nothing_left(draft, folder)
+
+
+def _name_again(file: Path, name: Path) -> None:
+    """A second name of a file, or a copy where its disk gives none."""
+    try:
+        os.link(file, name)
+    except OSError:
+        shutil.copyfile(file, name)
+
+
+def _leave_out(draft: Draft, message: str) -> bool:
+    """Take entries that a message names out of a draft; whether there were any."""
+    lines = message.splitlines()
+    doomed: dict[tuple[str, int], str] = {}
+    for line in lines:
+        match, record = NAMED_ENTRY.search(line), NAMED_RECORD.search(line)
+        if match and int(match[2]) <= len(draft.entries[match[1]]):
+            doomed[match[1], int(match[2]) - 1] = line
+        elif record:
+            names = [entry["name"] for entry in draft.entries["record"]]
+            if record[1] in names:
+                doomed["record", names.index(record[1])] = line
+    dead = NAMED_SENSOR.search(message)
+    if not doomed and dead:
+        for kind in ("run", "frf"):
+            for entry in draft.entries[kind]:
+                entry["columns"].pop(dead[1], None)
+            draft.entries[kind] = [entry for entry in draft.entries[kind] if _has_sensor(draft, entry)]
+        draft.left_out.append(" ".join(message.split()))
+        _drop_unused(draft)
+        return True
+    test = NAMED_TEST.search(message)
+    if not doomed and test:
+        runs = [number for number, run in enumerate(draft.entries["run"]) if run["test"] == test[1]]
+        doomed = {("run", number): message for number in runs[-1:]}
+    reasons = [
+        f'{kind} "{entry_name(draft.entries[kind][number])}": {_without_numbers(draft, kind, number, line)}'
+        for (kind, number), line in sorted(doomed.items())
+    ]
+    draft.left_out += reasons
+    for kind, number in sorted(doomed, reverse=True):
+        del draft.entries[kind][number]
+    _drop_unused(draft)
+    return bool(doomed)
+
+
+def _without_numbers(draft: Draft, kind: str, number: int, line: str) -> str:
+    """What a message says of an entry, with the names of others: their numbers are those of this trial alone."""
+
+    def name(match: re.Match[str]) -> str:
+        entries = draft.entries[match[1]]
+        is_other = (match[1], int(match[2]) - 1) != (kind, number) and int(match[2]) <= len(entries)
+        return f'"{entry_name(entries[int(match[2]) - 1])}"' if is_other else match[0]
+
+    reason = line.partition(": ")[2].removeprefix(f"{kind}[{number + 1}]: ")
+    return NAMED_ENTRY.sub(name, reason)
+
+
+def _has_sensor(draft: Draft, entry: Mapping[str, Any]) -> bool:
+    return any(draft.named("sensor", name) for name in entry["columns"])
+
+
+def _drop_unused(draft: Draft) -> None:
+    """Remove sensors and tests that no entry uses."""
+    used: set[str] = set()
+    for kind in ("run", "frf"):
+        used |= {name for entry in draft.entries[kind] for name in entry["columns"]}
+    used |= {entry["sensor"] for entry in draft.entries["ring_down"]}
+    used |= {name for entry in draft.entries["mode"] for name in plain(entry.get("shape", {}))}
+    used |= {name for entry in draft.entries["record"] for name in entry["units"]}
+    draft.entries["load_cells"] = [entry for entry in draft.entries["load_cells"] if {*entry["cells"]} <= used]
+    used |= {entry[force] for entry in draft.entries["load_cells"] for force in ("tangential", "normal")}
+    draft.entries["sensor"] = [entry for entry in draft.entries["sensor"] if entry["name"] in used]
+    tests = {entry["test"] for entry in draft.entries["run"]}
+    draft.entries["test"] = [entry for entry in draft.entries["test"] if entry["name"] in tests]
+    if not (draft.entries["test"] or draft.entries["frf"]):
+        draft.single.clear()
