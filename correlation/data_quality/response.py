@@ -1,6 +1,7 @@
 """Suspected mistakes of measured modes and frequency responses by comparison with a model, each with its evidence."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 from jaxtyping import Float
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
 from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
+from correlation.data_quality.response_size import find_wrong_size
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
 from correlation.data_type.mode_set import group_modes
@@ -23,7 +25,7 @@ ALIKE = 0.8
 
 
 def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspicion, ...]:
-    """Frequencies in another unit, swapped sensors and reversed ones, of frequency responses and of modes.
+    """Frequencies in another unit, swapped sensors and reversed ones, and responses that are a factor too large.
 
     Parameters
     ----------
@@ -42,6 +44,10 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
             found += _wrong_frequency_unit(model, name, modes) or _wrong_sensors(model, name, modes)
         except CampaignError:
             continue  # the comparison says it: a sensor that the model has not
+    for item in data:
+        with suppress(CampaignError):  # the same
+            if isinstance(item, MeasuredResponse):
+                found += find_wrong_size(model, item)
     return tuple(found)
 
 

@@ -5,7 +5,7 @@ the frequencies of a run, is some tenths off for a model that is wrong, and a wh
 all channels of a run have in common is the model's fault or the level's; what one alone has is its own.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +39,7 @@ UNITS = {
 }
 #: What a level may be in, if all responses are so many times what they should be at it.
 LEVEL_UNITS = {"N": {3: "kN", -3: "mN", -6: "uN", -2: "gf"}, "m/s^2": {1: "g_n", -2: "cm/s^2", -3: "mm/s^2"}}
+MOTION_UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 ROTATIONS = {3: "mrad", 6: "urad"}
 
 
@@ -157,8 +158,8 @@ def _of_one_level(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool
                 Suspicion(
                     where=f'test "{campaign.tests[int(runs.test[own][0])].name}", level {level:.4g} '
                     f"{campaign.drive.unit}",
-                    sentence=f"all its sensors read about {_times(ratio)} what the model says, at the other levels "
-                    f"{_times(min(middle.values(), key=abs))}: is this level right?",
+                    sentence=f"all its sensors read about {format_times(ratio)} what the model says, at the other "
+                    f"levels {format_times(min(middle.values(), key=abs))}: is this level right?",
                 )
             )
     return found
@@ -167,11 +168,13 @@ def _of_one_level(campaign: Campaign, runs: _Runs, motions: Bool[NDArray[np.bool
 def _of_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
     stated = campaign.drive.unit
     unit = LEVEL_UNITS.get(stated, {}).get(power)
-    asked = f"is its level in {unit} instead of {stated}?" if unit else "is its level in another unit than it says?"
+    asked = f"is its level in {unit} instead of {stated}" if unit else "is its level in another unit than it says"
+    length = name_length(power, {sensor.quantity for sensor in campaign.sensors if not sensor.unit.startswith("rad")})
+    mend, other = ("", "") if not length else (" or those of the columns", f", or {length}")
     return Suspicion(
         where=f'test "{campaign.tests[test].name}"',
-        sentence=f"all its sensors read about {_times(ratio)} what the model says: {asked} "
-        "If so, correct units.level of the manifest; if not, the load of the case",
+        sentence=f"all its sensors read about {format_times(ratio)} what the model says: {asked}{other}? "
+        f"If so, correct units.level of the manifest{mend}; if not, the load of the case",
         of_test=True,
     )
 
@@ -185,12 +188,12 @@ def _of_channel(
 ) -> Suspicion:
     test, sensor = int(runs.test[chosen][0]), int(runs.sensor[chosen][0])
     ratio, of = float(np.median(runs.ratio[chosen])), campaign.sensors[sensor]
-    evidence = [f"it reads {_times(ratio)} what the model says"]
+    evidence = [f"it reads {format_times(ratio)} what the model says"]
     if np.isfinite(beside[chosen]).any():
-        evidence.append(f"the other sensors of the same runs {_times(float(np.nanmedian(beside[chosen])))}")
+        evidence.append(f"the other sensors of the same runs {format_times(float(np.nanmedian(beside[chosen])))}")
     elsewhere = (runs.sensor == sensor) & right
     if elsewhere.any():
-        own = _times(float(np.median(runs.ratio[elsewhere])))
+        own = format_times(float(np.median(runs.ratio[elsewhere])))
         evidence.append(f"and itself {own} in {_else(campaign, runs, elsewhere, test)}")
     units = ROTATIONS if of.unit.startswith("rad") else UNITS[of.quantity]
     unit = units.get(round(ratio))
@@ -220,7 +223,25 @@ def _else(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], 
     return f"test {' and '.join(names)}" if names else "its other runs"
 
 
-def _times(logarithm: float) -> str:
-    """A factor in words, without an exponent."""
+def name_length(power: int, quantities: Set[str]) -> str:
+    """What unit of length makes values so many powers of ten too large, as a question; empty for none that is used.
+
+    Parameters
+    ----------
+    power
+        Power of ten of measured over expected.
+    quantities
+        Quantities of the sensors that have it.
+    """
+    names = []
+    for quantity in sorted(quantities & MOTION_UNITS.keys()):
+        si, other = MOTION_UNITS[quantity], UNITS[quantity].get(abs(power))
+        if other:
+            names.append(f"in {other} and read as {si}" if power > 0 else f"in {si} and read as {other}")
+    return f"are its values {' or '.join(names)}" if names else ""
+
+
+def format_times(logarithm: float) -> str:
+    """A factor in words, without an exponent, from its decimal logarithm."""
     factor = float(f"{10**logarithm:.3g}")
     return f"{factor:,.10g} times" if 1e-4 <= factor < 1e7 else f"{factor:g} times"

@@ -40,6 +40,9 @@ class Modes:
     shapes, shape_deviation
         Shape (c, m): residues over the largest of each mode, so that this sensor is 1 [-]; with a driving point
         normalised to unit modal mass [1/sqrt(kg)]. The deviation is that of real and imaginary part alike.
+    residues
+        A_k of H = s^p sum A_k / (s - s_k) + conj., with p the time derivatives of each sensor, shape (c, m) [unit of
+        the response times s^(1 - p)].
     participation
         Share of the mean square of all responses that the mode alone makes up, shape (m,) [-]; overlapping modes do not
         sum to 1.
@@ -63,6 +66,7 @@ class Modes:
     damping_deviation: Numbers
     shapes: Complex[NDArray[np.complex128], "c m"]
     shape_deviation: Float[NDArray[np.float64], "c m"]
+    residues: Complex[NDArray[np.complex128], "c m"]
     participation: Numbers
     residual: Float[NDArray[np.float64], " c"]
     fitted: Complex[NDArray[np.complex128], "c f"]
@@ -76,7 +80,7 @@ class Modes:
             self, "frequency", "frequency_deviation", "damping_ratio", "damping_deviation", "shape_deviation",
             "participation", "residual",
         )  # fmt: skip
-        freeze_fields(self, "shapes", "fitted", kind=np.complex128)
+        freeze_fields(self, "shapes", "residues", "fitted", kind=np.complex128)
 
 
 def fit_modes(
@@ -232,6 +236,7 @@ def _describe(
         damping_deviation=damping_deviation,
         shapes=residues / largest,
         shape_deviation=fit.residue_deviation[:, order] / np.abs(largest),
+        residues=residues,
         participation=np.array([((np.abs(part) ** 2).sum(axis=1) / total).mean() for part in alone]),
         residual=np.sqrt((np.abs(values - fit.fitted) ** 2).sum(axis=1) / total),
         fitted=fit.fitted,

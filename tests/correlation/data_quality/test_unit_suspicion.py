@@ -111,7 +111,7 @@ def test_one_file_of_a_test_is_named_by_its_level_or_repeat(where: dict[str, flo
     assert found.sentence.startswith(words)
 
 
-@pytest.mark.parametrize(("unit", "words"), [("m/s^2", "in mm/s^2 instead of m/s^2?"), ("V", "in another unit")])
+@pytest.mark.parametrize(("unit", "words"), [("m/s^2", "in mm/s^2 instead of m/s^2"), ("V", "in another unit")])
 def test_a_level_that_is_wrong_is_named_in_the_unit_of_the_drive(unit: str, words: str) -> None:
     (found,) = suspected(replace(spoilt(campaign(), 1e-3, test=1), drive=Drive(unit=unit)))
     assert words in found.sentence
@@ -121,7 +121,7 @@ def test_all_sensors_of_a_test_that_are_wrong_together_speak_of_its_level() -> N
     (found,) = suspected(spoilt(campaign(), 1e-3, test=1))
     assert found.where == 'test "again"'
     assert (
-        "all its sensors read about 0.001 times what the model says: is its level in mN instead of N?" in found.sentence
+        "all its sensors read about 0.001 times what the model says: is its level in mN instead of N" in found.sentence
     )
 
 

@@ -1,0 +1,42 @@
+"""What a factor on a response may be: a unit of its length, of its force, g, or an amplitude of another kind."""
+
+from collections.abc import Set
+
+import numpy as np
+
+from correlation.data_quality.constant_factor import AMPLITUDES, UNITS
+from correlation.data_quality.wrong_unit import LEVEL_UNITS, name_length
+
+#: Pound-force [N].
+POUND = 4.4482216
+#: A factor is a known one within so much, or within its scatter [natural logarithm].
+NEAR = 0.05
+
+
+def list_causes(logarithm: float, scatter: float, quantities: Set[str]) -> str:
+    """Questions that a user can answer about responses that are so many times too large, and the remedy.
+
+    Parameters
+    ----------
+    logarithm, scatter
+        Natural logarithm of measured over expected, and how well it is known [-].
+    quantities
+        Quantities of the sensors that have it.
+    """
+    close = max(NEAR, scatter)
+
+    def is_near(factor: float) -> bool:
+        return bool(abs(logarithm - np.log(factor)) < close)
+
+    causes = [name_length(power, quantities) for power in (-9, -6, -3, 3, 6, 9) if is_near(10.0**power)]
+    units = {pair: factor for quantity in sorted(quantities & UNITS.keys()) for factor, pair in UNITS[quantity].items()}
+    causes += [
+        f"are its values in {own} and read as {read}" for (own, read), factor in units.items() if is_near(factor)
+    ]
+    forces = {10.0**power: unit for power, unit in LEVEL_UNITS["N"].items()} | {POUND: "lbf"}
+    causes += [f"is the force in {unit} and read as N" for factor, unit in forces.items() if is_near(factor)]
+    causes += [
+        f"is the response {own} and the force {read}" for factor, (own, read) in AMPLITUDES.items() if is_near(factor)
+    ]
+    known = "; or ".join(cause for cause in causes if cause) or "is a sensitivity or a gain wrong"
+    return f"{known}? If so, correct the unit or the column; if not, the load or all masses and springs of the case"
