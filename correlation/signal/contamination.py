@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from correlation.signal.record import Channels, Samples
@@ -12,6 +12,9 @@ from correlation.signal.record import Channels, Samples
 NEAREST, FARTHEST = 3, 15
 #: A foreign tone is reported above this share of a channel's amplitude [-].
 LEAST_TONE = 0.01
+#: Hann's window spreads a tone over less than so many lines on either side; a fundamental is off by less than so many
+#: of its standard deviations [-].
+LEAKING, SURE = 2.0, 3.0
 #: Of white noise, the largest of n lines is above the mean by the factor ln n + 7 in 1 of 1000 records.
 BEYOND_CHANCE = 7.0
 #: Samples at a crest beside those at the next value below it: a sine has at most 2.4 times as many, see `_clipped`.
@@ -46,17 +49,35 @@ def noise_power(
 
 
 def find_contamination(
-    time: Samples, channels: Channels, residual: Channels, frequency: float, names: Sequence[str]
+    time: Samples,
+    channels: Channels,
+    residual: Channels,
+    frequency: tuple[float, float],
+    n_harmonic: int,
+    names: Sequence[str],
 ) -> list[str]:
-    """Foreign tones and flat crests of each channel in words, with their evidence."""
+    """Foreign tones and flat crests of each channel in words, with their evidence.
+
+    Parameters
+    ----------
+    time, channels, residual
+        Instants, shape (n,) [s], signals, and what the fitted harmonics leave of them, shape (c, n).
+    frequency
+        Fundamental, and its standard deviation [Hz].
+    n_harmonic
+        Highest harmonic that was fitted; higher ones, which friction has as well, are not foreign.
+    names
+        Of the channels.
+    """
     found = []
+    harmonics = _higher_harmonics(time, *frequency, n_harmonic)
     for name, values, left in zip(names, channels, residual, strict=True):
         amplitude = np.sqrt(2) * values.std()
         if not amplitude > 0:
             continue
-        tone = _tone(time, left)
+        tone = _tone(time, left, harmonics)
         if tone is not None and tone[1] > LEAST_TONE * amplitude:
-            ratio = tone[0] / frequency
+            ratio = tone[0] / frequency[0]
             kind = "a subharmonic or combination tone" if abs(2 * ratio - round(2 * ratio)) < 0.02 else "hum or a beat"
             found.append(
                 f"{name}: what the harmonics leave has a tone at {tone[0]:.5g} Hz ({ratio:.4g} times the "
@@ -73,15 +94,34 @@ def find_contamination(
     return found
 
 
-def _tone(time: Samples, residual: Samples) -> tuple[float, float] | None:
-    """Frequency [Hz] and amplitude of the largest tone of a residual, if it is no chance of noise."""
+def _higher_harmonics(
+    time: Samples, frequency: float, deviation: float, n_harmonic: int
+) -> Bool[NDArray[np.bool_], " l"]:
+    """Lines of the spectrum that may be of harmonics that were not fitted, shape (n // 2 + 1,).
+
+    Lines are 1/T apart, and a harmonic is off by the error of the fundamental times its order.
+    """
+    n = len(time)
+    line = np.fft.rfftfreq(n, float(time[-1] - time[0]) / (n - 1))
+    order = np.round(line / frequency)
+    apart = np.abs(line - order * frequency)
+    return np.asarray((order > n_harmonic) & (apart <= LEAKING * line[1] + SURE * order * deviation))
+
+
+def _tone(time: Samples, residual: Samples, left_out: Bool[NDArray[np.bool_], " l"]) -> tuple[float, float] | None:
+    """Frequency [Hz] and amplitude of the largest tone of a residual, if it is no chance of noise.
+
+    Lines that are left out, of higher harmonics, are no tones.
+    """
     n = len(residual)
     window = np.hanning(n)
     spectrum = np.abs(np.fft.rfft(residual * window))
-    power = spectrum**2
+    power = np.where(left_out, 0.0, spectrum**2)
     top = int(np.argmax(power))
     # A tone has its three lines of Hann's window to itself: the mean without them is that of the noise.
-    others = np.delete(power, np.arange(max(top - 2, 0), min(top + 3, len(power))))
+    noise = ~left_out
+    noise[max(top - 2, 0) : top + 3] = False
+    others = power[noise]
     if not len(others) or power[top] <= others.mean() * (np.log(n) + BEYOND_CHANCE) or top == 0:
         return None
     line = np.fft.rfftfreq(n, float(time[-1] - time[0]) / (n - 1))

@@ -178,7 +178,9 @@ class DriftingFit:
         moved = channels - channels.mean(axis=1, keepdims=True)
         rms = np.sqrt((moved**2).mean(axis=1))
         left = np.sqrt((self.residual**2).mean(axis=1)) / np.where(rms > 0, rms, 1)
-        suspicions += find_contamination(time, channels, self.residual, self.frequency, names)
+        suspicions += find_contamination(
+            time, channels, self.residual, (self.frequency, self.frequency_deviation), self.constant.shape[1] - 1, names
+        )
         return Harmonics(
             frequency=self.frequency,
             frequency_deviation=self.frequency_deviation,

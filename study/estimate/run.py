@@ -15,6 +15,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from geometry.plain_number import plain
 from pipeline.output import replace_file
+from study.alike import merge_suspicions
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.edit import BOUND, UPPER, Written, difference, edited
@@ -136,7 +137,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     setup = read_case(opened, campaign, run).setup
     model, accepted = setup.model, {item.name: item for item in setup.accepted}
     with run.progress.step("suspicions", expected=2):
-        suspicions = find_all_suspicions(campaign, with_sensors(setup.complete, campaign))
+        suspicions = merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
     warnings: list[str] = []
     with run.progress.step("estimates", expected=2):
         estimates = tuple(estimate_all(model, campaign, warnings))

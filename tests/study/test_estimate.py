@@ -301,11 +301,16 @@ def test_what_looks_wrong_in_the_data_is_said_beside_the_estimates(
     frequency = np.linspace(90.0, 110.0, 21)
     response = 1 / (100.0**2 - frequency**2 + 2j * 0.01 * 100.0 * frequency)
     rows = [f"{f:.6g},{abs(x):.6g},{np.degrees(np.angle(x)):.6g}" for f, x in zip(frequency, response, strict=True)]
-    (folder / "tests" / "sine.csv").write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
+    for name in ("sine.csv", "again.csv"):
+        (folder / "tests" / name).write_text("\n".join(["f,x,angle", *rows]), encoding="utf-8")
     with (folder / "tests" / "campaign.toml").open("a", encoding="utf-8") as manifest:
-        manifest.write(SINE)
+        again = SINE.partition("[[run]]")[2].replace('"sine.csv"', '"again.csv"\nrepeat = 2')
+        manifest.write(f"{SINE}[[run]]{again}")
     suspicions: list[str] = run(folder, capfdbinary)["suspicions"]  # type: ignore[assignment]
-    assert any("174 rad" in sentence and "sine.csv" in sentence for sentence in suspicions)
+    # Both files at once.
+    (found,) = (sentence for sentence in suspicions if "174 rad" in sentence)
+    assert "sine.csv" in found
+    assert "again.csv" in found
 
 
 def test_text_has_no_sign_for_a_missing_unit_and_damping_is_not_below_zero(

@@ -103,6 +103,17 @@ def test_a_foreign_tone_is_reported_with_its_frequency_and_does_not_bias() -> No
     np.testing.assert_allclose(result.coefficients[0], COEFFICIENTS, atol=0.003)
 
 
+@pytest.mark.parametrize("order", [4, 7, 9])
+@pytest.mark.parametrize("cycles", [0.0, 0.4])
+def test_a_harmonic_beyond_those_that_are_fitted_is_not_foreign(order: int, cycles: float) -> None:
+    time = times(2.0)
+    # A line that is not in step with the record leaks; one 3 lines beside the harmonic is foreign again.
+    for beside, foreign in ((cycles / time[-1], False), ((cycles + 3) / time[-1], True)):
+        values = steady(time) + 0.1 * np.cos(2 * np.pi * (order * FREQUENCY + beside) * time)
+        suspicions = fit_harmonics(time, values, FREQUENCY, 3).suspicions
+        assert any("tone" in sentence for sentence in suspicions) == foreign
+
+
 def test_a_half_frequency_is_called_a_subharmonic() -> None:
     time = times(2.0)
     values = steady(time) + 0.1 * np.cos(np.pi * FREQUENCY * time)
