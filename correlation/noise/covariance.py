@@ -57,6 +57,12 @@ class Whitening:
         return np.asarray(scale * (whitened + self._basis @ along))
 
     @property
+    def total_deviation(self) -> Float[NDArray[np.float64], " m"]:
+        """Square root of the diagonal of S, shape (m,) [unit of each feature]."""
+        squares = 0.0 if self.modes is None else (self.modes**2).sum(axis=1)
+        return np.asarray(np.sqrt(self.deviation**2 + squares))
+
+    @property
     def log_determinant(self) -> float:
         """Logarithm of det S."""
         return float(2 * np.log(self.deviation).sum() - 2 * np.log1p(-self._shrink).sum())

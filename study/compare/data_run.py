@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_type.registry import Datum
@@ -28,9 +30,10 @@ from study.compare.data import (
 from study.compare.data_view import show_data
 from study.compare.page import render_sections
 from study.compare.report import side_by_side
-from study.compare.result import Calibrated
+from study.compare.result import DIFFERS, Calibrated
 from study.compare.sentence import Summary, judge
 from study.compare.suspicions import find_all_suspicions
+from study.compare.untested_friction import find_untested_friction
 from study.run_context import RunContext
 
 NEXT = "stickslip compare --calibrate fits the calibration parameters of the case to these data first."
@@ -124,7 +127,10 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
         if fitted:
             model, calibrated = calibrate_on_data(setup, campaign)
         data = compare_data(model, campaign.data)
-    suspicions = merge_suspicions(find_all_suspicions(campaign, model))
+    suspicions = find_all_suspicions(campaign, model)
+    if root_mean_square(data) <= DIFFERS:
+        suspicions = (*suspicions, *find_untested_friction(model, campaign.data))
+    suspicions = merge_suspicions(suspicions)
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
         drawn, sections = show_data(model, campaign.data, data, title)
@@ -190,13 +196,13 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
 
 def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicion] = ()) -> Summary:
     """Verdict of a comparison of other data than steady states, about which some suspicions stand."""
-    errors = np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
+    errors = _errors(data)
     lacking = sum(int((~np.isfinite(item.error)).sum()) for item in data)
     if not len(errors):
         tag = "The model cannot be compared with these data"
         reasons = tuple(dict.fromkeys(item.reason for item in data if item.reason))
         return Summary(tone="ambiguous", tag=tag, sentences=reasons, next=NEXT, cards=())
-    size = float(np.sqrt(np.mean(errors**2)))
+    size = root_mean_square(data)
     tone, tag = judge(size, without_comparison(data), suspicions)
     sentences = [
         f"The {len(errors)} measured numbers differ from the model by {size:.3g} standard deviations (root mean "
@@ -207,6 +213,16 @@ def summarise_data(data: Sequence[DataComparison], suspicions: Sequence[Suspicio
         sentences.append(f"For {lacking} numbers the model has no answer.")
     cards = (("measured numbers", str(len(errors))), ("difference, r.m.s. [standard deviations]", f"{size:.3g}"))
     return Summary(tone=tone, tag=tag, sentences=tuple(sentences), next=NEXT, cards=cards)
+
+
+def root_mean_square(data: Sequence[DataComparison]) -> float:
+    """Root mean square of all errors that there are [standard deviations]; NaN without any."""
+    errors = _errors(data)
+    return float(np.sqrt(np.mean(errors**2))) if len(errors) else np.nan
+
+
+def _errors(data: Sequence[DataComparison]) -> Float[NDArray[np.float64], " n"]:
+    return np.concatenate([[], *(item.error[np.isfinite(item.error)] for item in data)])
 
 
 def _by_quantity(data: Sequence[DataComparison]) -> Iterator[str]:

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 SWEEP_WORDS = {0: "", 1: "up", -1: "down"}
 
 
+#: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
+#: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
+AGREES, DIFFERS = 1.25, 2.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Calibrated:
     """A calibration parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""

@@ -13,7 +13,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
-from correlation.metric.misfit import Misfit, compute_misfit, configuration
+from correlation.metric.misfit import Misfit, compute_misfit, configuration, whole
 from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
@@ -40,9 +40,10 @@ from study.compare.data_run import DataCompared, name_step, run_data_comparison
 from study.compare.data_view import show_data
 from study.compare.page import page
 from study.compare.pictures import pictures
-from study.compare.result import SWEEP_WORDS, Calibrated, Compared
+from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, Compared
 from study.compare.suspicions import find_all_suspicions, require_noise
 from study.compare.unknown_gain import SetGains, set_gains
+from study.compare.untested_friction import find_untested_friction
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.run_context import RunContext
@@ -175,6 +176,10 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     gained = set_gains(setup, campaign)
     sides, calibrated, model = _sides(gained, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
+    suspicions = (*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)
+    if whole(train).whitened <= DIFFERS:
+        states = sides[0].comparison, sides[0].prediction
+        suspicions = (*suspicions, *find_untested_friction(model, campaign.data, states))
     return Compared(
         title=setup.title,
         campaign=campaign,
@@ -187,7 +192,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
             sides[0].comparison.observed, sides[0].prediction, sides[0].comparison.predictor.sweeps
         ),
         unread=sides[0].find_unread_peaks(campaign.drive.unit),
-        suspicions=merge_suspicions((*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)),
+        suspicions=merge_suspicions(suspicions),
         calibrated=calibrated,
     )
 
@@ -214,11 +219,8 @@ class Side:
     def misfit(self) -> Misfit:
         """By its points."""
         comparison, value = self.comparison, self.prediction.value
-        weights = comparison.whitening
-        modes = np.zeros((len(weights.deviation), 0)) if weights.modes is None else weights.modes
-        deviation = np.sqrt(weights.deviation**2 + (modes**2).sum(axis=1))
         predicted = comparison.features.of_values(value)
-        difference = (comparison.measured - predicted) / deviation
+        difference = (comparison.measured - predicted) / comparison.whitening.total_deviation
         standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
         return compute_misfit(
             comparison.observed, comparison.features, value, standardised, comparison.residual(self.prediction),

@@ -12,13 +12,10 @@ from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
 from study.compare.data import DataComparison, without_comparison
-from study.compare.result import Compared
+from study.compare.result import AGREES, DIFFERS, Compared
 from study.compare.section.overview import left_out
 from study.some_names import name_some
 
-#: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
-#: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
-AGREES, DIFFERS = 1.25, 2.0
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
 #: From here on a difference by chance is no agreement [%]: sensors err by 5 % and, unless all do alike, means by less.

@@ -12,9 +12,8 @@ from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
 from figure.style import choose_family_colours, typeset
 from study.compare.curve import Curve, Drawing, Panel, stands_out
-from study.compare.result import Compared
+from study.compare.result import DIFFERS, Compared
 from study.compare.section.section import Section
-from study.compare.sentence import DIFFERS
 from study.page.number import round_list
 
 Numbers = NDArray[np.float64]

@@ -1,0 +1,85 @@
+"""Whether what is compared shows slip at all: a model with its contacts stuck may read the same."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.campaign.measurement import Suspicion
+from correlation.data_type.registry import DATA_TYPES, Datum
+from correlation.errors import CampaignError
+from correlation.model import Model, Sensor
+from correlation.prediction import Prediction, Predictor
+from diagnosis.fit.comparison import Comparison
+from reduction.stuck import stick_at_rest
+from study.compare.data import CLEAR
+
+HEADLINE = "no compared reading shows slip: friction was not tested"
+
+
+def find_untested_friction(
+    model: Model, data: Sequence[Datum], states: tuple[Comparison, Prediction] | None = None
+) -> Iterator[Suspicion]:
+    """A remark if all that is compared is the same for the model with its contacts stuck, within the deviations.
+
+    Parameters
+    ----------
+    model
+        With the sensors of the campaign.
+    data
+        What is compared beside steady states.
+    states
+        Steady states beside the model; None if there are none.
+    """
+    stuck = _stick(model)
+    if len(stuck.system.joints) == len(model.system.joints):
+        return
+    if (states is None or not _states_slip(stuck, *states)) and not any(_slips(model, datum) for datum in data):
+        yield Suspicion(
+            where="campaign", remark=True, headline=HEADLINE,
+            sentence="all that is compared is within its deviations the same for this model with its contacts stuck: "
+            "friction coefficients, and preloads as far as they limit friction, were not tested; measure at larger "
+            "amplitudes",
+        )  # fmt: skip
+
+
+def _stick(model: Model) -> Model:
+    """The model with springs in place of what may slip, without the static load that it balances."""
+    system = model.system
+    slipping = [joint for joint in system.joints if joint.n_slider and joint.can_slip and any(joint.stuck_stiffness)]
+    names = {joint.name for joint in slipping}
+    linear = replace(
+        system,
+        stiffness=stick_at_rest(system.stiffness, slipping),
+        joints=[joint for joint in system.joints if joint.name not in names],
+        static_load=np.zeros(system.n_dof),
+    )
+    sensors = tuple(each for each in model.sensors if isinstance(each, Sensor))
+    return replace(model, system=linear, sensors=sensors, lines={}, dead_weights={}, linked_preloads=())
+
+
+def _slips(model: Model, datum: Datum) -> bool:
+    """Whether a number of a datum is another for a model with its contacts stuck, or cannot be told for it."""
+    kind = DATA_TYPES[datum.type]
+    # Without its lines a model cannot tell its free structure any more.
+    stuck = _stick(model.free() if getattr(datum, "configuration", "") == "free" else model)
+    try:
+        predicted = kind.predict(model, datum)
+    except CampaignError:
+        return False  # it is not compared
+    try:
+        apart = predicted - kind.predict(stuck, datum)
+    except CampaignError:
+        return True
+    return bool((np.abs(apart) > CLEAR * kind.features(datum).deviation).any())
+
+
+def _states_slip(stuck: Model, comparison: Comparison, prediction: Prediction) -> bool:
+    """The same of steady states; the linear model has no higher harmonics."""
+    points, value = prediction.points, np.array(prediction.value)
+    rows = ~points.free & (points.harmonic > 0) & np.isin(points.sensor, [each.name for each in stuck.sensors])
+    if not rows.any():
+        return False
+    value[rows] = Predictor(points=points.where(rows)).predict(stuck).value
+    of_values, deviation = comparison.features.of_values, comparison.whitening.total_deviation
+    return bool((np.abs(of_values(prediction.value) - of_values(value)) > CLEAR * deviation).any())
