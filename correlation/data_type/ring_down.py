@@ -22,6 +22,7 @@ from correlation.data_type.backbone import predict_backbone
 from correlation.data_type.indication import Indication
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features, Motion
 from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.signal.clipped_decay import describe_clipping
 from correlation.signal.decay_misfit import ENDS
 from correlation.signal.record import note_rounded_time
 from correlation.signal.ring_down import RingDown, analyse_ring_down, cut_decay
@@ -89,17 +90,29 @@ class FreeDecay:
     def suspicions(self) -> tuple[str, ...]:
         """What looks wrong in the record, in words."""
         size = float(np.ptp(self.signal)) / 2 if len(self.signal) else 0.0
-        if self.unit != "m" or size < LARGEST:
-            return ()
-        return (
-            f"its displacement is {size:.4g} m: are these the numbers of a recorder? Frequency and damping go with the "
-            "amplitude: give its unit or sensitivity",
-        )
+        clipped = describe_clipping(self.signal[self.time >= self._start])
+        found = [f"{clipped}, which spoils frequency and damping: give a later start"] if clipped else []
+        if self.unit == "m" and size >= LARGEST:
+            found.append(
+                f"its displacement is {size:.4g} m: are these the numbers of a recorder? Frequency and damping go with "
+                "the amplitude: give its unit or sensitivity"
+            )
+        return tuple(found)
+
+    @property
+    def _start(self) -> float:
+        """First instant that a mode is read from [s]."""
+        return min((mode.start for mode in self.modes), default=-np.inf)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """How the record is read, in words."""
-        return (*note_rounded_time(self.time), *dict.fromkeys(text for mode in self.modes for text in mode.remarks))
+        clipped: tuple[str, ...] = ()
+        if (before := describe_clipping(self.signal)) and not describe_clipping(self.signal[self.time >= self._start]):
+            read = f"it is read from {self._start:.4g} s on, and what larger amplitudes show is lost"
+            clipped = (f"{before}; {read}: measure with a wider range",)
+        of_modes = dict.fromkeys(text for mode in self.modes for text in mode.remarks)
+        return (*note_rounded_time(self.time), *clipped, *of_modes)
 
 
 def read_ring_down(table: TomlTable, context: DataContext) -> FreeDecay:
