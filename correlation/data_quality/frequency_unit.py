@@ -1,4 +1,4 @@
-r"""A frequency in rad/s that is called Hz, or the other way round: every measured resonance is off by :math:`2\pi`."""
+r"""A frequency in rad/s or kHz that is called Hz, or the other way round: one factor on every measured resonance."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,6 +35,8 @@ class WrongUnit:
 MISTAKES = (
     WrongUnit(factor=2 * np.pi, words="2 pi times", stated="Hz", likely="rad/s"),
     WrongUnit(factor=1 / (2 * np.pi), words="a 2 pi-th of", stated="rad/s", likely="Hz"),
+    WrongUnit(factor=1e-3, words="a thousandth of", stated="Hz", likely="kHz"),
+    WrongUnit(factor=1e3, words="1000 times", stated="kHz", likely="Hz"),
 )
 
 

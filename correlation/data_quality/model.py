@@ -25,7 +25,7 @@ AFTER_SWAPPING = 1 / 3
 
 
 def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> tuple[Suspicion, ...]:
-    r"""Whether a frequency column is in rad/s though the manifest says Hz, or the other way round.
+    """Whether a frequency column is in rad/s or kHz though the manifest says Hz, or the other way round.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
 
     Returns
     -------
-    One for each test whose resonance is none of the model's, but :math:`2\pi` times, or a :math:`2\pi`-th of, one.
+    One for each test whose resonance is none of the model's, but one of these units makes it one.
     """
     model = np.asarray(model_frequencies, dtype=np.float64)
     model = model[model > 0]

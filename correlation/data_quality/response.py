@@ -8,12 +8,14 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Suspicion
+from correlation.data_quality.decay_clock import find_wrong_clock
 from correlation.data_quality.frequency_unit import find_wrong_frequency_unit
 from correlation.data_quality.response_size import find_wrong_size
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.data_type.mode import MeasuredMode, linear_modes, shape_at_sensors
 from correlation.data_type.mode_set import group_modes
 from correlation.data_type.registry import Datum
+from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError
 from correlation.modal.assurance import modal_assurance
 from correlation.model import Model
@@ -25,7 +27,7 @@ ALIKE = 0.8
 
 
 def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspicion, ...]:
-    """Frequencies in another unit, swapped sensors and reversed ones, and responses that are a factor too large.
+    """Frequencies in another unit, swapped and reversed sensors, responses of another size, clocks of decays.
 
     Parameters
     ----------
@@ -48,11 +50,13 @@ def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspi
         with suppress(CampaignError):  # the same
             if isinstance(item, MeasuredResponse):
                 found += find_wrong_size(model, item)
+            if isinstance(item, FreeDecay):
+                found += find_wrong_clock(model, item)
     return tuple(found)
 
 
 def _wrong_frequency_unit(model: Model, name: str, modes: Sequence[MeasuredMode]) -> list[Suspicion]:
-    """One factor of 2 pi between all modes and those of the model."""
+    """One factor of a unit between all modes and those of the model."""
     candidates = [_partners(model, mode) for mode in modes]
 
     def distance(factor: float) -> Frequencies:

@@ -1,0 +1,86 @@
+"""Ring-downs whose clock is wrong: one factor on time explains the frequencies of all modes beside a model."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Suspicion
+from correlation.data_quality.frequency_unit import SAME
+from correlation.data_type.backbone import FAR
+from correlation.data_type.mode import linear_modes
+from correlation.data_type.ring_down import FreeDecay
+from correlation.model import Model
+
+Frequencies = Float[NDArray[np.float64], " m"]
+
+#: What is wrong with a clock, by the factor of measured frequencies on true ones.
+CLOCKS = {
+    1e-6: "are its times in us and read as s", 1e-3: "are its times in ms and read as s",
+    1e3: "are its times in s and read as ms", 0.5: "is its sampling rate twice what the times say",
+    2.0: "is its sampling rate half of what the times say",
+}  # fmt: skip
+#: Frequencies agree once the clock is mended within so much, several modes and one alone [natural logarithm]. Of 20,000
+#: random chains of up to six masses beside others whose masses and springs are off by up to 40 % each, none of those
+#: with several modes passes, and 0.5 % of those with one.
+TOGETHER, ALONE = 0.05, 0.02
+LISTED = 4
+
+
+def find_wrong_clock(model: Model, decay: FreeDecay) -> Iterator[Suspicion]:
+    """A wrong clock, or else a remark on modes that no mode of the model is near, with the frequencies of both.
+
+    Parameters
+    ----------
+    model
+        A model.
+    decay
+        Ring-down with its modes.
+    """
+    measured = np.array([float(mode.frequency[np.argmin(mode.amplitude)]) for mode in decay.modes])
+    frequency = linear_modes(model, decay.configuration)[0]
+    frequency = frequency[frequency > 0]
+    if not len(measured) or not len(frequency):
+        return
+    found = find_clock_factor(measured, frequency)
+    lost = _distance(measured, frequency) > np.log(FAR)
+    both = f"the modes of the model are at {_list(frequency)} Hz"
+    if found is not None:
+        yield Suspicion(
+            where=decay.name,
+            sentence=f"its modes are at {_list(measured)} Hz, and {both}: each is {found:.4g} times one of these, and "
+            f"none is near one as it is: {CLOCKS[found]}? If so, correct the unit or the rate of its time",
+        )
+    elif lost.any():
+        yield Suspicion(
+            where=decay.name,
+            sentence=f"its modes at {_list(measured[lost])} Hz are not compared, because {both}, none within a factor "
+            f"of {FAR:g}",
+            remark=True,
+        )
+
+
+def find_clock_factor(measured: Frequencies, model: Frequencies) -> float | None:
+    """The factor of `CLOCKS` that makes all measured frequencies those of a model; None if one of them is as it is.
+
+    Parameters
+    ----------
+    measured, model
+        Frequencies, shape (m,) [Hz] each.
+    """
+    if _distance(measured, model).min() < SAME:
+        return None
+    near = TOGETHER if len(measured) > 1 else ALONE
+    best = min(CLOCKS, key=lambda factor: float(_distance(measured, factor * model).max()))
+    return best if _distance(measured, best * model).max() < near else None
+
+
+def _distance(measured: Frequencies, model: Frequencies) -> Frequencies:
+    """From each measured frequency to the nearest of the model, shape (m,) [natural logarithm]."""
+    return np.asarray(np.abs(np.log(measured[:, None] / model)).min(axis=1))
+
+
+def _list(frequencies: Frequencies) -> str:
+    more = ", ..." if len(frequencies) > LISTED else ""
+    return ", ".join(f"{each:.4g}" for each in frequencies[:LISTED]) + more
