@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.by_repeat import arrange_by_repeat
+from correlation.data_quality.derived_quantity import name_derived_quantity
 from correlation.feature.table import FeatureTable
 
 #: Phases are suspected if values with the other sign agree so well, and their own so much less [-]: near a resonance,
@@ -70,9 +71,18 @@ def find_conjugate_tests(
         for index, sensor in enumerate(campaign.sensors):
             rows = here & (table.sensor == index)
             if judged := _judge(table.value[rows], predicted[rows]):
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    ratio = table.value[rows] / predicted[rows]
+                derived = name_derived_quantity(sensor.quantity, ratio, table.frequency[rows])
+                asked = _asked(judged[0])
+                if judged[0] == OPPOSITE and derived:
+                    asked = (
+                        f"with omega^2 besides, these numbers are those of {derived}: are they, and called "
+                        f"{sensor.quantity}? If so, correct the quantity of the sensor"
+                    )
                 yield Suspicion(
                     where=f'test "{test.name}", sensor "{sensor.name}"',
-                    sentence=f"{_evidence(judged, 'the model')}: {_asked(judged[0])}",
+                    sentence=f"{_evidence(judged, 'the model')}: {asked}",
                 )
 
 
