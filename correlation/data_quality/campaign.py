@@ -13,6 +13,7 @@ from correlation.data_quality.dead_channel import find_dead_channels, find_dead_
 from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
 from correlation.data_quality.missing_level import find_missing_levels
+from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
 
 #: Levels must differ by this factor before their ratio says something about a channel [-].
@@ -30,7 +31,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
     Phases in the imaginary column or missing, channels that stay constant, dead ones, sensors that stand on one point,
     repeats that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels, points,
-    sensors and repeats that are missing, sweeps that run the other way.
+    sensors and repeats that are missing, sweeps that run the other way, single readings of exactly zero.
     """
     dead = find_dead_rows(campaign)
     found = [
@@ -46,6 +47,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
             _missing_sensors,
             _missing_repeats,
             _sweeps,
+            find_zero_readings,
         )
         for each in check(campaign)
     ]
