@@ -52,6 +52,9 @@ def test_modes_and_loops_that_stick_do_not_test_friction() -> None:
     (found,) = find_untested_friction(model(), [mode(), mode("free"), loop(0.5 * LIMIT / SPRING)])
     assert found.remark
     assert "friction was not tested" in found.headline
+    assert "larger amplitudes" in found.sentence
+    (of_free,) = find_untested_friction(model(), [mode("free")])
+    assert "with its contacts, too" in of_free.sentence
 
 
 def test_one_loop_that_slips_is_enough() -> None:
