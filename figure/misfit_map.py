@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import BoundaryNorm, Colormap
 
-NOTHING = "#e5e7eb"
+NOTHING = "#bcc3cc"
 #: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.
 STEPS = (0, 2, 3, 5, 10, 20, 50)
 #: The first step is as pale as paper, so that what noise explains does not catch the eye.
