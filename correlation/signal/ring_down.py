@@ -155,8 +155,8 @@ def analyse_ring_down(
     remarks = [f"{fault}, and is left out" for fault in best.faults]
     if later is not None:
         remarks.append(
-            f"the decay is read from {later:.10g} s on: before, its modes do not follow their own amplitudes, as where "
-            f'several slip at once; start = "{later:.10g} s" in the manifest keeps it so'
+            f"the decay is read from {best.decay.start:.4g} s on: before, its modes do not follow their own "
+            f'amplitudes, as where several slip at once; start = "{later:.10g} s" in the manifest keeps it so'
         )
     modes = [replace(mode, remarks=tuple(remarks)) for mode in best.modes]
     return tuple(sorted(modes, key=lambda mode: float(mode.frequency[-1])))
