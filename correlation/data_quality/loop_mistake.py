@@ -15,21 +15,12 @@ from correlation.signal.loop import analyse_loop
 #: it must be so many times as small as without the change [-]. Of 400 random loops beside sliders whose stiffness and
 #: limit are off by 40 and 50 % (349 of them grossly), 1 looks like a mistake; of 400 mistakes 371 are found.
 GROSS, MENDED, BETTER = 5.0, 3.0, 4.0
-#: Factors on displacement and force that mend a unit, in words.
+#: Factors on displacement and force that mend a unit: what they change, and the units that may be mistaken.
 UNITS = {
-    (
-        1e3,
-        1.0,
-    ): "with 1000 times its displacements: are they in mm and read as um, or in m and read as mm? If so, correct "
-    "the unit of their column",
-    (1e-3, 1.0): "with 0.001 times its displacements: are they in um and read as mm, or in mm and read as m? If so, "
-    "correct the unit of their column",
-    (1.0, 1e3): "with 1000 times its forces: are they in kN and read as N? If so, correct the unit of their column",
-    (
-        1.0,
-        1e-3,
-    ): "with 0.001 times its forces: are they in mN and read as N, or in N and read as kN? If so, correct the "
-    "unit of their column",
+    (1e3, 1.0): ("1000 times its displacements", "in mm and read as um, or in m and read as mm"),
+    (1e-3, 1.0): ("0.001 times its displacements", "in um and read as mm, or in mm and read as m"),
+    (1.0, 1e3): ("1000 times its forces", "in kN and read as N"),
+    (1.0, 1e-3): ("0.001 times its forces", "in mN and read as N, or in N and read as kN"),
 }
 NONE = (0.0, 0.0)
 
@@ -57,7 +48,10 @@ def find_loop_mistake(model: Model, loop: ForceLoop) -> Iterator[Suspicion]:
         f"without its offsets of {-offsets[0]:.3g} m and {-offsets[1]:.3g} N: do its sensors read these at rest? If "
         "so, take them off"
     )
-    questions = {(scale, NONE): asked for scale, asked in UNITS.items()} | {((1.0, 1.0), offsets): at_rest}
+    questions = {
+        (scale, NONE): f"with {change}: are they {units}? If so, correct the unit of their column"
+        for scale, (change, units) in UNITS.items()
+    } | {((1.0, 1.0), offsets): at_rest}
     left = {change: _misfit(model, _changed(loop, *change)) for change in questions}
     # A loop that sticks has one stiffness, of which force and displacement may each be the cause.
     found = [

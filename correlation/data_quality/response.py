@@ -1,4 +1,4 @@
-"""Suspected mistakes of measured modes and frequency responses by comparison with a model, each with its evidence."""
+"""Suspected mistakes of modes, frequency responses, ring-downs and loops beside a model, each with its evidence."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -29,7 +29,7 @@ ALIKE = 0.8
 
 
 def find_response_suspicions(model: Model, data: Sequence[Datum]) -> tuple[Suspicion, ...]:
-    """Frequencies in another unit, swapped and reversed sensors, responses of another size, clocks of decays.
+    """Frequencies in another unit, swapped and reversed sensors, sizes of responses, clocks of decays, units of loops.
 
     Parameters
     ----------

@@ -139,6 +139,7 @@ def analyse_ring_down(
         skip = periods / lowest
         if not best.disturbed or skip > MOST_LEFT_OUT * len(decay.values) * decay.step:
             break
+        # As many digits as a user is asked to write: with them the reading is the same.
         at = round(decay.start + skip, 2 - floor(log10(skip)))
         try:
             rest = cut(start=at)

@@ -36,10 +36,9 @@ def find_wrong_stiffness(motions: Readings, model: Model) -> tuple[Suspicion, ..
         The case's.
     """
     jointed = motions.where(~motions.points.free)
-    peak = _find_lowest_peak(jointed)
     readings = jointed.some(MOST_ASKED)
     stated = readings.stated_misfit
-    if peak is None or not stated > GROSS:
+    if not stated > GROSS or (peak := _find_lowest_peak(jointed)) is None:
         return ()
     nearest = _distance(model, peak)
     tried = [
