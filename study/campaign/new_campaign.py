@@ -10,7 +10,7 @@ from correlation.campaign.manifest import MANIFEST
 from correlation.errors import CampaignError
 from correlation.file.column import MeasuredFile
 from correlation.file.format import MEASURED_FILES
-from correlation.file.format.uff import NOT_READ
+from correlation.file.format.uff import NOT_CLOSED, NOT_READ
 from correlation.file.read_file import read_file
 from study.campaign.channel_name import name_channels
 from study.campaign.column_role import Role
@@ -163,6 +163,9 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
         if (types := file.facts.get(NOT_READ))
     ]
     draft.suspicions += list_suspicions(judged)
+    draft.suspicions += [
+        f"{name}: {sentence}" for name, file in measured.files.items() if (sentence := file.facts.get(NOT_CLOSED))
+    ]
     number_repeats(draft)
     if draft.entries["record"] and not draft.is_comparable:
         draft.suspicions.append(

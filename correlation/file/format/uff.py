@@ -16,6 +16,8 @@ from correlation.file.uff.units import FileUnits, read_units
 
 #: Fact that names the types of datasets that were passed over.
 NOT_READ = "datasets that are not read"
+#: Fact of a file that may be cut behind its last dataset.
+NOT_CLOSED = "end of the file"
 BEGINNING = re.compile(rb"(?:[ \t]*\r?\n)*[ \t]{0,4}-1[ \t]*\r?\n[ \t]{0,6}\d{1,6}")
 
 
@@ -49,6 +51,11 @@ def read(path: Path) -> MeasuredFile:
         facts["units"] = units.described
     if others:
         facts[NOT_READ] = ", ".join(dict.fromkeys(others))
+    if not datasets[-1].is_closed:
+        facts[NOT_CLOSED] = (
+            f"ends behind dataset {len(datasets)} without a whole line of -1; if it is cut there, further datasets are "
+            "lost: compare its length with the original"
+        )
     return MeasuredFile(
         path=path, format="uff", title=title, columns=_with_abscissas(records), nodes=nodes, shapes=tuple(shapes),
         facts=facts,

@@ -6,7 +6,7 @@ the number of its values, and a line of -1 or the end of the file must follow th
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from correlation.errors import CampaignError
 from correlation.file.uff.binary_values import BinaryValues, read_binary_values
@@ -14,6 +14,8 @@ from correlation.file.uff.binary_values import BinaryValues, read_binary_values
 DELIMITER = re.compile(rb"[ \t]{0,4}-1[ \t]*\r?$", re.MULTILINE)
 IDENTIFIER = re.compile(rb"[ \t]{0,6}(\d{1,6})(?:([bB])(.*)|[ \t]*)\s*", re.DOTALL)
 BLANK = re.compile(rb"(?:[ \t\0\x1a]*\r?\n)*[ \t\0\x1a\r]*\Z|(?:[ \t]*\r?\n)*")
+#: What is left of the next line of -1 in a file that is cut there.
+BEGUN = re.compile(rb"[ \t]{1,4}")
 #: Lines of text after the identifier of a binary dataset.
 HEADER_LINES = 11
 
@@ -38,6 +40,8 @@ class Dataset:
         Lines below the identifier; of a binary dataset those of its header.
     values
         Binary values; None for a dataset of text.
+    is_closed
+        Whether a line of -1 follows, and none that is begun; otherwise the file may be cut behind its last dataset.
     """
 
     file: str
@@ -47,6 +51,7 @@ class Dataset:
     byte: int
     lines: list[bytes]
     values: BinaryValues | None = None
+    is_closed: bool = True
 
     def where(self, row: int = -1) -> str:
         """Place of one of its lines, or of its identifier, for messages."""
@@ -103,11 +108,10 @@ def split_datasets(file: str, data: bytes) -> Iterator[Dataset]:
             text = dataset.text(6) if dataset.kind == 58 else ""
             values = read_binary_values(dataset.error, decode(match[3]), text, data, cursor.position)
             cursor.jump(values.end)
-            yield Dataset(**{**vars(dataset), "values": values})
+            dataset = replace(dataset, values=values)
         else:
             dataset.lines.extend(cursor.take_until_delimiter())
-            yield dataset
-        cursor.take_delimiter()
+        yield replace(dataset, is_closed=cursor.take_delimiter())
 
 
 class _Cursor:
@@ -139,11 +143,12 @@ class _Cursor:
             self._advance(len(self.data))
         return self.data[start : self.position].split(b"\n")[: None if self.position == len(self.data) else -1]
 
-    def take_delimiter(self) -> None:
-        """Pass a line of -1, also one that follows binary values on the next line."""
+    def take_delimiter(self) -> bool:
+        """Pass a line of -1, also one that follows binary values on the next line; whether it is whole."""
         match = re.compile(rb"(?:\r?\n)?[ \t]{0,4}-1[ \t]*(?:\r?\n|\r?\Z)").match(self.data, self.position)
         if match:
             self._advance(match.end())
+        return match is not None and not BEGUN.fullmatch(self.data, self.position)
 
     def skip_blank(self) -> bool:
         """Pass blank lines; whether something follows."""

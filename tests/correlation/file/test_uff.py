@@ -10,6 +10,7 @@ import pytest
 
 from correlation.errors import CampaignError
 from correlation.file.column import Column, MeasuredFile, Point
+from correlation.file.format.uff import NOT_CLOSED
 from correlation.file.read_file import read_file
 from correlation.file.uff.dataset_58 import FUNCTIONS
 from correlation.file.uff.write_uff import write_uff
@@ -273,6 +274,16 @@ def test_every_truncation_of_a_binary_file_is_a_sentence_or_whole_datasets(tmp_p
         assert len(columns) == 2, length
         assert length >= len(BINARY.binary("<")) - len(b"    -1\n"), length
         np.testing.assert_array_equal(columns[1].values, BINARY.y)
+
+
+@pytest.mark.parametrize("whole", [BINARY.binary("<"), TEXT.text()])
+def test_a_last_dataset_without_its_closing_line_is_said(tmp_path: Path, whole: bytes) -> None:
+    # Within a line of -1 between two datasets, a cut leaves whole datasets and loses the next ones.
+    line = b"    -1\n"
+    assert NOT_CLOSED not in read(tmp_path, whole + whole).facts
+    for kept in (*range(-len(line), -2), *range(1, 5)):
+        measured = read(tmp_path, (whole + whole)[: len(whole) + kept])
+        assert measured.facts[NOT_CLOSED].startswith("ends behind dataset 1 "), kept
 
 
 def test_what_pyuff_writes_comes_back(tmp_path: Path) -> None:
