@@ -45,9 +45,9 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         forces = {} if test.control == "response" else _forces(campaign, number)
         where, unit = f'test "{test.name}"', campaign.drive.unit
         ratios = {level: float(np.median(force)) / level for level, force in forces.items() if np.median(force) > 0}
-        factor = _common_factor(ratios) if campaign.drive.calibrated else None
-        if factor is not None:
-            likely = _likely_units(factor, unit)
+        factor = common_factor(list(ratios.values())) if campaign.drive.calibrated else None
+        if factor is not None and abs(np.log(factor)) > np.log(ANOTHER):
+            likely = likely_units(factor, unit)
             asked = f"is {' or '.join(likely)}?" if likely else "is the sensitivity of the force, or the level, right?"
             sentence = f"the measured force is {factor:.3g} times its set point at all levels: {asked}"
             yield Suspicion(where=where, sentence=sentence, of_test=bool(likely))
@@ -76,16 +76,28 @@ def _forces(campaign: Campaign, test: int) -> dict[float, Forces]:
     return forces
 
 
-def _common_factor(ratios: Mapping[float, float]) -> float | None:
-    """The factor by which the forces of all levels are off their set points; None if it is small, or not one."""
-    logarithms = np.log(list(ratios.values()))
-    if not len(logarithms) or np.ptp(logarithms) > 2 * NEAR or not np.abs(logarithms).min() > np.log(ANOTHER):
-        return None
-    return float(np.exp(np.median(logarithms)))
+def common_factor(ratios: Sequence[float]) -> float | None:
+    """The factor by which forces are off their set points; None if it is not one for all.
+
+    Parameters
+    ----------
+    ratios
+        Measured forces over their set points, shape (n,) [-].
+    """
+    logarithms = np.log(list(ratios))
+    return float(np.exp(np.median(logarithms))) if len(logarithms) and np.ptp(logarithms) < 2 * NEAR else None
 
 
-def _likely_units(factor: float, unit: str) -> list[str]:
-    """What may be in which unit, if forces are so many times their set points, in words."""
+def likely_units(factor: float, unit: str) -> list[str]:
+    """What may be in which unit, if forces are so many times their set points, in words.
+
+    Parameters
+    ----------
+    factor
+        Measured forces over their set points [-].
+    unit
+        Unit that both are said to have.
+    """
     return [
         f"{what} in {name} instead of {unit}"
         for what, own in (("the force", factor), ("the level", 1 / factor))
@@ -94,17 +106,29 @@ def _likely_units(factor: float, unit: str) -> list[str]:
     ]
 
 
-def _of_other_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[float, str]]:
-    """Levels whose force is far above their set point, or that have each other's forces, with what looks wrong."""
+def levels_meant(ratios: Mapping[float, float]) -> dict[float, float]:
+    """Levels whose force is the set point of another level, with that level.
+
+    Parameters
+    ----------
+    ratios
+        Measured force over set point [-] by level.
+    """
     levels = np.array(list(ratios))
-    force = {level: level * ratio for level, ratio in ratios.items()}
     meant = {}
-    for level, size in force.items():
-        apart = np.abs(np.log(levels / size))
+    for level, ratio in ratios.items():
+        apart = np.abs(np.log(levels / (level * ratio)))
         if apart.min() < NEAR and levels[np.argmin(apart)] != level:
             meant[level] = float(levels[np.argmin(apart)])
+    return meant
+
+
+def _of_other_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple[float, str]]:
+    """Levels whose force is far above their set point, or that have each other's forces, with what looks wrong."""
+    force = {level: level * ratio for level, ratio in ratios.items()}
+    meant = levels_meant(ratios)
     for level, ratio in ratios.items():
-        if _is_exchanged(meant, level):
+        if is_exchanged(meant, level):
             other = meant[level]
             word = "exchanged" if meant[other] == level else "mixed up"
             yield (
@@ -121,8 +145,16 @@ def _of_other_levels(ratios: Mapping[float, float], unit: str) -> Iterator[tuple
             )
 
 
-def _is_exchanged(meant: Mapping[float, float], level: float) -> bool:
-    """Whether the way from a level to the one whose force it has comes back; that of levels that clip does not."""
+def is_exchanged(meant: Mapping[float, float], level: float) -> bool:
+    """Whether the way from a level to the one whose force it has comes back; that of levels that clip does not.
+
+    Parameters
+    ----------
+    meant
+        Levels with the level whose force they have.
+    level
+        A level.
+    """
     at = meant.get(level)
     for _ in meant:
         if at is None or at == level:

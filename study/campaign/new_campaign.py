@@ -164,7 +164,7 @@ def draft_campaign(measured: FolderFiles, answers: Answers) -> Draft:
     ]
     draft.suspicions += list_suspicions(judged)
     draft.suspicions += [
-        f"{name}: {sentence}" for name, file in measured.files.items() if (sentence := file.facts.get(NOT_CLOSED))
+        f"{name} {ending}" for name, file in measured.files.items() if (ending := file.facts.get(NOT_CLOSED))
     ]
     number_repeats(draft)
     if draft.entries["record"] and not draft.is_comparable:

@@ -15,10 +15,9 @@ from study.campaign.draft_frequency import (
     responses_with_phases,
 )
 from study.campaign.dwell import contradicted_frequency
-from study.campaign.level import force_in_name
-from study.campaign.set_point import HELD
+from study.campaign.named_level import find_wrong_names
 from study.campaign.table_kind import JudgedTable, Kind
-from study.campaign.time_history import FLAT, share_near_limit, sine_amplitude
+from study.campaign.time_history import FLAT, share_near_limit
 
 Series = Float[NDArray[np.float64], " n"]
 
@@ -44,12 +43,12 @@ def list_suspicions(tables: Sequence[JudgedTable]) -> list[str]:
             continue
         sentences += _dead_channels(judged)
         if judged.kind is Kind.STEPPED_SINE:
-            sentences += _branches(judged) + _varying_force(judged) + _level_of_name(judged)
+            sentences += _branches(judged) + _varying_force(judged)
         elif judged.kind is Kind.STEADY_STATE:
-            sentences += _clipping(judged) + _level_of_name(judged) + _frequency_of_name(judged)
+            sentences += _clipping(judged) + _frequency_of_name(judged)
         elif judged.kind in {Kind.RECORD, Kind.RING_DOWN, Kind.LOOP}:
             sentences += _clipping(judged)
-    return list(dict.fromkeys(sentences))
+    return list(dict.fromkeys([*sentences, *find_wrong_names(tables)]))
 
 
 def two_branches(
@@ -129,23 +128,6 @@ def _varying_force(judged: JudgedTable) -> list[str]:
     return [
         f'{judged.table.file.path.name}: "{force.name}" goes from {size.min():.4g} to {size.max():.4g}: the force of '
         "each point is used; the level is its median"
-    ]
-
-
-def _level_of_name(judged: JudgedTable) -> list[str]:
-    """A force that is not the one in the name of the file, as that of a drive that clips."""
-    force = force_column(judged)
-    level, words = (None, "") if force is None else force_in_name(judged, force.name)
-    if force is None or level is None:
-        return []
-    is_history = judged.kind is Kind.STEADY_STATE
-    median = sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values)))
-    if abs(median - level) < HELD * level:
-        return []
-    return [
-        f'{judged.table.file.path.name}: "{words}" in its name, but "{force.name}" is {median:.4g} N '
-        f"({'amplitude' if is_history else 'median'}): did the "
-        "drive clip, or is one of them rms or peak to peak? The measured force is used"
     ]
 
 

@@ -106,7 +106,7 @@ def test_a_name_that_contradicts_the_data_is_suspected_and_not_used(tmp_path: Pa
     assert [measured[frequency] for frequency in (79.2, 80.1, 95.0)] == [0.5, 0.5, 0.5]
     assert measured[81.9] == pytest.approx(2.0, rel=0.03)  # the force scatters by 1 %
     assert any("80.7 Hz in its name" in sentence and "95" in sentence for sentence in campaign.suspicions)
-    assert any('"0.5N" in its name' in sentence and "81.9Hz" in sentence for sentence in campaign.suspicions)
+    assert any('"0.5N" in the name' in sentence and "81.9Hz" in sentence for sentence in campaign.suspicions)
 
 
 def test_a_record_at_another_frequency_than_its_name_stays_a_record(tmp_path: Path) -> None:

@@ -886,7 +886,31 @@ def test_a_force_that_is_not_the_one_in_the_name_of_its_file_is_suspected(tmp_pa
         tmp_path / "sweep_10N.csv", "freq [Hz],force [N],tip [m]", FREQUENCY, force, np.abs(receptance(FREQUENCY))
     )
     campaign, _ = drafted(tmp_path)
-    assert any('"10N" in its name' in sentence and "8 N" in sentence for sentence in campaign.suspicions) == clips
+    assert any('"10N" in the name' in sentence and "8 N" in sentence for sentence in campaign.suspicions) == clips
+
+
+@pytest.mark.parametrize(
+    ("forces", "said"),
+    [
+        ((0.1124, 0.6744, 2.248), ["all 3 runs", "is the force in lbf instead of N"]),
+        ((0.354, 2.12, 7.07), ["all 3 runs", "is the force rms and the level in the name peak"]),
+        ((0.5, 10.0, 3.0), ['named "10N": are the names of levels exchanged', 'named "3N": are the names of levels']),
+        ((0.5, 3.0, 8.0), ["sweep_10N.csv", "8 N: did the drive clip"]),
+        ((0.5, 3.0, 3.0), ["sweep_10N.csv", "3 N: did the drive clip"]),
+        ((0.5, 3.0, 10.0), []),
+    ],
+)
+def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(
+    tmp_path: Path, forces: tuple[float, ...], said: list[str]
+) -> None:
+    tip = np.abs(receptance(FREQUENCY))
+    for name, force in zip(("0p5N", "3N", "10N"), forces, strict=True):
+        write_csv(tmp_path / f"sweep_{name}.csv", "freq [Hz],force [N],tip [m]", FREQUENCY, force * ONES, force * tip)
+    sentences = [
+        sentence for sentence in drafted(tmp_path)[0].suspicions if "measured force is used" in sentence.lower()
+    ]
+    assert all(any(words in sentence for sentence in sentences) for words in said)
+    assert len(sentences) == (2 if "exchanged" in "".join(said) else min(len(said), 1))
 
 
 @pytest.mark.parametrize("clips", ["force", "tip"])

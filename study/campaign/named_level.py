@@ -1,0 +1,102 @@
+"""Levels in the names of runs beside the forces that were measured in them."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from correlation.data_quality.constant_factor import AMPLITUDES
+from correlation.data_quality.drive import NEAR, common_factor, is_exchanged, levels_meant, likely_units
+from study.campaign.draft_frequency import force_column
+from study.campaign.level import force_in_name
+from study.campaign.set_point import HELD
+from study.campaign.table_kind import JudgedTable, Kind
+from study.campaign.time_history import sine_amplitude
+
+USED = "the measured force is used"
+
+
+class _NamedLevel(NamedTuple):
+    """A run whose name tells a level [N], the words of it, and what its measured force is [N]."""
+
+    file: str
+    words: str
+    level: float
+    channel: str
+    force: float
+
+    @property
+    def differs(self) -> bool:
+        return abs(self.force - self.level) >= HELD * self.level
+
+
+def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
+    """What is wrong where forces are not those in the names of their runs, one sentence for all runs of one cause.
+
+    Parameters
+    ----------
+    tables
+        Judged tables of a campaign.
+    """
+    runs = [run for judged in tables if (run := _named_level(judged)) is not None]
+    differ = [run for run in runs if run.differs]
+    factor = common_factor([run.force / run.level for run in runs]) if len(runs) > 1 else None
+    if factor is not None and len(differ) == len(runs):
+        yield _of_factor(runs, factor)
+        return
+    by_level = {level: [run for run in runs if run.level == level] for level in sorted({run.level for run in runs})}
+    ratios = {level: float(np.median([run.force for run in same])) / level for level, same in by_level.items()}
+    meant = levels_meant(ratios)
+    for level, same in by_level.items():
+        wrong = [run for run in same if run.differs]
+        if wrong and is_exchanged(meant, level):
+            other = by_level[meant[level]][0].words
+            yield (
+                f'{_named(wrong)}, and the measured force is {_range(wrong)}, that of runs which are named "{other}": '
+                f"are the names of levels exchanged? {USED.capitalize()}"
+            )
+        elif wrong:
+            yield (
+                f'{_named(wrong)}, but "{wrong[0].channel}" is {_range(wrong)}: did the drive clip, or is one of them '
+                f"rms or peak to peak? {USED.capitalize()}"
+            )
+
+
+def _named_level(judged: JudgedTable) -> _NamedLevel | None:
+    if judged.kind not in {Kind.STEPPED_SINE, Kind.STEADY_STATE}:
+        return None
+    force = force_column(judged)
+    level, words = (None, "") if force is None else force_in_name(judged, force.name)
+    if force is None or level is None:
+        return None
+    is_history = judged.kind is Kind.STEADY_STATE
+    size = abs(sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values))))
+    return _NamedLevel(judged.table.file.path.name, words, level, force.name, size) if size > 0 else None
+
+
+def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
+    """One factor of all runs, and what it may be."""
+    likely = likely_units(factor, "N") + [
+        f"the force {own} and the level in the name {read}"
+        for known, (own, read) in AMPLITUDES.items()
+        if abs(np.log(factor / known)) < NEAR
+    ]
+    asked = f"is {' or '.join(likely)}" if likely else "is the sensitivity of the force right"
+    called = ", ".join(f'"{words}"' for words in dict.fromkeys(run.words for run in runs))
+    return (
+        f"{', '.join(dict.fromkeys(run.file for run in runs))}: the measured force is {factor:.3g} times the level in "
+        f"the name in all {len(runs)} runs ({called}): {asked}? {USED.capitalize()}; if it is wrong, correct the unit "
+        "of its column"
+    )
+
+
+def _named(runs: Sequence[_NamedLevel]) -> str:
+    """Files of some runs, and the level in their names."""
+    several = f" of {len(runs)} runs" if len(runs) > 1 else ""
+    return f'{", ".join(dict.fromkeys(run.file for run in runs))}: "{runs[0].words}" in the name{several}'
+
+
+def _range(runs: Sequence[_NamedLevel]) -> str:
+    """Measured forces in words."""
+    low, high = (f"{pick(run.force for run in runs):.4g}" for pick in (min, max))
+    return f"{low} N" if low == high else f"{low} to {high} N"
