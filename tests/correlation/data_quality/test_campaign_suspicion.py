@@ -297,6 +297,13 @@ def test_phases_that_are_not_relative_to_the_force_are_turned_by_one_angle(f0: f
         (found,) = find_conjugate_tests(turned, extract_features(turned), predictions(turned, f0))
         assert found.of_test
         assert "turned by -97 deg" in found.sentence
+        small = with_values(made, np.exp(-0.5j) * made.measurement.value)
+        (found,) = find_conjugate_tests(small, extract_features(small), predictions(small, f0))
+        assert "turned by +29 deg" in found.sentence
+        table = made.measurement
+        late = with_values(made, np.exp(-2j * np.pi * table.harmonic * table.frequency * 1e-3) * table.value)
+        (found,) = find_conjugate_tests(late, extract_features(late), predictions(late, f0))
+        assert "is 1 ms at 100 Hz" in found.sentence
 
 
 @pytest.mark.parametrize("f0", [100.0, 99.8])
