@@ -1,5 +1,6 @@
 """Suspected mistakes in a campaign by its data alone, each with its evidence in numbers."""
 
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 
@@ -30,8 +31,9 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Suspected mistakes in the data alone.
 
     Phases in the imaginary column or missing, channels that stay constant, dead ones, sensors that stand on one point,
-    repeats that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels, points,
-    sensors and repeats that are missing, sweeps that run the other way, single readings of exactly zero.
+    repeats that are copies or settle, sensors that are swapped in a repeat, repeats that are levels, levels,
+    frequencies, points, sensors and repeats that are missing, sweeps that run the other way, single readings of
+    exactly zero.
     """
     dead = find_dead_rows(campaign)
     found = [
@@ -43,6 +45,7 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
             _one_place,
             partial(_copies, dead=dead),
             _missing_levels,
+            _missing_frequencies,
             _missing_points,
             _missing_sensors,
             _missing_repeats,
@@ -168,6 +171,27 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
                     sentence=f"repeat {repeat}, sweep {SWEEPS[int(sweep)]} lacks the level {listed} "
                     f"{campaign.drive.unit}, which others have: was a file cut short?",
                 )
+
+
+def _missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
+    """Runs that lack frequencies which several others of their level have in common: a sweep that was aborted."""
+    for number, test in enumerate(campaign.tests):
+        table = campaign.measurement.where(campaign.measurement.test == number)
+        for level in np.unique(table.level):
+            own = table.where(table.level == level)
+            runs = group_rows([own.repeat, own.sweep])
+            grids = [frozenset(own.frequency[runs.number == run].tolist()) for run in range(len(runs.first))]
+            full, several = Counter(grids).most_common(1)[0]
+            for run, grid in zip(runs.first, grids, strict=True):
+                if several > 1 and grid < full:
+                    lost = sorted(full - grid)
+                    yield Suspicion(
+                        where=f'test "{test.name}"',
+                        sentence=f"repeat {own.repeat[run]}, sweep {SWEEPS[int(own.sweep[run])]} at {level:.4g} "
+                        f"{campaign.drive.unit} lacks {len(lost)} of {len(full)} frequencies, {lost[0]:.5g} to "
+                        f"{lost[-1]:.5g} Hz, which others have: was it aborted?",
+                        remark=True,
+                    )
 
 
 def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:

@@ -142,6 +142,19 @@ def test_a_missing_level_is_suspected() -> None:
     assert 'test "stepped": repeat 2, sweep down lacks the level 10 N, which others have' in found
 
 
+def test_frequencies_that_one_run_lacks_are_said_where_several_others_have_them() -> None:
+    made = campaign()
+    table = made.measurement
+    aborted = (table.level == 10.0) & (table.repeat == 2) & (table.sweep == -1) & (table.frequency < 100)
+    found = sentences(replace(made, measurement=table.where(~aborted)))
+    assert "repeat 2, sweep down at 10 N lacks " in found
+    assert " which others have: was it aborted?" in found
+    # A test of one full sweep and a short one is planned so.
+    short = (table.repeat > 1) & (table.frequency < 100)
+    few = replace(made, measurement=table.where(~short & (table.sweep == 1)))
+    assert "aborted" not in sentences(few)
+
+
 def test_missing_points_of_a_sensor_are_suspected() -> None:
     made = campaign()
     table = made.measurement
