@@ -170,9 +170,9 @@ def _guesses(loop: MeanLoop, resolution: Resolution, suspicions: tuple[str, ...]
         force = _scaled(coefficient, normal)
     else:
         words.append(
-            f"{unslipped / stiffness:.2g} of the stiffness, {unslipped:.4g} N/m, never slips within +-{half:.4g} m: "
-            "gross slip is not reached, and the friction coefficient is a lower bound; or a spring of that stiffness "
-            "stands beside the contact, and is part of the tangential stiffness"
+            f"{unslipped / stiffness:.2g} of the stiffness, {unslipped:.4g} N/m, never slips within "
+            f"+-{1e6 * half:.4g} um: gross slip is not reached, and the largest force is a lower bound of friction; or "
+            "a spring of that stiffness stands beside the contact, and is part of the tangential stiffness"
         )
         force, coefficient = _lower_bounds(loop, resolution, deviation[3])
     return StickSlip(

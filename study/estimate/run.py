@@ -93,7 +93,7 @@ class Estimated:
 
     def text(self) -> str:
         """For people."""
-        lines = []
+        lines: list[str] = []
         for item in self.estimates:
             low, high = item.interval
             ends = f"{low:.4g} to {high:.4g}" if np.isfinite(high) else f"at least {low:.4g}"
@@ -103,7 +103,8 @@ class Estimated:
                 f"{item.parameter:8} {item.value:.4g}{unit} ({ends}), {item.factor:.3g} times the model's "
                 f"{item.model_value:.4g}; {item.source}"
             )
-            lines += [f"         {sentence}" for sentence in item.bias]
+            # What holds for several estimates stands at the first.
+            lines += [line for sentence in item.bias if (line := f"         {sentence}") not in lines]
         lines += ["", *self.missing] if self.missing else []
         remarks = [*map(str, self.suspicions), *self.warnings]
         lines += ["", *remarks] if remarks else []
