@@ -53,7 +53,7 @@ def modal_sections(view: ModalView, drawn: Mapping[str, bytes]) -> Iterator[Sect
     if view.sets:
         head = ("modes", "measured [Hz]", "model [Hz]", "error", "measured \u03b6", "model \u03b6", "MAC")
         rows = [row for own in view.sets for row in _pair_rows(own)]
-        text = " ".join(sentence for own in view.sets for sentence in _judge_shapes(own))
+        text = " ".join(dict.fromkeys(sentence for own in view.sets for sentence in _judge_shapes(own)))
         yield Section(
             title="Mode pairing",
             text=f"{PAIRING} {text}",
@@ -121,8 +121,8 @@ def _judge_shapes(own: ModalSet) -> Iterator[str]:
     for sensor, value in zip(own.sensors, own.coordinate, strict=False):
         if value < LOW:
             yield (
-                f"Sensor {sensor} agrees least over the pairs (CoMAC {value:.2f}): its place, direction or sign may be "
-                "wrong, or the model is wrong there."
+                f"Sensor {sensor} agrees least over the pairs of {own.name} (CoMAC {value:.2f}): its place, direction "
+                "or sign may be wrong, or the model is wrong there."
             )
 
 
