@@ -138,8 +138,10 @@ def _find_sets(model: Model, modes: Sequence[MeasuredMode]) -> Iterator[ModalSet
 def _draw(model: Model, view: ModalView, title: str) -> dict[str, object]:
     """Results to draw, by the names of their files."""
     drawn: dict[str, object] = {}
-    for number, own in enumerate(view.sets[:MOST_PICTURES], start=1):
-        drawn[f"mac{_suffix(number, len(view.sets))}"] = MacMatrix(
+    # A single number needs no picture.
+    sets = [own for own in view.sets if own.pairing.assurance.size > 1]
+    for number, own in enumerate(sets[:MOST_PICTURES], start=1):
+        drawn[f"mac{_suffix(number, len(sets))}"] = MacMatrix(
             assurance=own.pairing.assurance,
             measured=np.array([mode.frequency for mode in own.measured]),
             model=own.frequency,

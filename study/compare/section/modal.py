@@ -18,7 +18,7 @@ FEW_SENSORS = 4
 LOW = 0.8
 PAIRING = (
     "Measured modes and the linear modes of the model, paired by shape and nearness in frequency; the closed contacts "
-    "of a jointed structure stick. MAC is 1 for equal shapes; the picture shows it for all modes, pairs are framed."
+    "of a jointed structure stick. MAC is 1 for equal shapes; a picture shows it for several modes, pairs are framed."
 )
 SENSORS = (
     "CoMAC is 1 for a sensor that moves as in the model in all pairs, the worst sensor first. It sees sizes alone: a "
