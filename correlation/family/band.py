@@ -33,10 +33,10 @@ class BandAt(NamedTuple):
 class LimitChange(NamedTuple):
     """Limits where a force or a preload is another one."""
 
-    span: float
-    """Natural logarithm of the ratio [-]."""
-    value: Float[NDArray[np.float64], "2 2 f"]
-    """Limits at exp(-span) and at exp(span) times it, shape (2, 2, f); NaN where no state was found."""
+    log_ratio: Values
+    """Natural logarithms of the ratios to it, on either side of 0 and rising, shape (k,) [-]."""
+    value: Float[NDArray[np.float64], "k 2 f"]
+    """Limits at these, shape (k, 2, f); NaN where no state was found."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,9 +9,12 @@ force three times as fast there as with the few harmonics and samples of the sea
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.configuration import Configuration
 from correlation.model import Model
@@ -20,7 +23,7 @@ from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.objective import Objective
-from hbsolve.limits.point import LimitPoint
+from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.slider_bounds import SliderBox, slider_box
 from hbsolve.limits.sliders import slider_table
@@ -28,6 +31,12 @@ from hbsolve.solution import newton_from, solve_at
 from hbsolve.state import SteadyState, in_harmonics_of, slider_start
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
 from reduction.array_type import Real
+
+Values = Float[NDArray[np.float64], " k"]
+
+#: Forces and preloads that limits are read at, in spans: a static force in full slip may follow the force three times
+#: as steeply at the ends as between, which no parabola through three points tells.
+STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +68,7 @@ class Variant:
 
     def limit(
         self, balance: HarmonicBalance, objective: Objective, side: LimitSide, known: SteadyState
-    ) -> SteadyState | None:
+    ) -> TrialState | None:
         """The limit that a search from that of the model ends at; None where no state is found.
 
         Parameters
@@ -73,19 +82,17 @@ class Variant:
         """
         own = self.like(balance).balance.at_level(self.factor * known.level)
         condensed = own.at(known.angular_frequency)
-        start = find_state(own, condensed, known.motion, known.slider)
         point = LimitPoint(
             balance=own, condensed=condensed, linear=own.linear(condensed), measure=objective.measure(own, condensed),
             sliders=slider_table(own), box=self.box,
         )  # fmt: skip
-        settled = None if start is None else point.settle(start.motion, start.slider)
-        if settled is None:
-            return None
-        best = local_search(point, settled, side)
-        return newton_from(own, condensed, best.x, slider_start(own, best.w))
+        settled = point.settle(known.motion, known.slider)
+        if settled is None and (near := find_state(own, condensed, known.motion, known.slider)) is not None:
+            settled = point.settle(near.motion, near.slider)
+        return settled and local_search(point, settled, side)
 
     def refined(
-        self, balance: HarmonicBalance, own: SteadyState, known: SteadyState, refined: SteadyState, *, alone: bool
+        self, balance: HarmonicBalance, own: TrialState, known: SteadyState, refined: SteadyState, *, alone: bool
     ) -> tuple[Configuration, SteadyState | None]:
         """A state in the harmonics and samples of a finer balance, with their configuration.
 
@@ -101,21 +108,21 @@ class Variant:
             Whether Newton's method is all that is tried, see `find_state`.
         """
         seen = self.like(balance)
-        finer = seen.balance.at_level(own.level)
-        near = refined.motion + in_harmonics_of(finer, own.motion - known.motion)
-        return seen, find_state(finer, finer.at(own.angular_frequency), near, own.slider, alone=alone)
+        finer = seen.balance.at_level(self.factor * known.level)
+        near = refined.motion + in_harmonics_of(finer, own.x - known.motion)
+        return seen, find_state(finer, finer.at(known.angular_frequency), near, own.w, alone=alone)
 
 
-class VariantPair(NamedTuple):
-    """Less and more of a force or of a group of preloads."""
+class VariantScale(NamedTuple):
+    """A force or a group of preloads that is scaled."""
 
-    span: float
-    """Natural logarithm of the factor [-]."""
-    sides: tuple[Variant, Variant]
+    log_ratio: Values
+    """Natural logarithms of the factors, rising, shape (k,) [-]."""
+    variants: tuple[Variant, ...]
 
 
-def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_span: float) -> list[VariantPair]:
-    """Pairs of the force, if it is asked for, then of each group of preloads.
+def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_span: float) -> list[VariantScale]:
+    """Scales of the force, if it is asked for, then of each group of preloads.
 
     Parameters
     ----------
@@ -125,21 +132,19 @@ def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_sp
         Natural logarithm of the largest factors; 0 for none [-].
     """
 
-    def pressed(group: Sequence[str], span: float) -> Variant:
+    def pressed(group: Sequence[str], log_ratio: float) -> Variant:
         changed = model
         for name in group:
-            changed = changed.pressed(name, float(np.exp(span)))
+            changed = changed.pressed(name, float(np.exp(log_ratio)))
         return Variant(model=changed, factor=1.0, box=_moved_box(curve, changed))
 
-    def forced(span: float) -> Variant:
-        return Variant(model=model, factor=float(np.exp(span)), box=curve.box)
+    def forced(log_ratio: float) -> Variant:
+        return Variant(model=model, factor=float(np.exp(log_ratio)), box=curve.box)
 
-    by_force = [VariantPair(force_span, (forced(-force_span), forced(force_span)))] if force_span else []
-    groups = model.preload_groups if preload_span else ()
-    return [
-        *by_force,
-        *(VariantPair(preload_span, (pressed(group, -preload_span), pressed(group, preload_span))) for group in groups),
-    ]
+    makers = [(force_span, forced)] if force_span else []
+    if preload_span:
+        makers += [(preload_span, partial(pressed, group)) for group in model.preload_groups]
+    return [VariantScale(span * STEPS, tuple(make(each) for each in span * STEPS)) for span, make in makers]
 
 
 def _moved_box(curve: LimitCurve, pressed: Model) -> SliderBox:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.family.band import LimitChange
 from correlation.family.frequency_offset import split_frequency_part
-from correlation.family.limit_change import Variant, VariantPair, find_state, make_variants
+from correlation.family.limit_change import Variant, VariantScale, find_state, make_variants
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
 from hbsolve.balance import HarmonicBalance
@@ -120,14 +120,14 @@ def read_limits(
     balance, sensors = curve.problem.balance, {item.name: item for item in model.sensors}
     seen = Configuration.from_model(model, False, None)
     finely = _finer_configurations(model, balance)
-    variants = make_variants(curve, model, force_span, preload_span)
+    scales = make_variants(curve, model, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
     for states in wanted:
         objective = objective_of(model, sensors[states.sensor], states.harmonic)
         value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
         by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
-        changed = np.full((len(variants), 2, *value.shape), np.nan)
+        changed = [np.full((len(scale.variants), *value.shape), np.nan) for scale in scales]
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
@@ -142,10 +142,10 @@ def read_limits(
             last[side, at] = (1.0 if refined.still else MARGIN) * (readings[-1] - readings[-2])
             moved[side, at] = readings[-1] - readings[0]
             searched[side, at] = refined.error
-            for number, pair in enumerate(variants):
-                changed[number, :, side, at] = [
+            for scale, others in zip(scales, changed, strict=True):
+                others[:, side, at] = [
                     _other_reading(states, objective, list(LimitSide)[side], balance, state, refined, variant)
-                    for variant in pair.sides
+                    for variant in scale.variants
                 ]
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
@@ -155,7 +155,7 @@ def read_limits(
         shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         shift = float(np.linalg.norm(shifts))
-        result.append(_in_order(value, deviation, shift, variants, changed, by_force=bool(force_span)))
+        result.append(_in_order(value, deviation, shift, scales, changed, by_force=bool(force_span)))
     return result
 
 
@@ -163,16 +163,16 @@ def _in_order(
     value: Float[NDArray[np.float64], "2 f"],
     deviation: Float[NDArray[np.float64], "2 f"],
     shift: float,
-    variants: Sequence[VariantPair],
-    changed: Float[NDArray[np.float64], "v 2 2 f"],
+    scales: Sequence[VariantScale],
+    changed: Sequence[Float[NDArray[np.float64], "k 2 f"]],
     *,
     by_force: bool,
 ) -> LimitReadings:
     """The lower limit first: a negative gain turns a mean around."""
     order = np.argsort(value, axis=0)
     by = [
-        LimitChange(pair.span, np.take_along_axis(one, order[None], axis=1))
-        for pair, one in zip(variants, changed, strict=True)
+        LimitChange(scale.log_ratio, np.take_along_axis(one, order[None], axis=1))
+        for scale, one in zip(scales, changed, strict=True)
     ]
     return LimitReadings(
         value=np.take_along_axis(value, order, axis=0),

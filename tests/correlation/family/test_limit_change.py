@@ -77,7 +77,7 @@ def test_a_contact_at_the_edge_of_slip_has_more_room_with_less_force_and_with_mo
     sides = np.array([[-1.0], [1.0]])
     np.testing.assert_allclose(readings.value, sides * room(LEVEL, 0.0), **tolerance)
     assert readings.by_force is not None
-    for number, sign in enumerate((-1, 1)):
+    for number, sign in enumerate((-1, -0.5, 0.5, 1)):
         forced, pressed = readings.by_force.value[number], readings.by_preload[0].value[number]
         np.testing.assert_allclose(forced, sides * room(LEVEL * np.exp(sign * SPAN), 0.0), **tolerance)
         more = (np.exp(sign * SPAN) - 1) * PRELOAD
@@ -103,7 +103,7 @@ def test_a_static_force_in_full_slip_at_another_force_is_that_of_integration_in_
     (readings,) = read_limits(curve, model, EXACT, [states], force_span=span)
     assert readings.by_force is not None
     bench = SweptBench(model.system, {"near": near.row}, 2 * STEPS_PER_PERIOD)
-    for number, sign in enumerate((-1, 1)):
+    for number, sign in ((0, -1), (-1, 1)):
         # The bench's usual tolerance leaves several per cent of a static force.
         force = bench.sweep(frequency.tolist(), level * float(np.exp(sign * span)), tolerance=1e-6).force[0, 0, 0].real
         assert abs(force / readings.value[0, 0] - 1) > 0.1
