@@ -33,10 +33,10 @@ class BandAt(NamedTuple):
 class LimitChange(NamedTuple):
     """Limits where a force or a preload is another one."""
 
-    span: float
-    """Natural logarithm of the ratio [-]."""
-    value: Float[NDArray[np.float64], "2 2 f"]
-    """Limits at exp(-span) and at exp(span) times it, shape (2, 2, f); NaN where no state was found."""
+    log_ratio: Values
+    """Natural logarithms of the ratios to it, on either side of 0 and rising, shape (k,) [-]."""
+    value: Float[NDArray[np.float64], "k 2 f"]
+    """Limits at these, shape (k, 2, f); NaN where no state was found."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,18 +88,15 @@ class PredictedBand:
         offset
             Known error of the frequencies, one for all or shape (n,), relative [-]: limits are those at f (1 + offset).
         """
-        value, deviation = np.full((2, len(frequency)), np.nan), np.full((2, len(frequency)), np.nan)
         inside = (frequency >= (1 - SAME) * self.frequency[0]) & (frequency <= (1 + SAME) * self.frequency[-1])
         frequency = frequency * (1 + offset)
-        for side in (0, 1):
-            limit, between = self._limit(side, frequency)
-            looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
-            moved = [np.nan_to_num(np.abs(self._limit(side, each)[0] - limit)) for each in looks]
-            by_shift = np.max(moved, axis=0) / LOOK if moved else 0.0
-            numerical = np.interp(frequency, self.frequency, np.nan_to_num(self.deviation[side]))
-            value[side] = np.where(inside, limit, np.nan)
-            deviation[side] = np.sqrt(by_shift**2 + numerical**2 + between**2)
-        return BandAt(value, deviation)
+        limits, between = self._limits(frequency)
+        looks = (frequency * (1 + sign * LOOK * shift) for sign in ((1, -1) if shift else ()))
+        moved = [np.nan_to_num(np.abs(self._limits(each)[0] - limits)) for each in looks]
+        by_shift = np.max(moved, axis=0) / LOOK if moved else 0.0
+        numerical = np.array([np.interp(frequency, self.frequency, np.nan_to_num(own)) for own in self.deviation])
+        value = np.where(inside, limits, np.nan)
+        return BandAt(value, np.sqrt(by_shift**2 + numerical**2 + between**2))
 
     @cached_property
     def _curves(self) -> tuple["_Curve", "_Curve"]:
@@ -108,11 +105,21 @@ class PredictedBand:
             self.frequency, self.value[1], self.jump[1]
         )
 
-    def _limit(self, side: int, frequency: Values) -> tuple[Values, Values]:
-        """One limit, on its tangent beyond the ends, and what the interpolation may miss."""
+    def _limits(self, frequency: Values) -> tuple[Both, Both]:
+        """Both limits and what the interpolation may miss.
+
+        A smooth curve overshoots beside a kink, as where a contact begins to stick throughout and the band opens. Where
+        smooth limits cross by more than they may miss one of them does, and both are straight.
+        """
+        smooth, straight, between = np.moveaxis(np.array([self._limit(side, frequency) for side in (0, 1)]), 1, 0)
+        return np.where(smooth[0] - smooth[1] > between.sum(axis=0), straight, smooth), between
+
+    def _limit(self, side: int, frequency: Values) -> tuple[Values, Values, Values]:
+        """One limit, smooth and straight, on its tangent beyond the ends, and what the interpolation may miss."""
         known, f, y, jump, curve, ends = self._curves[side]
         if len(f) < 2:
-            return np.full(len(frequency), y[0] if len(y) else np.nan), np.zeros(len(frequency))
+            alone = np.full(len(frequency), y[0] if len(y) else np.nan)
+            return alone, alone, np.zeros(len(frequency))
         inner = np.clip(frequency, f[0], f[-1])
         number = np.clip(np.searchsorted(f, inner, side="right") - 1, 0, len(f) - 2)
         straight = np.interp(inner, f, y)
@@ -127,8 +134,8 @@ class PredictedBand:
         # The same half-way from the outermost limit to the ends of the band, where limits are missing there.
         nearest = np.abs(self.frequency[:, None] - frequency).argmin(axis=0)
         gap |= ((frequency < f[0]) | (frequency > f[-1])) & ~known[nearest]
-        value = np.where(gap, np.nan, np.where(jumps, outer, smooth) + beyond)
-        return value, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))
+        curved, line = (np.where(gap, np.nan, np.where(jumps, outer, each) + beyond) for each in (smooth, straight))
+        return curved, line, np.where(jumps | gap, 0.0, BETWEEN * np.abs(smooth - straight))
 
 
 class _Curve(NamedTuple):

@@ -10,16 +10,21 @@ and readings outside keep their distance:
           t = \frac{c - L'_l}{L'_u - L'_l}, \quad c = \min(\max(x, L'_l), L'_u), \quad d = x - c .
 
 Limits L' are L and the changes by the force and by each preload.
+
+References
+----------
+F. N. Fritsch and J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM Journal on
+Scientific and Statistical Computing 5 (1984), for how limits follow a force or a preload.
 """
 
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from correlation.family.band import BETWEEN, LimitChange, PredictedBand
 from correlation.family.family import Family
@@ -30,12 +35,45 @@ Both = Float[NDArray[np.float64], "2 p"]
 SetUp = tuple[str, int]
 
 
-class _Ends(NamedTuple):
-    """Changes of the limits at each reading with less and with more of a force or a preload."""
+class _Followed:
+    """Changes of both limits at p readings with a force or a preload.
 
-    span: float
-    less: Both
-    more: Both
+    Between the ratios at which limits are known they follow a curve that goes beyond neither end of an interval
+    (Fritsch and Butland's, SciPy's PCHIP); what it differs by from a straight line counts as it does between two
+    frequencies. Beyond these ratios, and where a state is missing, nothing is known: limits stay as they are at the
+    last known one, and are uncertain by as much as the ratio differs from it.
+    """
+
+    def __init__(self, log_ratio: Values, change: Float[NDArray[np.float64], "k 2 p"], level: Both) -> None:
+        self._level = level
+        middle = int(np.searchsorted(log_ratio, 0.0))
+        self._ratio = np.insert(log_ratio, middle, 0.0)
+        table = np.insert(change, middle, 0.0, axis=0)
+        known = np.isfinite(table)
+        first = middle + 1 - np.logical_and.accumulate(known[middle::-1]).sum(axis=0)
+        last = middle - 1 + np.logical_and.accumulate(known[middle:]).sum(axis=0)
+        self._first, self._last = self._ratio[first], self._ratio[last]
+        nearest = np.clip(np.arange(len(table))[:, None, None], first, last)
+        self._change = np.take_along_axis(table, nearest, axis=0)
+        self._slope = np.asarray(PchipInterpolator(self._ratio, self._change).derivative()(self._ratio))
+        # The curve is level at a kink such as the onset of slip, where limits follow an error to one side all the same.
+        self._rate = np.gradient(self._change, self._ratio, axis=0)
+
+    def at(self, log_ratio: Values) -> tuple[Both, Both, Both]:
+        """Change of the limits at each reading, its standard deviation, and its rate with the ratio's logarithm."""
+        inside = np.clip(log_ratio, self._first, self._last)
+        left = np.clip(np.searchsorted(self._ratio, inside, side="right") - 1, 0, len(self._ratio) - 2)
+        (y0, y1), (s0, s1), (r0, r1) = (
+            [np.take_along_axis(item, (left + step)[None], axis=0)[0] for step in (0, 1)]
+            for item in (self._change, self._slope, self._rate)
+        )
+        width = self._ratio[left + 1] - self._ratio[left]
+        t = (inside - self._ratio[left]) / width
+        # Hermite's cubic, as what it adds to the straight line.
+        secant = (y1 - y0) / width
+        bend = width * t * (1 - t) * ((s0 - secant) * (1 - t) - (s1 - secant) * t)
+        deviation = np.hypot(BETWEEN * bend, np.abs(log_ratio - inside) * np.abs(self._level))
+        return y0 + (y1 - y0) * t + bend, deviation, r0 + (r1 - r0) * t
 
 
 class FamilyCorrection:
@@ -55,16 +93,16 @@ class FamilyCorrection:
         return self._band.at(self._family.frequency).value
 
     @cached_property
-    def _by_force(self) -> _Ends | None:
-        return None if self._band.by_force is None else self._ends(self._band.by_force)
+    def _by_force(self) -> _Followed | None:
+        return None if self._band.by_force is None else self._follow(self._band.by_force)
 
     @cached_property
-    def _by_preload(self) -> list[_Ends]:
-        return [self._ends(by) for by in self._band.by_preload]
+    def _by_preload(self) -> list[_Followed]:
+        return [self._follow(by) for by in self._band.by_preload]
 
-    def _ends(self, by: LimitChange) -> _Ends:
-        less, more = (replace(self._band, value=value).at(self._family.frequency).value for value in by.value)
-        return _Ends(by.span, less - self._level, more - self._level)
+    def _follow(self, by: LimitChange) -> _Followed:
+        others = [replace(self._band, value=value).at(self._family.frequency).value for value in by.value]
+        return _Followed(by.log_ratio, np.array(others) - self._level, self._level)
 
     def corrected(self, preloads: Mapping[SetUp, Values] | None = None, force_noise: float = 0.0) -> Family:
         """The family at the force of its level and the preloads of the model, as far as limits follow both.
@@ -85,11 +123,11 @@ class FamilyCorrection:
         level = self._level
         limit, variance, scaled = level, np.zeros(level.shape), family.scaled
         if self._by_force is not None:
-            change, deviation, rate = self._follow(self._by_force, np.log(family.ratio))
+            change, deviation, rate = self._by_force.at(np.log(family.ratio))
             limit, variance = limit + change, variance + deviation**2 + (force_noise * rate) ** 2
             scaled = np.zeros(family.n_point)
-        for ends, own in zip(self._by_preload, pressed.T, strict=True):
-            change, deviation, _ = self._follow(ends, own)
+        for by, own in zip(self._by_preload, pressed.T, strict=True):
+            change, deviation, _ = by.at(own)
             limit, variance = limit + change, variance + deviation**2
         # Limits of no width may cross.
         lower, upper = np.sort(limit, axis=0)
@@ -107,25 +145,6 @@ class FamilyCorrection:
                 for curve, own in zip(family.curves, rows, strict=True)
             ),
         )
-
-    def _follow(self, ends: _Ends, log_ratio: Values) -> tuple[Both, Both, Both]:
-        """Change of the limits at each reading, its standard deviation, and its rate with the logarithm of the ratio.
-
-        Limits follow the parabola through those at three ratios, no further than the ends of each side; what it differs
-        by from straight lines counts as it does between two frequencies. Beyond these ratios, and where a state is
-        missing, nothing is known: limits are uncertain by as much as the ratio differs.
-        """
-        span, less, more = ends
-        step = np.clip(log_ratio / span, -1.0, 1.0)
-        end = np.where(step > 0, more, less)
-        straight = np.abs(step) * end
-        parabola = (more - less) / 2 * step + (more + less) / 2 * step**2
-        change = np.clip(parabola, np.minimum(end, 0.0), np.maximum(end, 0.0))
-        rate = ((more - less) / 2 + (more + less) * step) / span
-        known = np.isfinite(parabola)
-        beyond = np.where(known, np.abs(log_ratio - span * step), np.abs(log_ratio)) * np.abs(self._level)
-        deviation = np.hypot(BETWEEN * np.where(known, change - straight, 0.0), beyond)
-        return np.where(known, change, 0.0), deviation, np.where(known, rate, 0.0)
 
 
 def correct_family(

@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.family.band import LimitChange
 from correlation.family.frequency_offset import split_frequency_part
+from correlation.family.limit_change import Variant, VariantScale, find_state, make_variants
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
 from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
 from hbsolve.balance import HarmonicBalance
-from hbsolve.errors import NoSteadyState
+from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.refinement import MARGIN
-from hbsolve.solution import newton_from, solve_at
-from hbsolve.state import SteadyState, in_harmonics_of, slider_start
-from hbsolve.steady_state import FEW_STARTS, from_many_starts
+from hbsolve.state import SteadyState
 from reduction.array_type import Real
 
 #: What a search leaves to be gained, relative to a limit: random histories go no further beyond [-].
@@ -118,32 +117,36 @@ def read_limits(
         Natural logarithm of the largest factor on the force, and on each group of preloads, that readings are wanted
         for; 0 for none [-].
     """
-    balance = curve.problem.balance
+    balance, sensors = curve.problem.balance, {item.name: item for item in model.sensors}
     seen = Configuration.from_model(model, False, None)
     finely = _finer_configurations(model, balance)
-    variants = _variants(model, seen, force_span, preload_span)
+    scales = make_variants(curve, model, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
     for states in wanted:
+        objective = objective_of(model, sensors[states.sensor], states.harmonic)
         value, searched, sampled, last, moved = np.full((5, 2, len(curve.angular_frequency)), np.nan)
         by_contact, slope = np.zeros((len(errors.tangents), *value.shape)), np.full(value.shape, np.nan)
-        changed = np.full((len(variants), 2, *value.shape), np.nan)
+        changed = [np.full((len(scale.variants), *value.shape), np.nan) for scale in scales]
         for side, at in np.ndindex(2, len(curve.angular_frequency)):
             slider = states.slider[side, at]
             state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
             if state is None:
                 continue
-            readings, error, still = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
+            refined = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
+            readings = refined.values
             if len(readings) < 3:
                 continue
             value[side, at] = readings[-1]
             sampled[side, at] = (readings[1] - readings[0]) / (SAMPLES - 1)
-            last[side, at] = (1.0 if still else MARGIN) * (readings[-1] - readings[-2])
+            last[side, at] = (1.0 if refined.still else MARGIN) * (readings[-1] - readings[-2])
             moved[side, at] = readings[-1] - readings[0]
-            searched[side, at] = error
-            others = [_other_readings(states, state, curve, at, slider, variant) for variant in variants]
-            # The balance of the search tells changes.
-            changed[:, :, side, at] = readings[-1] + (np.array(others).reshape(-1, 2) - readings[0])
+            searched[side, at] = refined.error
+            for scale, others in zip(scales, changed, strict=True):
+                others[:, side, at] = [
+                    _other_reading(states, objective, list(LimitSide)[side], balance, state, refined, variant)
+                    for variant in scale.variants
+                ]
             if errors.tangents:
                 *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
@@ -152,7 +155,7 @@ def read_limits(
         shifts, rest = split_frequency_part(by_contact, value, slope)
         deviation = np.sqrt(np.square(rest).sum(axis=0) + searched**2 + np.square(by_chance).sum(axis=0))
         shift = float(np.linalg.norm(shifts))
-        result.append(_in_order(value, deviation, shift, variants, changed, by_force=bool(force_span)))
+        result.append(_in_order(value, deviation, shift, scales, changed, by_force=bool(force_span)))
     return result
 
 
@@ -160,16 +163,16 @@ def _in_order(
     value: Float[NDArray[np.float64], "2 f"],
     deviation: Float[NDArray[np.float64], "2 f"],
     shift: float,
-    variants: Sequence["_Variant"],
-    changed: Float[NDArray[np.float64], "v 2 2 f"],
+    scales: Sequence[VariantScale],
+    changed: Sequence[Float[NDArray[np.float64], "k 2 f"]],
     *,
     by_force: bool,
 ) -> LimitReadings:
     """The lower limit first: a negative gain turns a mean around."""
     order = np.argsort(value, axis=0)
     by = [
-        LimitChange(variant.span, np.take_along_axis(one, order[None], axis=1))
-        for variant, one in zip(variants, changed, strict=True)
+        LimitChange(scale.log_ratio, np.take_along_axis(one, order[None], axis=1))
+        for scale, one in zip(scales, changed, strict=True)
     ]
     return LimitReadings(
         value=np.take_along_axis(value, order, axis=0),
@@ -195,21 +198,35 @@ def _finer_configurations(model: Model, balance: HarmonicBalance) -> list[tuple[
     return finely
 
 
+class _Refined(NamedTuple):
+    """A limit by finer and finer balances."""
+
+    values: list[float]
+    """Readings as the search has them, with more samples, with more harmonics."""
+    error: float
+    """The one allowed."""
+    still: bool
+    """Whether the last change is below it."""
+    state: SteadyState
+    configuration: Configuration
+    """By the last balance."""
+
+
 def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
     configurations: Sequence[tuple[Configuration, Configuration]],
-) -> tuple[list[float], float, bool]:  # fmt: skip
-    """Readings as the search has them, with more samples, with more harmonics; the error allowed, and if met."""
+) -> _Refined:  # fmt: skip
+    """What a sensor reads by one balance after the other, until its state stands still."""
     readings: list[float] = []
-    error, before = 0.0, None
+    error, before, reached = 0.0, None, configurations[0][0]
     for number, (configuration, check) in enumerate(configurations):
-        refined: SteadyState | None = state
+        found: SteadyState | None = state
         if number:
             alone = number > FEWEST_BALANCE
-            refined = _state(configuration.balance, curve, at, state.motion, slider, alone=alone)
-        if refined is None:
+            found = _state(configuration.balance, curve, at, state.motion, slider, alone=alone)
+        if found is None:
             break
-        state = refined
+        state, reached = found, configuration
         readings.append(_reading(states, state, configuration))
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
         vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
@@ -217,47 +234,27 @@ def _refined_readings(
         if len(readings) > 1:
             now = _seen(check, state)
             if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
-                return readings, error, True
+                return _Refined(readings, error, True, state, reached)
             before = now
-    return readings, error, False
+    return _Refined(readings, error, False, state, reached)
 
 
-class _Variant(NamedTuple):
-    """Less and more of a force or of a group of preloads."""
+def _other_reading(
+    states: LimitStates, objective: Objective, side: LimitSide, balance: HarmonicBalance, state: SteadyState,
+    refined: _Refined, variant: Variant,
+) -> float:  # fmt: skip
+    """A reading at the limit of a variant by the balance that reads the limit itself, over the factor of the force.
 
-    span: float
-    sides: tuple[tuple[Configuration, float], ...]
-    """Configuration and factor on the force, of either side."""
-
-
-def _variants(model: Model, seen: Configuration, force_span: float, preload_span: float) -> list[_Variant]:
-    """Of the force, if it is asked for, then of each group of preloads."""
-    found = [_Variant(force_span, ((seen, np.exp(-force_span)), (seen, np.exp(force_span))))] if force_span else []
-    for group in model.preload_groups if preload_span else ():
-        sides = []
-        for factor in (np.exp(-preload_span), np.exp(preload_span)):
-            pressed = model
-            for name in group:
-                pressed = pressed.pressed(name, float(factor))
-            sides.append((Configuration.from_model(pressed, False, None), 1.0))
-        found.append(_Variant(preload_span, tuple(sides)))
-    return found
-
-
-def _other_readings(
-    states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real, variant: _Variant
-) -> Float[NDArray[np.float64], " 2"]:
-    """A reading with less and with more by the balance of the search, amplitudes over the factor of the force.
-
-    Sliders of contacts that stick are those of the limit; NaN where no state is found, shape (2,).
+    NaN where no state is found; means are not scaled.
     """
-    result = np.full(2, np.nan)
-    for number, (configuration, factor) in enumerate(variant.sides):
-        scaled = replace(curve, level=curve.level * factor)
-        found = _state(configuration.balance, scaled, at, state.motion, slider, alone=False)
-        if found is not None:
-            result[number] = _reading(states, found, configuration) / (factor if states.harmonic else 1.0)
-    return result
+    own = variant.limit(balance, objective, side, state)
+    if own is None:
+        return np.nan
+    alone = len(refined.values) - 1 > FEWEST_BALANCE
+    seen, found = variant.refined(refined.configuration.balance, own, state, refined.state, alone=alone)
+    if found is None:
+        return np.nan
+    return _reading(states, found, seen) / (variant.factor if states.harmonic else 1.0)
 
 
 def _reading(states: LimitStates, state: SteadyState, seen: Configuration) -> float:
@@ -321,19 +318,9 @@ def _pool(change: Float[NDArray[np.float64], "s f"]) -> Float[NDArray[np.float64
 def _state(
     balance: HarmonicBalance, curve: LimitCurve, at: int, motion: Real, slider: Real, *, alone: bool
 ) -> SteadyState | None:
-    """The steady state at a limit, in as many harmonics as the balance has; none where there is none.
-
-    Newton's method alone does for one that is known in nearly as many: where it fails, further starts take minutes.
-    """
+    """The steady state at a limit by a balance; see `find_state`."""
     if not np.isfinite(motion).all():
         return None
     at_level = balance.at_level(curve.level)
-    start = in_harmonics_of(at_level, motion)
-    condensed, sliders = at_level.at(float(curve.angular_frequency[at])), slider_start(at_level, slider)
-    if alone:
-        return newton_from(at_level, condensed, start, sliders)
-    try:
-        return solve_at(at_level, condensed, start, sliders)
-    except NoSteadyState:
-        # The state is known in fewer harmonics: a few starts about it lead on, or none does, and all take minutes.
-        return from_many_starts(at_level, condensed, start, sliders, FEW_STARTS)
+    condensed = at_level.at(float(curve.angular_frequency[at]))
+    return find_state(at_level, condensed, motion, slider, alone=alone)

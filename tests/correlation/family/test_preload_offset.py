@@ -23,7 +23,8 @@ def limits(preload: np.ndarray) -> np.ndarray:
 
 def change(group: int) -> LimitChange:
     moved = PRELOAD_SPAN * np.eye(2)[group]
-    return LimitChange(PRELOAD_SPAN, np.array([limits(-moved), limits(moved)]))
+    steps = (-1.0, -0.5, 0.5, 1.0)
+    return LimitChange(PRELOAD_SPAN * np.array(steps), np.array([limits(step * moved) for step in steps]))
 
 
 BAND = PredictedBand(

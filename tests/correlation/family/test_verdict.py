@@ -110,6 +110,20 @@ def test_between_two_frequencies_a_limit_is_smooth_and_next_to_a_jump_the_outer_
     np.testing.assert_array_equal(band(jump=jump).at(FREQUENCY).value, np.array([LOWER, UPPER]))
 
 
+def test_limits_do_not_cross_beside_the_frequency_at_which_a_band_opens() -> None:
+    """Static tangential limits of system 14852 of the benchmark of coverage: up to 56.2 Hz the contact slips."""
+    frequency = np.array([54.82099, 55.15594, 55.4909, 56.16081, 56.49576, 56.83072, 57.16567])
+    lower = np.array([-68.62631, -43.8314, 6.08963, 6.10762, -44.72404, -69.4711, -83.22846])
+    upper = np.array([15.8801, 15.8801, 6.08963, 6.21515, 15.8801, 15.8801, 15.8801])
+    none = np.zeros((2, 7))
+    opening = PredictedBand(frequency=frequency, value=np.array([lower, upper]), deviation=none, jump=none.astype(bool))
+    slipping = np.linspace(55.4909, 56.16081, 21)
+    found = opening.at(slipping).value
+    # Smooth curves through these would cross by 19 N.
+    np.testing.assert_allclose(found[0], np.interp(slipping, frequency, lower), rtol=1e-12)
+    np.testing.assert_allclose(found[1], np.interp(slipping, frequency, upper), rtol=1e-12)
+
+
 def test_one_frequency_alone_is_a_band() -> None:
     one = PredictedBand(
         frequency=np.array([100.0]), value=np.array([[2.0], [3.0]]), deviation=np.zeros((2, 1)),

@@ -1,0 +1,189 @@
+"""What limits are at other forces and preloads.
+
+With less force or more preload a contact that a limit holds at the edge of slip has room left: the state with the
+sliders of the limit still exists, but it is a limit no more. The sliders are therefore searched for anew from there, in
+a box that moves with the rest under the preload, by the balance of the search for the limits. What the sensor reads is
+then that of a finer balance, as at the limit itself: the static force of a contact that slips throughout may follow the
+force three times as fast there as with the few harmonics and samples of the search.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.configuration import Configuration
+from correlation.model import Model
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.errors import NoSteadyState
+from hbsolve.limits.local_search import LimitSide, local_search
+from hbsolve.limits.objective import Objective
+from hbsolve.limits.point import LimitPoint, TrialState
+from hbsolve.limits.problem import LimitCurve
+from hbsolve.limits.slider_bounds import SliderBox, slider_box
+from hbsolve.limits.sliders import slider_table
+from hbsolve.solution import newton_from, solve_at
+from hbsolve.state import SteadyState, in_harmonics_of, slider_start
+from hbsolve.steady_state import FEW_STARTS, from_many_starts
+from reduction.array_type import Real
+
+Values = Float[NDArray[np.float64], " k"]
+
+#: Forces and preloads that limits are read at, in spans: a static force in full slip may follow the force three times
+#: as steeply at the ends as between, which no parabola through three points tells.
+STEPS = np.array([-1.0, -0.5, 0.5, 1.0])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Variant:
+    """A model at another force, or pressed more or less.
+
+    Parameters
+    ----------
+    model
+        Model with its preloads.
+    factor
+        Factor on the force [-].
+    box
+        Box of its sliders.
+    """
+
+    model: Model
+    factor: float
+    box: SliderBox
+    _known: dict[tuple[int, int], Configuration] = field(init=False, repr=False, default_factory=dict)
+
+    def like(self, balance: HarmonicBalance) -> Configuration:
+        """Configuration with the harmonics and samples of a balance."""
+        key = balance.n_harmonic, balance.n_sample
+        if key not in self._known:
+            model = replace(self.model, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)
+            self._known[key] = Configuration.from_model(model, False, None)
+        return self._known[key]
+
+    def limit(
+        self, balance: HarmonicBalance, objective: Objective, side: LimitSide, known: SteadyState
+    ) -> TrialState | None:
+        """The limit that a search from that of the model ends at; None where no state is found.
+
+        Parameters
+        ----------
+        balance
+            Balance of the search.
+        objective, side
+            What is bounded, and which limit.
+        known
+            State of the limit of the model.
+        """
+        own = self.like(balance).balance.at_level(self.factor * known.level)
+        condensed = own.at(known.angular_frequency)
+        point = LimitPoint(
+            balance=own, condensed=condensed, linear=own.linear(condensed), measure=objective.measure(own, condensed),
+            sliders=slider_table(own), box=self.box,
+        )  # fmt: skip
+        settled = point.settle(known.motion, known.slider)
+        if settled is None and (near := find_state(own, condensed, known.motion, known.slider)) is not None:
+            settled = point.settle(near.motion, near.slider)
+        return settled and local_search(point, settled, side)
+
+    def refined(
+        self, balance: HarmonicBalance, own: TrialState, known: SteadyState, refined: SteadyState, *, alone: bool
+    ) -> tuple[Configuration, SteadyState | None]:
+        """A state in the harmonics and samples of a finer balance, with their configuration.
+
+        Parameters
+        ----------
+        balance
+            Finer balance.
+        own
+            State of this variant in few harmonics.
+        known, refined
+            State of the model in as few, and by the finer balance.
+        alone
+            Whether Newton's method is all that is tried, see `find_state`.
+        """
+        seen = self.like(balance)
+        finer = seen.balance.at_level(self.factor * known.level)
+        near = refined.motion + in_harmonics_of(finer, own.x - known.motion)
+        return seen, find_state(finer, finer.at(known.angular_frequency), near, own.w, alone=alone)
+
+
+class VariantScale(NamedTuple):
+    """A force or a group of preloads that is scaled."""
+
+    log_ratio: Values
+    """Natural logarithms of the factors, rising, shape (k,) [-]."""
+    variants: tuple[Variant, ...]
+
+
+def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_span: float) -> list[VariantScale]:
+    """Scales of the force, if it is asked for, then of each group of preloads.
+
+    Parameters
+    ----------
+    curve, model
+        Search at one level, and the model of its system.
+    force_span, preload_span
+        Natural logarithm of the largest factors; 0 for none [-].
+    """
+
+    def pressed(group: Sequence[str], log_ratio: float) -> Variant:
+        changed = model
+        for name in group:
+            changed = changed.pressed(name, float(np.exp(log_ratio)))
+        return Variant(model=changed, factor=1.0, box=_moved_box(curve, changed))
+
+    def forced(log_ratio: float) -> Variant:
+        return Variant(model=model, factor=float(np.exp(log_ratio)), box=curve.box)
+
+    makers = [(force_span, forced)] if force_span else []
+    if preload_span:
+        makers += [(preload_span, partial(pressed, group)) for group in model.preload_groups]
+    return [VariantScale(span * STEPS, tuple(make(each) for each in span * STEPS)) for span, make in makers]
+
+
+def _moved_box(curve: LimitCurve, pressed: Model) -> SliderBox:
+    """The box of a search, moved and widened as the cone of the friction forces at rest is."""
+    before, omega = curve.problem.balance, float(curve.angular_frequency[0])
+    after = HarmonicBalance(system=pressed.system, n_harmonic=before.n_harmonic, n_sample=before.n_sample)
+    try:
+        rest, own = (slider_box(balance, balance.at(omega)) for balance in (before, after))
+    except NoSteadyState:
+        return curve.box
+    return replace(
+        curve.box,
+        nominal=curve.box.nominal + own.middle - rest.middle,
+        reach=np.maximum(curve.box.reach + own.static - rest.static, 0.0),
+    )
+
+
+def find_state(
+    balance: HarmonicBalance, condensed: Condensed, motion: Real, slider: Real, *, alone: bool = False
+) -> SteadyState | None:
+    """The steady state near a motion, in as many harmonics as the balance has; None where there is none.
+
+    Parameters
+    ----------
+    balance, condensed
+        Balance at the level, and its structure at the frequency.
+    motion
+        Coefficients of the joint directions in any number of harmonics, shape (d, nh) [m].
+    slider
+        Slider positions, shape (s,) [m].
+    alone
+        Whether Newton's method is all that is tried: where a state is known in nearly as many harmonics it does, and
+        further starts take minutes.
+    """
+    start, sliders = in_harmonics_of(balance, motion), slider_start(balance, slider)
+    if alone:
+        return newton_from(balance, condensed, start, sliders)
+    try:
+        return solve_at(balance, condensed, start, sliders)
+    except NoSteadyState:
+        # The state is known in fewer harmonics: a few starts about it lead on, or none does, and all take minutes.
+        return from_many_starts(balance, condensed, start, sliders, FEW_STARTS)
