@@ -220,7 +220,7 @@ class Configuration:
             twin[again] = first[again]
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
-        way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
+        way = Way(at, twin, linear.angular_frequency, stuck, linear.columns, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
         begin, count = balance.joint_of_direction
         while number < n:

@@ -211,7 +211,7 @@ def answer(
 def _moved(condensed: Condensed, force: Complex[Array, "p harmonic d"]) -> Complex[Array, "p harmonic d"]:
     """A g of several forces; most parameters change none."""
     moved, loaded = np.zeros_like(force), force.any(axis=(1, 2))
-    moved[loaded] = np.matmul(force[loaded].swapaxes(0, 1), condensed.receptance.swapaxes(1, 2)).swapaxes(0, 1)
+    moved[loaded] = np.matmul(force[loaded].swapaxes(0, 1), condensed.columns).swapaxes(0, 1)
     return moved
 
 
@@ -225,7 +225,7 @@ def _answers(
         return right, np.zeros_like(right)
     real = real_from_complex(right)
     nh = real.shape[2]
-    matrix = small_matrix(rows, forces.jacobian, first, count, condensed.receptance, nh)
+    matrix = small_matrix(rows, forces.jacobian, first, count, condensed.columns, nh)
     moved = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in real])
     pushed = np.zeros_like(real)
     pushed[:, rows[:, 0], rows[:, 1]] = np.linalg.solve(matrix, moved.T).T
