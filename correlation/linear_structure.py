@@ -125,6 +125,11 @@ class LinearStructure:
             return own
         return own._replace(static=self.balance.structure.static_motion)
 
+    def contact(self, frequency: float) -> Complex[Array, "harmonic r d"]:
+        """What a unit force along each joint direction moves at a frequency [m/N]."""
+        recovery = self.recovery(frequency) or self.balance.structure.recovery(self.at(frequency))
+        return recovery.contact
+
     def recover(self, frequencies: Sequence[float]) -> None:
         """Make the recoveries at the frequencies that have none, many at once, as far as memory allows."""
         source = self.base or self

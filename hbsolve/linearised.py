@@ -54,6 +54,19 @@ def times_jacobian(rows: Any, jacobian: Any, first: Any, count: Any, x: Any) -> 
 
 
 @compiled
+def transposed_jacobian(rows: Any, jacobian: Any, first: Any, count: Any, y: Any) -> Any:
+    """L^T y of values on the active rows, shape (d, nh)."""
+    d, nh, _ = jacobian.shape
+    x = np.zeros((d, nh))
+    for i in range(len(rows)):
+        c, a = rows[i, 0], rows[i, 1]
+        for e in range(count[c]):
+            for b in range(nh):
+                x[first[c] + e, b] += jacobian[c, a, e * nh + b] * y[i]
+    return x
+
+
+@compiled
 def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
     """Values on the active rows as coefficients, shape (d, nh)."""
     g = np.zeros((d, nh))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces
 from hbsolve.krylov import Border, gmres, operator
-from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
+from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian, transposed_jacobian
 from hbsolve.newton import DENSE, ROWS_PER_VECTOR, apply_receptance, bordered_step, newton_step, transposed_receptance
 from hbsolve.sampling import complex_from_real, real_from_complex
 
@@ -101,6 +101,15 @@ def test_receptance_moves_by_its_columns() -> None:
     np.testing.assert_allclose(
         apply_receptance(case.columns, g), real_from_complex(moved), rtol=0, atol=1e-13 * np.abs(moved).max()
     )
+
+
+def test_transposed_jacobian() -> None:
+    case = problem()
+    L, _ = whole(case)
+    y = np.random.default_rng(7).normal(size=len(case.rows))
+    found = transposed_jacobian(case.rows, case.forces.jacobian, case.first, case.size, y)
+    at = case.rows[:, 0] * NH + case.rows[:, 1]
+    np.testing.assert_allclose(found.ravel(), L[at].T @ y, rtol=0, atol=1e-13)  # round-off of sums of 21 products
 
 
 def test_transposed_receptance() -> None:
