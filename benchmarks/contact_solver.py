@@ -107,7 +107,7 @@ def measure(force: float) -> None:
 
     def solve() -> int:
         _, _, iterations = newton(
-            neighbour, linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
+            neighbour, linear, condensed.angular_frequency, condensed.columns, balance.table, first, count,
             peak.start, balance.sampling, TOLERANCE * float(np.linalg.norm(linear)), MAX_ITERATION,
         )  # fmt: skip
         return int(iterations)

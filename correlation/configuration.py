@@ -17,7 +17,7 @@ from hbsolve.errors import NoSteadyState
 from hbsolve.follow import Track, Way, empty_track, follow, follow_one
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.sensitivity import derivatives
+from hbsolve.sensitivity import Seen, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import rescue
@@ -220,7 +220,7 @@ class Configuration:
             twin[again] = first[again]
         at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
         stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
-        way = Way(at, twin, linear.angular_frequency, stuck, linear.receptance, guess)
+        way = Way(at, twin, linear.angular_frequency, stuck, linear.columns, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
         begin, count = balance.joint_of_direction
         while number < n:
@@ -355,22 +355,30 @@ class Configuration:
         rates: Rates,
     ) -> Complex[NDArray[np.complex128], "k p"]:
         """Derivatives of what `read` returns, shape (k, p)."""
-        motion, _, order = self.rows
-        condensed, recovery = self.at(frequency), self.linear.recovery(frequency)
-        found = derivatives(self._at_level(state.level), state, rates.system, condensed, recovery)
+        numbers, order = self.numbers(names), self.rows[2]
+        which, inverse = np.unique(np.column_stack([numbers, harmonics]), axis=0, return_inverse=True)
+        condensed, contact = self.at(frequency), self.linear.contact(frequency)
+        values = derivatives(
+            self._at_level(state.level), state, rates.system, condensed, contact, self._seen(frequency, *which.T)
+        )[inverse.ravel()]
+        read, turn = self.read(state, names, harmonics), 1j * harmonics[:, None] * state.angular_frequency
+        late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.shift)
+        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift - late))
+
+    def _seen(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> Seen:
+        """What sensors see at a frequency, by their numbers and one harmonic each; by reciprocity what moves them."""
+        motion, force, order = self.rows
         if frequency not in self.by_load:
             along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
             new = [each for each in self.linear.frequencies if each not in self.by_load]
             by_row = self.balance.structure.displacements_at_each([self.at(each) for each in new], along)
             self.by_load.update((each, np.moveaxis(item, 0, 2)) for each, item in zip(new, by_row, strict=True))
         [(_, contact)] = self.linear.seen([frequency], motion)
-        moved = found.loads.swapaxes(0, 1) @ self.by_load[frequency]
-        moved -= found.reaction.swapaxes(0, 1) @ contact.swapaxes(1, 2)
-        numbers, read = self.numbers(names), self.read(state, names, harmonics)
-        values = self._readings(moved.swapaxes(0, 1), found.force, state)[:, harmonics, numbers].T
-        turn = 1j * harmonics[:, None] * state.angular_frequency
-        late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.shift)
-        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift - late))
+        times = 1j * harmonics * self.at(frequency).angular_frequency
+        turned, late = times ** order[numbers], np.exp(-times * self.delay[numbers])[:, None]
+        load = turned[:, None] * self.by_load[frequency][harmonics, :, numbers]
+        reaction = force[numbers] - turned[:, None] * contact[harmonics, numbers]
+        return Seen(harmonics, late * load, late * reaction, late * force[numbers] * self.balance.table.reference)
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""

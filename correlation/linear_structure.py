@@ -25,7 +25,7 @@ class Stack(NamedTuple):
     """The linear structure at F frequencies; d joint directions, harmonics 0 to H."""
 
     angular_frequency: Float[NDArray[np.float64], " F"]
-    receptance: Complex[Array, "F harmonic d d"]
+    columns: Complex[Array, "F harmonic d d"]
     static: Complex[Array, "harmonic d"]
     dynamic: Complex[Array, "F harmonic d"]
 
@@ -108,13 +108,13 @@ class LinearStructure:
             rows = [self._condensed[frequency] for frequency in frequencies]
             self._stack[frequencies] = Stack(
                 np.array([row.angular_frequency for row in rows]),
-                np.array([row.receptance for row in rows]),
+                np.array([row.columns for row in rows]),
                 rows[0].static,
                 np.array([row.dynamic for row in rows]),
             )
             # One copy of the receptances is enough: they are the largest part.
-            for frequency, row, stored in zip(frequencies, rows, self._stack[frequencies].receptance, strict=True):
-                self._condensed[frequency] = row._replace(receptance=stored)
+            for frequency, row, stored in zip(frequencies, rows, self._stack[frequencies].columns, strict=True):
+                self._condensed[frequency] = row._replace(columns=stored)
         return self._stack[frequencies]
 
     def recovery(self, frequency: float) -> Recovery | None:
@@ -124,6 +124,11 @@ class LinearStructure:
         if self.base is None or own is None:
             return own
         return own._replace(static=self.balance.structure.static_motion)
+
+    def contact(self, frequency: float) -> Complex[Array, "harmonic r d"]:
+        """What a unit force along each joint direction moves at a frequency [m/N]."""
+        recovery = self.recovery(frequency) or self.balance.structure.recovery(self.at(frequency))
+        return recovery.contact
 
     def recover(self, frequencies: Sequence[float]) -> None:
         """Make the recoveries at the frequencies that have none, many at once, as far as memory allows."""

@@ -208,12 +208,12 @@ def _solve(
     felt = contact[state, 1, sensor] * turned[state, sensor][:, None]
     stuck = linear.static + force[:, None, None] * linear.dynamic
     stuck[:, 1] = (held / through)[:, None] * linear.dynamic[:, 1]
-    receptance = linear.receptance.copy()
-    receptance[:, 1] -= linear.dynamic[:, 1, :, None] * (felt / through[:, None])[:, None, :]
+    columns = linear.columns.copy()
+    columns[:, 1] -= (felt / through[:, None])[:, :, None] * linear.dynamic[:, 1, None, :]
     d, nh = balance.n_direction, 2 * balance.n_harmonic - 1
     near = guess is not None and guess.shape == (n, d, nh)
     way = Way(
-        state, np.full(n, -1), linear.angular_frequency, real_from_complex(stuck), receptance,
+        state, np.full(n, -1), linear.angular_frequency, real_from_complex(stuck), columns,
         guess if guess is not None and near else np.full((n, d, nh), np.nan),
     )  # fmt: skip
     track, number, slider = empty_track(n, d, nh, balance.n_slider), 0, solver.slider.astype(float)

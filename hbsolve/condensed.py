@@ -42,8 +42,8 @@ class Condensed(NamedTuple):
     """The linear structure at one Omega; d joint directions, harmonics 0 to H."""
 
     angular_frequency: float
-    receptance: Array
-    """A_k, shape (H + 1, d, d) [m/N]."""
+    columns: Array
+    """Of A_k, one in each row: what a unit force along one direction moves, shape (H + 1, d, d) [m/N]."""
     static: Array
     """Displacement of the directions under the static load, in harmonic 0, shape (H + 1, d) [m]."""
     dynamic: Array
@@ -51,12 +51,17 @@ class Condensed(NamedTuple):
     slopes: "CondensedSlopes | None" = None
     """Derivatives in Omega, where they were asked for."""
 
+    @property
+    def receptance(self) -> Array:
+        """A_k, a view of shape (H + 1, d, d) [m/N]."""
+        return self.columns.swapaxes(1, 2)
+
 
 class CondensedSlopes(NamedTuple):
     """Derivatives of a condensed structure in Omega."""
 
-    receptance: Array
-    """dA_k/dOmega, shape (H + 1, d, d)."""
+    columns: Array
+    """Of dA_k/dOmega, shape (H + 1, d, d)."""
     dynamic: Array
     """Of the displacement under the harmonic force, shape (H + 1, d)."""
 
@@ -214,7 +219,8 @@ class CondensedStructure:
         k = np.arange(len(omega))
         slope, dynamic = np.zeros((len(omega), *A.shape[1:]), dtype=A.dtype), np.zeros((len(omega), len(D)), A.dtype)
         slope[1:], dynamic[1:] = k[1:, None, None] * dA, k[1:, None] * dx
-        return self._joined(angular_frequency, A, x)._replace(slopes=CondensedSlopes(slope, dynamic))
+        slopes = CondensedSlopes(self._columns(slope), dynamic)
+        return self._joined(angular_frequency, A, x)._replace(slopes=slopes)
 
     def _joined(self, angular_frequency: float, A: Array, x: Array) -> Condensed:
         """The harmonics and the mean in one."""
@@ -222,7 +228,11 @@ class CondensedStructure:
         dynamic = np.concatenate([np.zeros_like(x[:1]), x]) if len(x) else np.zeros((1, len(mean)), dtype=np.complex128)
         static = np.zeros_like(dynamic)
         static[0] = x_static
-        return Condensed(angular_frequency, np.concatenate([mean[None], A]), static, dynamic)
+        return Condensed(angular_frequency, np.concatenate([mean[None], self._columns(A)]), static, dynamic)
+
+    def _columns(self, A: Array) -> Array:
+        """The columns of receptances, which are their rows where modes uncouple the damping: it is symmetric then."""
+        return np.ascontiguousarray(A.swapaxes(1, 2)) if self.is_dense else A
 
     def recovery(self, condensed: Condensed) -> Recovery:
         """What many states at one Omega are recovered by; a single one is cheaper by `displacement`."""

@@ -29,8 +29,8 @@ class Way(NamedTuple):
     """Shape (F,) [rad/s]."""
     linear: Float[Real, "F d nh"]
     """Motion of the directions with all contacts stuck, shape (F, d, nh) [m]."""
-    receptance: Array
-    """A_k, shape (F, H + 1, d, d) [m/N]."""
+    columns: Array
+    """Of A_k: in row j what a unit force along direction j moves, shape (F, H + 1, d, d) [m/N]."""
     guess: Float[Real, "n d nh"]
     """Motion that each state is near; NaN where none is known, shape (n, d, nh) [m]."""
 
@@ -121,16 +121,16 @@ def follow(
             x = way.guess[i].copy()
         else:
             x = linear.copy()
-        omega, receptance, start = way.angular_frequency[at], way.receptance[at], Start(value, by_multiplier)
+        omega, columns, start = way.angular_frequency[at], way.columns[at], Start(value, by_multiplier)
         norm, iteration = np.inf, 0
         if near and (not neighboured or track.iterations[before] == 0):
             # Many states are as the guess says, and stay so: nothing has to be derived for them.
             forces = joint_forces(x, omega, table, start, sampling, FORCE)
-            R = x - linear + apply_receptance(receptance, forces.coefficients)
+            R = x - linear + apply_receptance(columns, forces.coefficients)
             norm = np.sqrt((R * R).sum())
         if not norm <= tolerance * scale:
             x, norm, iteration, forces = newton_with_forces(
-                x, linear, omega, receptance, table, first, count, start, sampling, tolerance * scale, max_iteration
+                x, linear, omega, columns, table, first, count, start, sampling, tolerance * scale, max_iteration
             )
         if not norm <= tolerance * scale:
             return i
@@ -163,8 +163,8 @@ def follow_one(
         As for `follow`.
     """
     linear = balance.linear(condensed)[None]
-    omega, receptance = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.receptance)[None]
-    way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, receptance, start[None].copy())
+    omega, columns = np.array([condensed.angular_frequency]), np.ascontiguousarray(condensed.columns)[None]
+    way = Way(np.zeros(1, dtype=np.int64), np.full(1, -1), omega, linear, columns, start[None].copy())
     track = empty_track(1, balance.n_direction, start.shape[1], balance.n_slider)
     begin, count = balance.joint_of_direction
     follow(

@@ -45,10 +45,10 @@ class Border(NamedTuple):
 
 
 @compiled
-def operator(rows: Any, jacobian: Any, first: Any, count: Any, receptance: Any) -> Any:
+def operator(rows: Any, jacobian: Any, first: Any, count: Any, columns: Any) -> Any:
     """I + L A on the active rows, packed for `product`."""
     directions, n_full = active_directions(rows)
-    n_harmonic, d, n = receptance.shape[0], receptance.shape[1], len(directions)
+    n_harmonic, d, n = columns.shape[0], columns.shape[1], len(directions)
     nh = 2 * n_harmonic - 1
     place, order = np.full(d, -1), np.empty(d, np.int64)
     n_seen, most = 0, 1
@@ -60,9 +60,9 @@ def operator(rows: Any, jacobian: Any, first: Any, count: Any, receptance: Any) 
                 n_seen += 1
     real, imag = np.empty((n_harmonic, n, n_seen)), np.empty((n_harmonic, n, n_seen))
     for k in range(n_harmonic):
-        for i in range(n_seen):
-            for j in range(n):
-                alpha = receptance[k, order[i], directions[j]]
+        for j in range(n):
+            for i in range(n_seen):
+                alpha = columns[k, directions[j], order[i]]
                 real[k, j, i], imag[k, j, i] = alpha.real, alpha.imag
     seen, law = np.zeros((most, n), np.int64), np.zeros((nh, most * nh, n))
     for j in range(n):

@@ -54,6 +54,19 @@ def times_jacobian(rows: Any, jacobian: Any, first: Any, count: Any, x: Any) -> 
 
 
 @compiled
+def transposed_jacobian(rows: Any, jacobian: Any, first: Any, count: Any, y: Any) -> Any:
+    """L^T y of values on the active rows, shape (d, nh)."""
+    d, nh, _ = jacobian.shape
+    x = np.zeros((d, nh))
+    for i in range(len(rows)):
+        c, a = rows[i, 0], rows[i, 1]
+        for e in range(count[c]):
+            for b in range(nh):
+                x[first[c] + e, b] += jacobian[c, a, e * nh + b] * y[i]
+    return x
+
+
+@compiled
 def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
     """Values on the active rows as coefficients, shape (d, nh)."""
     g = np.zeros((d, nh))
@@ -63,10 +76,10 @@ def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
 
 
 @compiled
-def small_matrix(rows: Any, jacobian: Any, first: Any, count: Any, receptance: Any, nh: int) -> Any:
-    """I + L A on the active rows, shape (m, m)."""
+def small_matrix(rows: Any, jacobian: Any, first: Any, count: Any, columns: Any, nh: int) -> Any:
+    """I + L A on the active rows, shape (m, m); `columns` are those of A, see `hbsolve.newton`."""
     directions, n_full = active_directions(rows)
-    n_harmonic, d, n = receptance.shape[0], receptance.shape[1], len(directions)
+    n_harmonic, d, n = columns.shape[0], columns.shape[1], len(directions)
     # A without the columns that are not active, real and imaginary part each contiguous; the rows in between unused.
     real, imag = np.empty((n_harmonic, d, n)), np.empty((n_harmonic, d, n))
     used = np.zeros(d, np.bool_)
@@ -76,7 +89,7 @@ def small_matrix(rows: Any, jacobian: Any, first: Any, count: Any, receptance: A
         for s in range(d):
             if used[s]:
                 for j in range(n):
-                    alpha = receptance[k, s, directions[j]]
+                    alpha = columns[k, directions[j], s]
                     real[k, s, j], imag[k, s, j] = alpha.real, alpha.imag
     Z = np.zeros((len(rows), len(rows)))
     for i in range(len(rows)):

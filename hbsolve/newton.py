@@ -9,6 +9,9 @@ L of its Jacobian, the step solves a system of their number alone (`hbsolve.line
 
 by GMRES where they are many (`hbsolve.krylov`), and by elimination where they are few or GMRES is slow.
 
+Of A_k the code has the columns, one in each row of an array: what a unit force along one direction moves. Only those of
+the directions that slip or lift off are read.
+
 The functions are continuous with kinks. Backtracking on |R| handles those; where no shorter step helps, one is taken
 anyway, because a kink can make every short step worse while the next piece converges at once.
 
@@ -50,31 +53,48 @@ GROWTH, ESCAPE = 1.5, 0.1
 
 
 @compiled
-def apply_receptance(receptance: Any, g: Any) -> Any:
-    """A g: response of the linear structure to forces with the coefficients g, shape (d, nh) both."""
+def apply_receptance(columns: Any, g: Any) -> Any:
+    """A g: response of the linear structure to forces with the coefficients g, shape (d, nh) both.
+
+    Where a contact sticks its force is constant, so that most columns of the harmonics are not read.
+    """
     d, nh = g.shape
-    x = np.empty((d, nh))
-    x[:, 0] = np.dot(np.ascontiguousarray(receptance[0].real), np.ascontiguousarray(g[:, 0]))
+    x, mean, cosine, sine = np.empty((d, nh)), np.zeros(d), np.empty(d), np.empty(d)
+    varied, n_varied = np.empty(d, np.int64), 0
+    for j in range(d):
+        force = g[j, 0]
+        for i in range(d):
+            mean[i] += columns[0, j, i].real * force
+        if g[j, 1:].any():
+            varied[n_varied] = j
+            n_varied += 1
+    x[:, 0] = mean
     for k in range(1, (nh + 1) // 2):
-        moved = np.dot(receptance[k], g[:, 2 * k - 1] - 1j * g[:, 2 * k])
-        x[:, 2 * k - 1], x[:, 2 * k] = moved.real, -moved.imag
+        cosine[:], sine[:] = 0.0, 0.0
+        for j in varied[:n_varied]:
+            c, s = g[j, 2 * k - 1], g[j, 2 * k]
+            for i in range(d):
+                alpha = columns[k, j, i]
+                cosine[i] += alpha.real * c + alpha.imag * s
+                sine[i] += alpha.real * s - alpha.imag * c
+        x[:, 2 * k - 1], x[:, 2 * k] = cosine, sine
     return x
 
 
 @compiled
-def transposed_receptance(receptance: Any, x: Any) -> Any:
+def transposed_receptance(columns: Any, x: Any) -> Any:
     """A^T x, shape (d, nh) both."""
     d, nh = x.shape
     g = np.empty((d, nh))
-    g[:, 0] = np.dot(np.ascontiguousarray(x[:, 0]), np.ascontiguousarray(receptance[0].real))
+    g[:, 0] = np.dot(np.ascontiguousarray(columns[0].real), np.ascontiguousarray(x[:, 0]))
     for k in range(1, (nh + 1) // 2):
-        felt = np.dot(x[:, 2 * k - 1] + 1j * x[:, 2 * k], receptance[k])
+        felt = np.dot(columns[k], x[:, 2 * k - 1] + 1j * x[:, 2 * k])
         g[:, 2 * k - 1], g[:, 2 * k] = felt.real, felt.imag
     return g
 
 
 @compiled
-def newton_step(forces: Any, receptance: Any, first: Any, count: Any, right: Any, relative: float) -> Any:
+def newton_step(forces: Any, columns: Any, first: Any, count: Any, right: Any, relative: float) -> Any:
     """Solve (I + A L) x = right to a relative residual; 0 asks for elimination."""
     d, nh = right.shape
     rows = active_rows(forces.active)
@@ -84,17 +104,17 @@ def newton_step(forces: Any, receptance: Any, first: Any, count: Any, right: Any
     y: Any = np.empty(0)
     solved = False
     if len(rows) > DENSE and relative > 0.0:
-        matrix = operator(rows, forces.jacobian, first, count, receptance)
+        matrix = operator(rows, forces.jacobian, first, count, columns)
         border = Border(np.empty(0), np.empty(0), 0.0)
         y, solved = gmres(matrix, border, moved, relative, len(rows) // ROWS_PER_VECTOR)
     if not solved:
-        y = np.linalg.solve(small_matrix(rows, forces.jacobian, first, count, receptance, nh), moved)
-    return right - apply_receptance(receptance, scattered(rows, y, d, nh))
+        y = np.linalg.solve(small_matrix(rows, forces.jacobian, first, count, columns, nh), moved)
+    return right - apply_receptance(columns, scattered(rows, y, d, nh))
 
 
 @compiled
 def bordered_step(
-    forces: Any, receptance: Any, first: Any, count: Any, residual: Any, by_lambda: Any, border: Any, corner: float,
+    forces: Any, columns: Any, first: Any, count: Any, residual: Any, by_lambda: Any, border: Any, corner: float,
     remainder: float, relative: float,
 ) -> Any:  # fmt: skip
     """Step (dx, dlambda) of the bordered system above, regular also at a fold; `relative` as for `newton_step`."""
@@ -107,7 +127,7 @@ def bordered_step(
     right[m] = -remainder + (border * residual).sum()
     # -border . A e_i for each active row i.
     row = np.empty(m)
-    seen = transposed_receptance(receptance, border)
+    seen = transposed_receptance(columns, border)
     for i in range(m):
         row[i] = -seen[rows[i, 0], rows[i, 1]]
     last = corner - (border * by_lambda).sum()
@@ -123,39 +143,39 @@ def bordered_step(
     y: Any = np.empty(0)
     solved = False
     if m > DENSE and relative > 0.0:
-        matrix = operator(rows, forces.jacobian, first, count, receptance)
+        matrix = operator(rows, forces.jacobian, first, count, columns)
         y, solved = gmres(matrix, Border(column, row, last), right, relative, m // ROWS_PER_VECTOR)
     if not solved:
         Z = np.empty((m + 1, m + 1))
-        Z[:m, :m] = small_matrix(rows, forces.jacobian, first, count, receptance, nh)
+        Z[:m, :m] = small_matrix(rows, forces.jacobian, first, count, columns, nh)
         Z[:m, m], Z[m, :m], Z[m, m] = column, row, last
         y = np.linalg.solve(Z, right)
     by = y[m] / width
     dx = -residual - by_lambda * by
     if m:
-        dx -= apply_receptance(receptance, scattered(rows, y[:m], d, nh))
+        dx -= apply_receptance(columns, scattered(rows, y[:m], d, nh))
     return dx, by
 
 
 @compiled
 def newton_with_forces(
-    x: Any, linear: Any, omega: float, receptance: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
+    x: Any, linear: Any, omega: float, columns: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
     tolerance: float, max_iteration: int,
 ) -> Any:  # fmt: skip
     """What `newton` returns, and the joint forces at x."""
     forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
-    R = x - linear + apply_receptance(receptance, forces.coefficients)
+    R = x - linear + apply_receptance(columns, forces.coefficients)
     norm = np.sqrt((R * R).sum())
     iteration = 0
     while norm > tolerance and iteration < max_iteration:
         iteration += 1
-        dx = -newton_step(forces, receptance, first, count, R, max(RELATIVE, MARGIN * tolerance / norm))
+        dx = -newton_step(forces, columns, first, count, R, max(RELATIVE, MARGIN * tolerance / norm))
         step, best, best_step = 1.0, np.inf, 1.0
         while True:
             want = JACOBIAN if step == 1.0 and norm > NEARLY * tolerance else FORCE
             tried = step
             forces = joint_forces(x + step * dx, omega, table, start, sampling, want)
-            R_new = x + step * dx - linear + apply_receptance(receptance, forces.coefficients)
+            R_new = x + step * dx - linear + apply_receptance(columns, forces.coefficients)
             new = np.sqrt((R_new * R_new).sum())
             if new < best:
                 best, best_step = new, step
@@ -168,7 +188,7 @@ def newton_with_forces(
         x = x + step * dx
         if (want != JACOBIAN or step != 1.0) and not (tried == step and new <= tolerance):
             forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
-            R_new = x - linear + apply_receptance(receptance, forces.coefficients)
+            R_new = x - linear + apply_receptance(columns, forces.coefficients)
             new = np.sqrt((R_new * R_new).sum())
         R, norm = R_new, new
         if not np.isfinite(norm):
@@ -178,11 +198,11 @@ def newton_with_forces(
 
 @compiled
 def newton(
-    x: Any, linear: Any, omega: float, receptance: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
+    x: Any, linear: Any, omega: float, columns: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
     tolerance: float, max_iteration: int,
 ) -> Any:  # fmt: skip
     """Solve R(x) = 0 from x; returns x, |R|, and the number of iterations. `tolerance` is absolute."""
     x, norm, iteration, _ = newton_with_forces(
-        x, linear, omega, receptance, table, first, count, start, sampling, tolerance, max_iteration
+        x, linear, omega, columns, table, first, count, start, sampling, tolerance, max_iteration
     )
     return x, norm, iteration

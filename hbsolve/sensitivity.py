@@ -14,23 +14,23 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed, Recovery
+from hbsolve.condensed import Condensed
 from hbsolve.continuation.continuation_parameter import joint_index, spread
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
 from hbsolve.joint_law.registry import PARAMETERS
-from hbsolve.linearised import active_rows, small_matrix, times_jacobian
+from hbsolve.linearised import active_rows, small_matrix, times_jacobian, transposed_jacobian
 from hbsolve.model_rates import MatrixParameter, ModelParameter, ModelRates, entries
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state, checked_harmonic
 from reduction.array_input import finite_number, whole_number
-from reduction.array_type import Array, Real, Row
+from reduction.array_type import Array, Real, Row, Whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,17 +79,6 @@ Parameter = (
     | MatrixParameter
     | ModelParameter
 )
-
-
-class Answer(NamedTuple):
-    """What one steady state answers to p parameters."""
-
-    loads: Complex[Array, "p harmonic r"]
-    """Change of the loads [N / unit of the parameter]."""
-    reaction: Complex[Array, "p harmonic d"]
-    """... of the joint forces beyond D x, L dx + dg: with the loads it moves the structure."""
-    force: Complex[Array, "p harmonic d"]
-    """... of the joint forces f in their directions."""
 
 
 def point_mass(row: Row) -> MatrixParameter:
@@ -152,14 +141,43 @@ def sensitivity(
     g = np.zeros((len(parameters), *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
         loads[number], g[number] = _change(at_level, state, forces, parameter)
-    found = answer(at_level, condensed, forces, loads, g)
-    return at_level.structure.displacements(condensed, loads - found.reaction @ at_level.structure.directions)
+    reaction = _reaction(at_level, condensed, forces, loads, g)
+    return at_level.structure.displacements(condensed, loads - reaction @ at_level.structure.directions)
+
+
+class Seen(NamedTuple):
+    """What n readings of a state see, each one harmonic of a sensor."""
+
+    harmonic: Int[Whole, " n"]
+    """Shape (n,) [-]."""
+    load: Complex[Array, "n r"]
+    """The reading under a unit load on each degree of freedom, with all contacts stuck, shape (n, r)."""
+    reaction: Complex[Array, "n d"]
+    """... under a unit force of the joints beyond D x, at fixed motion of the joints, shape (n, d)."""
+    motion: Complex[Array, "n d"]
+    """... by a unit motion of the joints, shape (n, d)."""
+
+    def spread(self, weights: Complex[Array, "n m"], n_harmonic: int) -> Complex[Array, "2*n harmonic m"]:
+        """Weights w of the readings' real parts Re(w q) and then of their imaginary ones Re(-i w q), by harmonic."""
+        n = len(weights)
+        parts = np.zeros((2, n, n_harmonic, weights.shape[1]), dtype=np.complex128)
+        parts[0, np.arange(n), self.harmonic] = weights
+        parts[1, np.arange(n), self.harmonic] = -1j * weights
+        return parts.reshape(2 * n, *parts.shape[2:])
 
 
 def derivatives(
-    balance: HarmonicBalance, state: SteadyState, rates: ModelRates, condensed: Condensed, recovery: Recovery | None
-) -> Answer:
-    """What a state answers to the parameters of a model, where the linear structure at its Omega is at hand.
+    balance: HarmonicBalance,
+    state: SteadyState,
+    rates: ModelRates,
+    condensed: Condensed,
+    contact: Complex[Array, "harmonic r d"],
+    seen: Seen,
+) -> Complex[Array, "n p"]:
+    """Derivatives of n readings by p parameters of a model, shape (n, p): the adjoint of the equations above.
+
+    Readings are fewer than parameters, and so are the solutions that they take: what a reading sees of a load is found
+    once for all loads.
 
     Parameters
     ----------
@@ -167,70 +185,66 @@ def derivatives(
         Balance at the level of the state.
     state, rates
         State and parameters of this balance.
-    condensed, recovery
-        The structure at the state's Omega, and maybe what recovers full responses.
+    condensed, contact
+        The structure at the state's Omega, and what it moves under a unit force along each joint direction.
+    seen
+        What is read.
     """
     forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
-    return answer(balance, condensed, forces, rates.loads(state), rates.forces(balance, forces.by_parameter), recovery)
+    loads, g = rates.loads(state), complex_from_real(rates.forces(balance, forces.by_parameter))
+    n_harmonic, A = len(condensed.static), condensed.receptance
+    # A force of the joints moves them, too: dx = B alpha df - A dg.
+    own, moving = seen.reaction.copy(), seen.motion.any(axis=1)
+    own[moving] -= (seen.motion[moving, None] @ A[seen.harmonic[moving]])[:, 0]
+    by_motion, by_reaction = seen.spread(seen.motion, n_harmonic), seen.spread(own, n_harmonic)
+    first, count = balance.joint_of_direction
+    rows = active_rows(forces.active)
+    if len(rows):
+        matrix = small_matrix(rows, forces.jacobian, first, count, condensed.columns, 2 * n_harmonic - 1)
+        weights = real_from_complex(by_reaction.conj())[:, rows[:, 0], rows[:, 1]]
+        solved = np.linalg.solve(matrix.T, weights.T).T
+        turned = np.array([transposed_jacobian(rows, forces.jacobian, first, count, item) for item in solved])
+        by_slip = complex_from_real(turned).conj()
+        by_motion += by_slip
+        by_reaction -= _by_harmonic(by_slip, A)
+    by_load = seen.spread(seen.load, n_harmonic) + _by_harmonic(by_motion, contact.swapaxes(1, 2))
+    found = _real_products(loads, by_load) + _real_products(g, by_reaction)
+    return np.asarray(found[: len(found) // 2] + 1j * found[len(found) // 2 :])
 
 
-def answer(
+def _by_harmonic(weights: Complex[Array, "n harmonic m"], matrix: Array) -> Complex[Array, "n harmonic k"]:
+    """Products with the matrix of each harmonic, shape (H + 1, m, k)."""
+    return np.asarray(np.matmul(weights.swapaxes(0, 1), matrix).swapaxes(0, 1))
+
+
+def _real_products(
+    changes: Complex[Array, "p harmonic m"], weights: Complex[Array, "n harmonic m"]
+) -> Float[Real, "n p"]:
+    """Re(w q), summed over harmonics and places, shape (n, p)."""
+    q, w = changes.reshape(len(changes), -1), weights.reshape(len(weights), -1)
+    return np.asarray(w.real @ q.real.T - w.imag @ q.imag.T)
+
+
+def _reaction(
     balance: HarmonicBalance,
     condensed: Condensed,
     forces: JointForces,
     loads: Complex[Array, "p harmonic r"],
     g: Float[Real, "p d nh"],
-    recovery: Recovery | None = None,
-) -> Answer:
-    """The answer to changes of the loads and, at fixed motion, of the joint forces.
-
-    Parameters
-    ----------
-    balance
-        Balance at the level of the state.
-    condensed
-        The linear structure at its Omega.
-    forces
-        Joint forces of the state, with their Jacobian.
-    loads, g
-        Changes, shapes (p, H + 1, r) [N] and (p, d, nh) [N].
-    recovery
-        Recovery of the structure at this Omega; by reciprocity it tells what loads move in the joint directions.
-    """
-    structure = balance.structure
-    if recovery is None:
-        right = structure.displacements(condensed, loads) @ structure.directions.T
-    else:
-        right = np.matmul(loads.swapaxes(0, 1), recovery.contact).swapaxes(0, 1)
-    dg = complex_from_real(g)
-    dx, reaction = _answers(balance, forces, condensed, right - _moved(condensed, dg))
-    reaction = reaction + dg
-    return Answer(loads, reaction, reaction + balance.table.reference * dx)
-
-
-def _moved(condensed: Condensed, force: Complex[Array, "p harmonic d"]) -> Complex[Array, "p harmonic d"]:
-    """A g of several forces; most parameters change none."""
-    moved, loaded = np.zeros_like(force), force.any(axis=(1, 2))
-    moved[loaded] = np.matmul(force[loaded].swapaxes(0, 1), condensed.receptance.swapaxes(1, 2)).swapaxes(0, 1)
-    return moved
-
-
-def _answers(
-    balance: HarmonicBalance, forces: JointForces, condensed: Condensed, right: Complex[Array, "p harmonic d"]
-) -> tuple[Array, Array]:
-    """Solve (I + A L) dx = right: dx and L dx, for several right-hand sides, shape (p, H + 1, d)."""
+) -> Complex[Array, "p harmonic d"]:
+    """Change of the joint forces beyond D x, L dx + dg: with the loads it moves the structure."""
+    structure, dg = balance.structure, complex_from_real(g)
     first, count = balance.joint_of_direction
     rows = active_rows(forces.active)
-    if len(rows) == 0 or len(right) == 0:
-        return right, np.zeros_like(right)
-    real = real_from_complex(right)
-    nh = real.shape[2]
-    matrix = small_matrix(rows, forces.jacobian, first, count, condensed.receptance, nh)
-    moved = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in real])
-    pushed = np.zeros_like(real)
-    pushed[:, rows[:, 0], rows[:, 1]] = np.linalg.solve(matrix, moved.T).T
-    reaction = complex_from_real(pushed)
-    return right - _moved(condensed, reaction), reaction
+    if len(rows) == 0 or len(loads) == 0:
+        return dg
+    moved = structure.displacements(condensed, loads) @ structure.directions.T
+    right = real_from_complex(moved - _by_harmonic(dg, condensed.columns))
+    matrix = small_matrix(rows, forces.jacobian, first, count, condensed.columns, right.shape[2])
+    pulled = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in right])
+    pushed = np.zeros_like(right)
+    pushed[:, rows[:, 0], rows[:, 1]] = np.linalg.solve(matrix, pulled.T).T
+    return complex_from_real(pushed) + dg
 
 
 def _change(

@@ -76,7 +76,7 @@ def newton_at(
     """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
     first, count = balance.joint_of_direction
     result: tuple[Real, float, int] = newton(
-        np.array(x, order="C"), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
+        np.array(x, order="C"), linear, condensed.angular_frequency, condensed.columns, balance.table, first, count,
         sliders, balance.sampling, tolerance, limit,
     )  # fmt: skip
     return result
@@ -119,7 +119,7 @@ def forces_at(balance: HarmonicBalance, omega: float, x: Real, sliders: Start, w
 
 def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces) -> Real:
     """R = x - x_lin + A g, eq. 12 in the joint directions, shape (d, nh) [m]."""
-    return np.asarray(x - balance.linear(condensed) + apply_receptance(condensed.receptance, forces.coefficients))
+    return np.asarray(x - balance.linear(condensed) + apply_receptance(condensed.columns, forces.coefficients))
 
 
 def recover_state(

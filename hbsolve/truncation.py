@@ -105,7 +105,7 @@ def _first_step(balance: HarmonicBalance, state: SteadyState) -> Complex[Array, 
     forces = forces_at(balance, omega, x, state.start)
     first, count = balance.joint_of_direction
     R = residual(balance, condensed, x, forces)
-    step = newton_step(forces, condensed.receptance, first, count, R, 0.0)
+    step = newton_step(forces, condensed.columns, first, count, R, 0.0)
     rows = active_rows(forces.active)
     pushed = scattered(rows, times_jacobian(rows, forces.jacobian, first, count, step), *x.shape)
     after = balance.response(condensed, forces.coefficients - pushed, recovery)

@@ -238,7 +238,7 @@ def make_history_modes(
     nominal = features.of_values(prediction.value)
     amounts = np.zeros((n_draw, len(model.preload_groups)))
     if pressed is not None:
-        amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
+        amounts = draw_normal(pressed, n_draw, seed)
     if pressed is not None and by_preload is None:
         by_preload = reference.slopes([_preload_tangent(model, group) for group in model.preload_groups])
     changes, followed = [], replace(predictor, points=kept)
@@ -259,6 +259,17 @@ def make_history_modes(
         modes += [np.where(at, change - mean, 0.0) / np.sqrt(max(n_draw - 1, 1)) for change in apart]
         modes.append(np.where(at, mean, 0.0))
     return np.array(modes).T
+
+
+def draw_normal(covariance: Float[NDArray[np.float64], "q q"], count: int, seed: int) -> Modes:
+    """Random numbers of mean zero, shape (count, q), by the symmetric root of their covariance.
+
+    Any other root has columns whose signs, and whose order if they are alike, are those of round-off: another machine
+    would draw other numbers.
+    """
+    size, directions = np.linalg.eigh(covariance)
+    root = (directions * np.sqrt(np.maximum(size, 0.0))) @ directions.T
+    return np.asarray(np.random.default_rng([seed, 1]).standard_normal((count, len(covariance))) @ root)
 
 
 def sliders_after_history(

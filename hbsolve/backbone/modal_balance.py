@@ -60,8 +60,8 @@ class Unknowns(NamedTuple):
 class Linear(NamedTuple):
     """What omega and zeta determine."""
 
-    receptance: Complex[Array, "harmonic d d"]
-    """A [m/N]."""
+    columns: Complex[Array, "harmonic d d"]
+    """Of A, one in each row [m/N]."""
     by_amplitude: Complex[Array, " d"]
     """b, which has the fundamental alone, shape (d,) [kg^-1/2]."""
     stiffness: complex
@@ -104,17 +104,17 @@ class ModalBalance:
     def linear(self, angular_frequency: float, damping_ratio: float) -> Linear:
         """A, b and s."""
         rows, others, n_harmonic = self.modes.rows, self.others, self.balance.n_harmonic
-        receptance = np.empty((n_harmonic, len(rows), len(rows)), dtype=np.complex128)
+        columns = np.empty((n_harmonic, len(rows), len(rows)), dtype=np.complex128)
         for k in range(n_harmonic):
             kept = others if k == 1 else np.arange(rows.shape[1])
             Z = self._dynamic(k, angular_frequency, damping_ratio)
-            receptance[k] = rows[:, kept] @ _solve(Z, kept, rows[:, kept].T.astype(np.complex128))
+            columns[k] = (rows[:, kept] @ _solve(Z, kept, rows[:, kept].T.astype(np.complex128))).T
         Z = self._dynamic(1, angular_frequency, damping_ratio)
         if Z.ndim == 1:
-            return Linear(receptance, rows[:, self.mode].astype(np.complex128), complex(Z[self.mode]))
+            return Linear(columns, rows[:, self.mode].astype(np.complex128), complex(Z[self.mode]))
         moved = _solve(Z, others, Z[others, self.mode])
         along = rows[:, self.mode] - rows[:, others] @ moved
-        return Linear(receptance, along, complex(Z[self.mode, self.mode] - Z[self.mode, others] @ moved))
+        return Linear(columns, along, complex(Z[self.mode, self.mode] - Z[self.mode, others] @ moved))
 
     def evaluate(self, at: Unknowns, sliders: Start) -> Equation:
         """R, S and their derivatives at a point."""
@@ -130,7 +130,7 @@ class ModalBalance:
             )
             by.append((up - down) / (2 * (d_omega + d_zeta)))
             modal_by.append((modal_up - modal_down) / (2 * (d_omega + d_zeta)))
-        by[0] = by[0] + apply_receptance(linear.receptance, forces.by_frequency)
+        by[0] = by[0] + apply_receptance(linear.columns, forces.by_frequency)
         modal_by[0] += self._scale(at) * complex(linear.by_amplitude @ complex_from_real(forces.by_frequency)[1])
         by.append(-at.amplitude * self.fundamental(linear.by_amplitude))
         modal_by.append(self._scale(at) * linear.stiffness * at.amplitude)
@@ -140,7 +140,7 @@ class ModalBalance:
         """(I + A L)^-1 of a motion."""
         first, count = self.balance.joint_of_direction
         right = np.ascontiguousarray(right)
-        solved: Real = newton_step(equation.forces, equation.linear.receptance, first, count, right, 0.0)
+        solved: Real = newton_step(equation.forces, equation.linear.columns, first, count, right, 0.0)
         return solved
 
     def modal_change(self, at: Unknowns, equation: Equation, moved: Real) -> complex:
@@ -181,7 +181,7 @@ class ModalBalance:
         """R, and S over a and the eigenvalue of the mode."""
         R = at.motion - self.rest - at.amplitude * self.fundamental(linear.by_amplitude)
         S = linear.stiffness * at.amplitude + complex(linear.by_amplitude @ complex_from_real(forces.coefficients)[1])
-        return R + apply_receptance(linear.receptance, forces.coefficients), self._scale(at) * S
+        return R + apply_receptance(linear.columns, forces.coefficients), self._scale(at) * S
 
     def _scale(self, at: Unknowns) -> float:
         return 1 / (at.amplitude * float(self.modes.eigenvalue[self.mode]))

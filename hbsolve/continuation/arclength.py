@@ -131,7 +131,7 @@ def correct_in_plane(
         remainder = metric.dot(t, Direction(x_new - x, value_new - value)) - step
         first, count = at.balance.joint_of_direction
         dx, dvalue = bordered_step(
-            at.forces, at.condensed.receptance, first, count, at.residual, at.by_value, border, corner, remainder,
+            at.forces, at.condensed.columns, first, count, at.residual, at.by_value, border, corner, remainder,
             RELATIVE,
         )  # fmt: skip
         x_new, value_new = x_new + dx, value_new + float(dvalue)
@@ -143,7 +143,7 @@ def _along_kernel(here: Equation, last: Direction, metric: Metric) -> Direction:
     """Unit tangent at an acute angle to the last one, from the system bordered by it."""
     first, count = here.balance.joint_of_direction
     t_x, t_value = bordered_step(
-        here.forces, here.condensed.receptance, first, count, 0 * here.residual, here.by_value,
+        here.forces, here.condensed.columns, first, count, 0 * here.residual, here.by_value,
         np.ascontiguousarray(last.motion / metric.motion**2), last.value / metric.value**2, -1.0, RELATIVE,
     )  # fmt: skip
     t = Direction(t_x, float(t_value))
@@ -160,5 +160,5 @@ def _determinant_sign(here: Equation) -> int:
     if not len(rows):
         return 1
     nh = here.residual.shape[1]
-    matrix = small_matrix(rows, here.forces.jacobian, first, count, here.condensed.receptance, nh)
+    matrix = small_matrix(rows, here.forces.jacobian, first, count, here.condensed.columns, nh)
     return int(np.linalg.slogdet(matrix)[0])

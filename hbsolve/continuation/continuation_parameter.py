@@ -104,8 +104,8 @@ class FrequencyPath(Path):
         assert slopes is not None
         growth = self.level_power / condensed.angular_frequency
         moved = -real_from_complex(balance.level * (slopes.dynamic + growth * condensed.dynamic))
-        moved += apply_receptance(slopes.receptance, forces.coefficients)
-        return np.asarray(moved + apply_receptance(condensed.receptance, forces.by_frequency))
+        moved += apply_receptance(slopes.columns, forces.coefficients)
+        return np.asarray(moved + apply_receptance(condensed.columns, forces.by_frequency))
 
 
 def level_at(balance: HarmonicBalance, angular_frequency: float, level_power: int) -> HarmonicBalance:
@@ -183,7 +183,7 @@ class JointPath(Path):
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """See `Path`."""
         number, index = joint_index(self.balance, self.joint, self.parameter)
-        return np.asarray(apply_receptance(condensed.receptance, spread(balance, number, forces.by_parameter[index])))
+        return np.asarray(apply_receptance(condensed.columns, spread(balance, number, forces.by_parameter[index])))
 
 
 def joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[int, int]:

@@ -121,7 +121,7 @@ class ControlledAmplitude(Path):
         reading, own = self._split(seen)
         if reading.driven == 0:
             raise BalanceError(self._unmoved(value))
-        slope, by_own = self._split(seen._replace(receptance=seen.slopes.receptance, dynamic=seen.slopes.dynamic))
+        slope, by_own = self._split(seen._replace(columns=seen.slopes.columns, dynamic=seen.slopes.dynamic))
         # The motion of the base falls with the square of Omega, and is no slope of the structure.
         by_driven = slope.driven - (1 + 2 / value) * self._carried(value)
         y = self.held(value)
@@ -130,10 +130,10 @@ class ControlledAmplitude(Path):
         dynamic, by_dynamic = np.zeros_like(own.dynamic), np.zeros_like(own.dynamic)
         dynamic[1] = y * share
         by_dynamic[1] = y * (by_share - share * self.derivative / value)
-        A, by_A = own.receptance.copy(), by_own.receptance.copy()
-        A[1] -= np.outer(share, reading.pushed)
-        by_A[1] -= np.outer(by_share, reading.pushed) + np.outer(share, slope.pushed)
-        held = own._replace(receptance=A, dynamic=dynamic, slopes=CondensedSlopes(by_A, by_dynamic))
+        A, by_A = own.columns.copy(), by_own.columns.copy()
+        A[1] -= np.outer(reading.pushed, share)
+        by_A[1] -= np.outer(reading.pushed, by_share) + np.outer(slope.pushed, share)
+        held = own._replace(columns=A, dynamic=dynamic, slopes=CondensedSlopes(by_A, by_dynamic))
         return self._unit_balance, held
 
     def reading_of(self, state: SteadyState) -> complex:
@@ -151,8 +151,8 @@ class ControlledAmplitude(Path):
         del balance
         slopes = condensed.slopes
         assert slopes is not None
-        moved = apply_receptance(slopes.receptance, forces.coefficients) - real_from_complex(slopes.dynamic)
-        return np.asarray(moved + apply_receptance(condensed.receptance, forces.by_frequency))
+        moved = apply_receptance(slopes.columns, forces.coefficients) - real_from_complex(slopes.dynamic)
+        return np.asarray(moved + apply_receptance(condensed.columns, forces.by_frequency))
 
     def refuse_unmoved(self, value: float) -> None:
         """Refuse a sensor that the force does not move at Omega (`BalanceError`)."""
@@ -170,7 +170,7 @@ class ControlledAmplitude(Path):
 
     def _split(self, condensed: Condensed) -> tuple[Reading, Condensed]:
         """The last row as a reading, and the directions before it."""
-        A, x = condensed.receptance, condensed.dynamic
+        A, x = condensed.columns, condensed.dynamic
         driven = complex(x[1, -1] + self._carried(condensed.angular_frequency))
         own = Condensed(
             condensed.angular_frequency,
@@ -178,7 +178,7 @@ class ControlledAmplitude(Path):
             np.ascontiguousarray(condensed.static[:, :-1]),
             np.ascontiguousarray(x[:, :-1]),
         )
-        return Reading(driven, np.ascontiguousarray(A[1, -1, :-1])), own
+        return Reading(driven, np.ascontiguousarray(A[1, :-1, -1])), own
 
     def _carried(self, value: float) -> complex:
         """Displacement of the base in the reading, at level 1 [m]."""

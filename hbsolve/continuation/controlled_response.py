@@ -204,7 +204,7 @@ class _Trial:
         felt = np.zeros_like(self.residual)
         felt[:, 1], felt[:, 2] = (turned * self.reading.pushed).real, (turned * self.reading.pushed).imag
         dx, by_level = bordered_step(
-            self.forces, self.condensed.receptance, first, count, self.residual,
+            self.forces, self.condensed.columns, first, count, self.residual,
             -real_from_complex(self.condensed.dynamic), -_transposed_jacobian(self.forces, first, count, felt),
             float((turned * self.reading.driven).real), abs(self.read) - self.held, RELATIVE,
         )  # fmt: skip

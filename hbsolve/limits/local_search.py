@@ -82,7 +82,7 @@ def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
         law = trial.forces.jacobian[at, harmonic].reshape(len(rows), -1, nh)[:, :, 0]
         others = np.minimum(first[at][:, None] + np.arange(law.shape[1]), d - 1)
         right = np.einsum("me,men->mn", law, moved[others, 0])
-        matrix = small_matrix(rows, trial.forces.jacobian, first, count, A, nh)
+        matrix = small_matrix(rows, trial.forces.jacobian, first, count, point.condensed.columns, nh)
         y = np.linalg.solve(matrix, right)
         gradient = gradient + by_g[at, harmonic] @ y
         pushed = np.zeros_like(moved)

@@ -106,7 +106,7 @@ class LimitPoint:
         balance, tolerance = self.balance, TOLERANCE * self.scale
         first, count = balance.joint_of_direction
         result, norm, forces, interval = newton_near(
-            np.array(x), self.linear, self.condensed.angular_frequency, self.condensed.receptance,
+            np.array(x), self.linear, self.condensed.angular_frequency, self.condensed.columns,
             balance.table, first, count, _start(w), balance.sampling, self.sliders, tolerance, LIMIT, PATIENCE,
             hopeless,
         )  # fmt: skip
@@ -171,7 +171,7 @@ class LimitPoint:
 
 @compiled
 def newton_near(
-    x: Any, linear: Any, omega: float, receptance: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
+    x: Any, linear: Any, omega: float, columns: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
     sliders: Any, tolerance: float, limit: int, patience: int, hopeless: float,
 ) -> Any:  # fmt: skip
     """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and where the sliders stick.
@@ -181,16 +181,16 @@ def newton_near(
     `hopeless` of the first one after `patience` iterations, or its square after twice as many.
     """
     forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
-    R = x - linear + apply_receptance(receptance, forces.coefficients)
+    R = x - linear + apply_receptance(columns, forces.coefficients)
     norm = np.sqrt((R * R).sum())
     most, iteration = norm, 0
     while norm > tolerance and iteration < limit:
         iteration += 1
-        dx = -newton_step(forces, receptance, first, count, R, RELATIVE)
+        dx = -newton_step(forces, columns, first, count, R, RELATIVE)
         step, new = 1.0, norm
         for trial in range(TRIALS):
             forces = joint_forces(x + step * dx, omega, table, start, sampling, JACOBIAN)
-            R = x + step * dx - linear + apply_receptance(receptance, forces.coefficients)
+            R = x + step * dx - linear + apply_receptance(columns, forces.coefficients)
             new = np.sqrt((R * R).sum())
             if new < (1.0 - DECREASE * step) * norm or new < tolerance or trial == TRIALS - 1:
                 break

@@ -120,7 +120,7 @@ def _find_second_direction(
     border, corner = np.ascontiguousarray(t.motion / metric.motion**2), t.value / metric.value**2
     for _ in range(ITERATIONS):
         motion, by_value = bordered_step(
-            here.forces, here.condensed.receptance, first, count, -found.motion, here.by_value, border, corner,
+            here.forces, here.condensed.columns, first, count, -found.motion, here.by_value, border, corner,
             -found.value, DENSE,
         )  # fmt: skip
         length = metric.length(Direction(motion, float(by_value)))

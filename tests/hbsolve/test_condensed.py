@@ -9,7 +9,10 @@ N, HARMONICS, SEVERAL = 9, 4, (1.3, 0.7, 2.1)
 
 
 def structure(damping: str) -> CondensedStructure:
-    """Masses on springs with joints in three directions, damped so that modes with joints, without, or none fit."""
+    """Masses on springs with joints in three directions, damped so that modes with joints, without, or none fit.
+
+    Gyroscopic damping is not symmetric, so that a force and what it moves cannot change places.
+    """
     random = np.random.default_rng(5)
     mass, spring = np.diag(random.uniform(0.5, 2.0, N)), random.standard_normal((N, N))
     stiffness = spring @ spring.T + np.eye(N)
@@ -19,6 +22,8 @@ def structure(damping: str) -> CondensedStructure:
             C = 0.01 * (stiffness + directions.T @ (reference[:, None] * directions))
         case "free":
             C = 0.01 * stiffness
+        case "gyroscopic":
+            C = 0.01 * stiffness + np.triu(spring, 1) - np.triu(spring, 1).T
         case _:
             C = 0.01 * stiffness + np.diag(random.uniform(0.1, 1.0, N))
     force = random.standard_normal((2, HARMONICS, N)) * (np.arange(HARMONICS) > 0)[:, None]
@@ -30,12 +35,12 @@ def structure(damping: str) -> CondensedStructure:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("damping", ["stuck", "free", "none"])
+@pytest.mark.parametrize("damping", ["stuck", "free", "gyroscopic", "none"])
 def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # Two groups of Omega: one of them takes 16 bytes for each of 4 responses, harmonic and degree of freedom.
     monkeypatch.setattr("hbsolve.condensed.TOGETHER", 2 * 16 * 4 * HARMONICS * N)
     own = structure(damping)
-    assert own.is_dense == (damping == "none")
+    assert own.is_dense == (damping in {"gyroscopic", "none"})
     several, rows = own.at_each(SEVERAL), np.random.default_rng(6).standard_normal((2, N))
     stuck = own.stiffness + own.directions.T @ (own.reference[:, None] * own.directions)
     for omega, condensed, (dynamic, contact) in zip(SEVERAL, several, own.seen(several, rows), strict=True):
@@ -48,7 +53,7 @@ def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pyte
             np.testing.assert_allclose(dynamic[k], rows @ alpha @ own.dynamic[k], atol=1e-11)
 
 
-@pytest.mark.parametrize("damping", ["stuck", "free", "none"])
+@pytest.mark.parametrize("damping", ["stuck", "free", "gyroscopic", "none"])
 def test_full_responses_at_several_frequencies_are_those_of_the_matrices(
     damping: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

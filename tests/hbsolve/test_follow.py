@@ -20,7 +20,7 @@ def track_of(balance: HarmonicBalance, omega: np.ndarray, slider: np.ndarray, gu
     linear = real_from_complex(np.array([item.static + balance.level * item.dynamic for item in condensed]))
     place = np.array([*range(len(omega)), *range(len(omega) - 1, -1, -1)])
     twin = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
-    way = Way(place, twin, omega, linear, np.array([item.receptance for item in condensed]), guess)
+    way = Way(place, twin, omega, linear, np.array([item.columns for item in condensed]), guess)
     track = empty_track(len(place), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
     first, count = balance.joint_of_direction
     done = follow(

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces
 from hbsolve.krylov import Border, gmres, operator
-from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
+from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian, transposed_jacobian
 from hbsolve.newton import DENSE, ROWS_PER_VECTOR, apply_receptance, bordered_step, newton_step, transposed_receptance
+from hbsolve.sampling import complex_from_real, real_from_complex
 
 NH = 7
 #: Directions of each joint, and leading rows of each direction's Jacobian that are not zero.
@@ -23,7 +24,7 @@ Real = NDArray[np.float64]
 
 class Problem(NamedTuple):
     forces: JointForces
-    receptance: NDArray[np.complex128]
+    columns: NDArray[np.complex128]
     first: NDArray[np.int64]
     size: NDArray[np.int64]
     rows: NDArray[np.int64]
@@ -40,16 +41,16 @@ def problem(radius: float = 0.5) -> Problem:
     for i in range(d):
         jacobian[i, active[i] :] = 0.0
         jacobian[i, :, count[i] * NH :] = 0.0
-    receptance = rng.normal(size=((NH + 1) // 2, d, d)) + 1j * rng.normal(size=((NH + 1) // 2, d, d))
-    receptance[0] = receptance[0].real
+    columns = rng.normal(size=((NH + 1) // 2, d, d)) + 1j * rng.normal(size=((NH + 1) // 2, d, d))
+    columns[0] = columns[0].real
     rows = active_rows(active)
-    Z = small_matrix(rows, jacobian, first, count, receptance, NH)
-    receptance *= radius / np.abs(np.linalg.eigvals(Z - np.eye(len(Z)))).max()
+    Z = small_matrix(rows, jacobian, first, count, columns, NH)
+    columns *= radius / np.abs(np.linalg.eigvals(Z - np.eye(len(Z)))).max()
     none, nothing = np.zeros((0, 3, NH)), np.zeros((0, 0))
     forces = JointForces(
         np.zeros((d, NH)), jacobian, active, none, none, np.zeros((d, NH)), nothing, nothing.astype(np.int64), nothing
     )
-    return Problem(forces, receptance, first, count, rows)
+    return Problem(forces, columns, first, count, rows)
 
 
 def whole(case: Problem) -> tuple[Real, Real]:
@@ -60,7 +61,7 @@ def whole(case: Problem) -> tuple[Real, Real]:
         for e in range(case.size[i]):
             L[i, :, case.first[i] + e] = jacobian[i, :, e * NH : (e + 1) * NH]
     units = np.eye(d * NH).reshape(-1, d, NH)
-    A = np.array([apply_receptance(case.receptance, unit).ravel() for unit in units]).T
+    A = np.array([apply_receptance(case.columns, unit).ravel() for unit in units]).T
     return L.reshape(d * NH, d * NH), A
 
 
@@ -69,11 +70,11 @@ def at_a_fold(case: Problem) -> Problem:
     d = len(case.first)
     p, q = np.random.default_rng(5).normal(size=(2, d, 1))
     forced = times_jacobian(case.rows, case.forces.jacobian, case.first, case.size, p * np.eye(NH)[0])
-    Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.receptance, NH)
+    Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.columns, NH)
     answer = scattered(case.rows, np.linalg.solve(Z, forced), d, NH)
-    receptance = case.receptance.copy()
-    receptance[0] -= p @ q.T / (q[:, 0] @ answer[:, 0])
-    return case._replace(receptance=receptance)
+    columns = case.columns.copy()
+    columns[0] -= q @ p.T / (q[:, 0] @ answer[:, 0])
+    return case._replace(columns=columns)
 
 
 def test_rows_are_enough_for_gmres_and_of_every_kind() -> None:
@@ -86,17 +87,36 @@ def test_rows_are_enough_for_gmres_and_of_every_kind() -> None:
 def test_small_matrix_is_that_of_the_whole_system() -> None:
     case = problem()
     L, A = whole(case)
-    Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.receptance, NH)
+    Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.columns, NH)
     at = case.rows[:, 0] * NH + case.rows[:, 1]
     # Sums of the same few products in another order.
     np.testing.assert_allclose(Z, (np.eye(len(L)) + L @ A)[np.ix_(at, at)], rtol=0, atol=1e-14)
+
+
+def test_receptance_moves_by_its_columns() -> None:
+    case = problem()
+    g = np.random.default_rng(6).normal(size=(len(case.first), NH))
+    g[::2, 1:] = 0.0  # some forces are constant
+    moved = np.einsum("kji,kj->ki", case.columns, complex_from_real(g))
+    np.testing.assert_allclose(
+        apply_receptance(case.columns, g), real_from_complex(moved), rtol=0, atol=1e-13 * np.abs(moved).max()
+    )
+
+
+def test_transposed_jacobian() -> None:
+    case = problem()
+    L, _ = whole(case)
+    y = np.random.default_rng(7).normal(size=len(case.rows))
+    found = transposed_jacobian(case.rows, case.forces.jacobian, case.first, case.size, y)
+    at = case.rows[:, 0] * NH + case.rows[:, 1]
+    np.testing.assert_allclose(found.ravel(), L[at].T @ y, rtol=0, atol=1e-13)  # round-off of sums of 21 products
 
 
 def test_transposed_receptance() -> None:
     case = problem()
     _, A = whole(case)
     x = np.random.default_rng(1).normal(size=(len(case.first), NH))
-    np.testing.assert_allclose(transposed_receptance(case.receptance, x).ravel(), A.T @ x.ravel(), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(transposed_receptance(case.columns, x).ravel(), A.T @ x.ravel(), rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("relative", [RELATIVE, 0.0], ids=["gmres", "elimination"])
@@ -104,7 +124,7 @@ def test_step_solves_the_whole_system(relative: float) -> None:
     case = problem()
     L, A = whole(case)
     right = np.random.default_rng(2).normal(size=(len(case.first), NH))
-    found = newton_step(case.forces, case.receptance, case.first, case.size, right, relative)
+    found = newton_step(case.forces, case.columns, case.first, case.size, right, relative)
     exact = np.linalg.solve(np.eye(len(L)) + A @ L, right.ravel())
     np.testing.assert_allclose(found.ravel(), exact, rtol=0, atol=TOLERANCE * np.abs(exact).max())
 
@@ -120,7 +140,7 @@ def test_bordered_step_solves_the_whole_system_in_any_unit_of_lambda(relative: f
     by_lambda *= scale
     corner, remainder = 0.7 * scale, 0.3
     dx, dlambda = bordered_step(
-        case.forces, case.receptance, case.first, case.size, residual, by_lambda, border, corner, remainder, relative
+        case.forces, case.columns, case.first, case.size, residual, by_lambda, border, corner, remainder, relative
     )
     Z = np.block([[np.eye(len(L)) + A @ L, by_lambda.reshape(-1, 1)], [border.reshape(1, -1), np.array([[corner]])]])
     if fold:
@@ -134,15 +154,15 @@ def test_bordered_step_solves_the_whole_system_in_any_unit_of_lambda(relative: f
 @pytest.mark.parametrize(("radius", "fast"), [(0.5, True), (5.0, False)])
 def test_gmres_is_used_where_it_is_fast_and_elimination_elsewhere(radius: float, fast: bool) -> None:
     case = problem(radius)
-    matrix = operator(case.rows, case.forces.jacobian, case.first, case.size, case.receptance)
+    matrix = operator(case.rows, case.forces.jacobian, case.first, case.size, case.columns)
     right = np.random.default_rng(2).normal(size=(len(case.first), NH))
     moved = times_jacobian(case.rows, case.forces.jacobian, case.first, case.size, right)
     none = np.empty(0)
     y, solved = gmres(matrix, Border(none, none, 0.0), moved, 1e-8, len(moved) // ROWS_PER_VECTOR)
     assert solved == fast
-    steps = [newton_step(case.forces, case.receptance, case.first, case.size, right, each) for each in (1e-8, 0.0)]
+    steps = [newton_step(case.forces, case.columns, case.first, case.size, right, each) for each in (1e-8, 0.0)]
     assert np.array_equal(*steps) == (not fast)
     if solved:
-        Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.receptance, NH)
+        Z = small_matrix(case.rows, case.forces.jacobian, case.first, case.size, case.columns, NH)
         # What was asked for, and that GMRES's own count of it is true.
         assert np.linalg.norm(Z @ y - moved) < 1.01e-8 * np.linalg.norm(moved)

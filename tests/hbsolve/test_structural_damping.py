@@ -79,7 +79,7 @@ def test_every_way_of_solving_is_the_direct_solution(hysteresis: np.ndarray, dam
         # Central differences: their round-off is 1e-16 / 1e-6 of the receptance.
         difference = (ends[0] - ends[1]) / (2 * step)
         np.testing.assert_allclose(
-            condensed.slopes.receptance[k], difference, rtol=0, atol=1e-7 * np.abs(difference).max()
+            condensed.slopes.columns[k].T, difference, rtol=0, atol=1e-7 * np.abs(difference).max()
         )
     state = steady_state(balance, omega)
     work = energy_balance(balance, state)

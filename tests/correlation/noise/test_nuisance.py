@@ -16,6 +16,7 @@ from correlation.noise.nuisance import (
     HISTORY,
     Budget,
     ModelFeatures,
+    draw_normal,
     highest_frequency,
     make_error_tangents,
     make_history_modes,
@@ -351,7 +352,7 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
         for covariance in (None, np.zeros((2, 2)), together)
     )
     np.testing.assert_array_equal(none, plain)
-    more = np.random.default_rng([seed, 1]).multivariate_normal(np.zeros(2), together, size=n_draw)[:, 0]
+    more = draw_normal(together, n_draw, seed)[:, 0]
     before, after = (each[:, :-1] * np.sqrt(n_draw - 1) + each[:, -1:] for each in (plain, pressed))
     # Newton's 1e-9 of forces that are some hundred times what a history leaves of them in a line's sum.
     np.testing.assert_allclose(after, before * (1 + more), rtol=0, atol=1e-6 * np.abs(before).max())
@@ -361,6 +362,20 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
 #: exact one. 16 points of 2 sliders stay within 0.95 to 1.18 and those of 4 within 0.86 to 1.28 in 200 Latin hypercubes
 #: of low discrepancy; 16 random points within 0.25 to 2.4 and 0.13 to 2.8.
 SPREAD = {("left",): (0.95, 1.18), ("left", "right"): (0.86, 1.28)}
+
+
+def test_draws_have_their_covariance_and_do_not_depend_on_round_off() -> None:
+    random = np.random.default_rng(3)
+    root = random.standard_normal((3, 3))
+    covariance = np.zeros((5, 5))  # two of the numbers do not scatter
+    covariance[:3, :3] = root @ root.T
+    drawn = draw_normal(covariance, 40_000, 1)
+    # The mean of 40,000 squares is known to 0.7 %.
+    np.testing.assert_allclose(drawn.T @ drawn / len(drawn), covariance, atol=0.03 * covariance.max())
+    # Entries of round-off turn the signs of the directions that a factorisation finds.
+    for _ in range(10):
+        noise = 1e-16 * covariance.max() * random.standard_normal((5, 5))
+        np.testing.assert_allclose(draw_normal(covariance + noise + noise.T, 8, 1), drawn[:8], atol=1e-6)
 
 
 @pytest.mark.parametrize("lines", SPREAD)

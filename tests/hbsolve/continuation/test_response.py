@@ -175,7 +175,7 @@ def left_over(balance: HarmonicBalance, state: SteadyState) -> float:
 def test_the_slope_of_the_condensed_receptance_equals_central_differences(damping: str) -> None:
     balance = HarmonicBalance(system=chain(damping), n_harmonic=4)
     slopes, below, above = balance.at_with_slopes(7.0).slopes, balance.at(7.0 - 1e-5), balance.at(7.0 + 1e-5)
-    for name in ("receptance", "dynamic"):
+    for name in ("columns", "dynamic"):
         difference = (getattr(above, name) - getattr(below, name)) / 2e-5
         exact = getattr(slopes, name)
         assert np.abs(exact).max() > 0
