@@ -119,8 +119,10 @@ class LinearStructure:
 
     def recovery(self, frequency: float) -> Recovery | None:
         """Recovery of all states at a frequency; none where many of them would take too much memory."""
-        self.recover([frequency])
-        own = (self.base or self)._recovery.get(frequency)
+        source = self.base or self
+        if frequency not in source._recovery:
+            self.recover([frequency])
+        own = source._recovery.get(frequency)
         if self.base is None or own is None:
             return own
         return own._replace(static=self.balance.structure.static_motion)

@@ -124,9 +124,8 @@ def compute_peak_errors(
         numbers = _numbers(features, rows)
         noise = ((logarithm * whitening.deviation[numbers]) ** 2).sum(axis=0)
         variance = slopes**2 @ noise
-        if whitening.modes is not None:
-            shared = (logarithm[:, :, None] * whitening.modes[numbers]).sum(axis=0)
-            variance += ((slopes @ shared) ** 2).sum(axis=1)
+        shared = whitening.shared(numbers.ravel()).reshape(*numbers.shape, -1)
+        variance += ((slopes @ (logarithm[:, :, None] * shared).sum(axis=0)) ** 2).sum(axis=1)
         variance += (slopes**2).sum(axis=1) * _reading(frequency, value, predicted[rows], noise)
         deviation = np.sqrt(variance)
         found.append(

@@ -1,24 +1,33 @@
 r"""Whitening: differences in standard deviations, by the noise of each number and errors that many numbers share.
 
-.. math:: S = \Lambda + \sum_j u_j u_j^T
+.. math:: S = \Lambda + \sum_p g_p g_p^T + \sum_j u_j u_j^T
 
 The modes u_j are changes of all numbers at once, by a shift of all frequencies by the exciter, a change of temperature,
 or a mesh that is a little too stiff. As diagonal noise they would hide real effects; without them false ones would
-pass.
+pass. Each g_p is an error of a part of the numbers, such as a piece of a curve, and no number is in two parts. There
+may be many of them, so that they are sparse.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 
 
+class _Stage(NamedTuple):
+    """Orthonormal columns, and how much a difference along them shrinks [-]."""
+
+    basis: Any
+    shrink: Float[NDArray[np.float64], " j"]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Whitening:
-    """Covariance of a vector of features, and S^(-1/2).
+    """Covariance of a vector of features, and a root S^(-1/2) of its inverse, symmetric unless there are parts.
 
     Parameters
     ----------
@@ -26,60 +35,84 @@ class Whitening:
         Square root of Lambda, shape (m,) [unit of each feature].
     modes
         Shape (m, j); none by default.
+    parts
+        The g_p, sparse, shape (m, p); none by default.
     """
 
     deviation: Float[NDArray[np.float64], " m"]
     modes: Float[NDArray[np.float64], "m j"] | None = None
-    _basis: Float[NDArray[np.float64], "m j"] = field(init=False, repr=False)
-    _shrink: Float[NDArray[np.float64], " j"] = field(init=False, repr=False)
+    parts: Any = None
+    _stages: list[_Stage] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.deviation).all() and (self.deviation > 0).all()):
             raise CampaignError("a standard deviation is zero or not finite: repeat the test, or give an uncertainty")
-        modes = np.zeros((len(self.deviation), 0)) if self.modes is None else self.modes
-        basis, size, _ = np.linalg.svd(modes / self.deviation[:, None], full_matrices=False)
-        object.__setattr__(self, "_basis", basis)
-        object.__setattr__(self, "_shrink", 1 - 1 / np.sqrt(1 + size**2))
+        object.__setattr__(self, "_stages", [])
+        if self.parts is not None:
+            scaled = self.parts.multiply(1 / self.deviation[:, None]).tocsr()
+            size = np.sqrt(np.asarray(scaled.multiply(scaled).sum(axis=0)).ravel())
+            basis = scaled.multiply(1 / np.where(size > 0, size, 1.0)).tocsr()
+            self._stages.append(_Stage(basis, 1 - 1 / np.sqrt(1 + size**2)))
+        if self.modes is not None and self.modes.shape[1]:
+            basis, size, _ = np.linalg.svd(self._shrunk(self.modes / self.deviation[:, None]), full_matrices=False)
+            self._stages.append(_Stage(basis, 1 - 1 / np.sqrt(1 + size**2)))
 
     def __call__(self, difference: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """S^(-1/2) times one difference, shape (m,), or several, shape (m, n)."""
-        scale = self.deviation if difference.ndim == 1 else self.deviation[:, None]
-        scaled = difference / scale
-        shrink = self._shrink if difference.ndim == 1 else self._shrink[:, None]
-        return np.asarray(scaled - self._basis @ (shrink * (self._basis.T @ scaled)))
+        return self._shrunk(difference / _beside(self.deviation, difference))
+
+    def _shrunk(self, scaled: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
+        for basis, shrink in self._stages:
+            scaled = scaled - basis @ (_beside(shrink, scaled) * (basis.T @ scaled))
+        return np.asarray(scaled)
 
     def undo(self, whitened: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """S^(1/2) times one difference, shape (m,), or several, shape (m, n): the inverse of a call."""
-        one = whitened.ndim == 1
-        scale = self.deviation if one else self.deviation[:, None]
-        stretch = self._shrink / (1 - self._shrink)
-        along = (stretch if one else stretch[:, None]) * (self._basis.T @ whitened)
-        return np.asarray(scale * (whitened + self._basis @ along))
+        for basis, shrink in reversed(self._stages):
+            whitened = whitened + basis @ (_beside(shrink / (1 - shrink), whitened) * (basis.T @ whitened))
+        return np.asarray(_beside(self.deviation, whitened) * whitened)
 
     @property
     def total_deviation(self) -> Float[NDArray[np.float64], " m"]:
         """Square root of the diagonal of S, shape (m,) [unit of each feature]."""
-        squares = 0.0 if self.modes is None else (self.modes**2).sum(axis=1)
-        return np.asarray(np.sqrt(self.deviation**2 + squares))
+        return np.asarray(np.sqrt(self.deviation**2 + (self.shared(np.arange(len(self.deviation))) ** 2).sum(axis=1)))
 
     @property
     def log_determinant(self) -> float:
         """Logarithm of det S."""
-        return float(2 * np.log(self.deviation).sum() - 2 * np.log1p(-self._shrink).sum())
+        return float(2 * np.log(self.deviation).sum() - 2 * sum(np.log1p(-each.shrink).sum() for each in self._stages))
+
+    def shared(self, numbers: Int[NDArray[np.int64], " n"]) -> Float[NDArray[np.float64], "n c"]:
+        """Changes of some numbers by all errors that numbers share."""
+        modes = np.zeros((len(numbers), 0)) if self.modes is None else self.modes[numbers]
+        if self.parts is None:
+            return np.asarray(modes)
+        own = self.parts[numbers]
+        return np.hstack([modes, own[:, np.unique(own.indices)].toarray()])
 
     def with_modes(self, more: Float[NDArray[np.float64], "m j"]) -> "Whitening":
         """With more modes, after those that there are."""
-        modes = more if self.modes is None else np.column_stack([self.modes, more])
-        return Whitening(deviation=self.deviation, modes=modes)
+        return replace(self, modes=more if self.modes is None else np.column_stack([self.modes, more]))
 
     def explained(self, difference: Float[NDArray[np.float64], "m n"]) -> Float[NDArray[np.float64], "m n"]:
-        """Most probable part of differences along the modes, shape (m, n)."""
-        along = self._basis.T @ (difference / self.deviation[:, None])
-        return np.asarray(self.deviation[:, None] * (self._basis @ ((1 - (1 - self._shrink) ** 2)[:, None] * along)))
+        """Most probable part of differences that is of errors which numbers share, shape (m, n)."""
+        scaled = difference / self.deviation[:, None]
+        left = self._shrunk(scaled)
+        for basis, shrink in reversed(self._stages):
+            left = left - basis @ (shrink[:, None] * (basis.T @ left))
+        return np.asarray(self.deviation[:, None] * (scaled - left))
 
     def sample(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
         """A random difference with this covariance, normally distributed."""
         drawn = self.deviation * generator.standard_normal(len(self.deviation))
-        if self.modes is not None:
-            drawn += self.modes @ generator.standard_normal(self.modes.shape[1])
+        for errors in (self.modes, self.parts):
+            if errors is not None:
+                drawn += errors @ generator.standard_normal(errors.shape[1])
         return drawn
+
+
+def _beside(
+    scale: Float[NDArray[np.float64], " m"], differences: Float[NDArray[np.float64], "m ..."]
+) -> Float[NDArray[np.float64], "m ..."]:
+    """Numbers of rows as a factor of one difference or several."""
+    return scale if differences.ndim == 1 else scale[:, None]

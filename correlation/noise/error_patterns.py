@@ -1,6 +1,7 @@
 """Changes of all features by the errors of a model."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -72,18 +73,24 @@ class ErrorPatterns:
         )
 
     def modes(self, size: ErrorSize) -> Modes:
-        """Columns of s_f F, s_d D, s_r G and s_h H that are not zero, shape (m, c)."""
-        columns = np.zeros((len(self.part), int(self.part.max(initial=-1)) + 1))
-        columns[np.arange(len(self.part)), self.part] = size.reading * self.reading
-        more = np.column_stack(
-            [size.frequency * self.frequency, size.damping * self.damping, columns, size.shape * self.shape]
-        )
+        """Columns of s_f F, s_d D and s_h H that are not zero, shape (m, c)."""
+        more = np.column_stack([size.frequency * self.frequency, size.damping * self.damping, size.shape * self.shape])
         return np.asarray(more[:, more.any(axis=0)])
+
+    def parts(self, size: ErrorSize) -> Any:
+        """Columns of s_r G, sparse, shape (m, p); None without such errors."""
+        from scipy.sparse import csr_array
+
+        if not size.reading or not len(self.part):
+            return None
+        rows = np.arange(len(self.part))
+        return csr_array((size.reading * self.reading, (rows, self.part)))
 
     def widen(self, whitening: Whitening, size: ErrorSize) -> Whitening:
         """Whitening with errors of a size in its covariance."""
         deviation = np.hypot(whitening.deviation, size.reading * self.reading)
-        return Whitening(deviation=deviation, modes=whitening.modes).with_modes(self.modes(size))
+        modes = self.modes(size) if whitening.modes is None else np.column_stack([whitening.modes, self.modes(size)])
+        return Whitening(deviation=deviation, modes=modes, parts=self.parts(size))
 
 
 def _by_level(features: FeatureVector, changes: Modes) -> Modes:

@@ -9,7 +9,6 @@ import numpy as np
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_sweep_directions, split_held_out
 from correlation.model import Model
-from correlation.noise.covariance import Whitening
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
@@ -405,11 +404,11 @@ def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Compa
     n_jitter = sum(len(covariance) for covariance in seen.jitter)
     modes = comparison.whitening.modes
     assert modes is not None
-    without = Whitening(deviation=comparison.whitening.deviation, modes=modes[:, n_jitter:])
+    without = replace(comparison.whitening, modes=modes[:, n_jitter:])
     error = comparison.model_error
     if error is not None:
         assert error.without.modes is not None
-        stated = Whitening(deviation=error.without.deviation, modes=error.without.modes[:, n_jitter:])
+        stated = replace(error.without, modes=error.without.modes[:, n_jitter:])
         error = replace(error, without=stated)
     # The jitter of a mean over as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))

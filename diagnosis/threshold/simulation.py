@@ -155,8 +155,9 @@ class Simulation:
         common, apart = self._errors
         error = common @ generator.standard_normal(common.shape[1])
         if self.arrangement.left != NO_ERROR:
-            together, own = self._model_errors
+            together, own, part = self._model_errors
             error = error + together @ generator.standard_normal(together.shape[1])
+            error = error + own * generator.standard_normal(int(part.max(initial=-1)) + 1)[part]
             error = error + own * generator.standard_normal(len(own))
         levels, number = np.unique(self._predictor.points.level, return_inverse=True)
         for change in apart.T:
@@ -179,17 +180,19 @@ class Simulation:
         )
 
     @cached_property
-    def _model_errors(self) -> tuple[Float[NDArray[np.float64], "m c"], Float[NDArray[np.float64], " own"]]:
+    def _model_errors(
+        self,
+    ) -> tuple[Float[NDArray[np.float64], "m c"], Float[NDArray[np.float64], " m"], Int[NDArray[np.int64], " m"]]:
         """Change of each feature by one standard deviation of the errors that the fitted model was found to have.
 
         Returns
         -------
-        Modes that features share, and what each has by itself.
+        Modes that features share, what each has by itself and as much again with its part, and the part of each.
         """
         fit, features, size = self.arrangement.fit, self._features, self.arrangement.left
         predicted = features.of_values(self._prediction.value)
         patterns = ErrorPatterns.at(features, self._predictor, fit.model, self._prediction, predicted)
-        return np.nan_to_num(patterns.modes(size)), np.nan_to_num(size.reading * patterns.reading)
+        return np.nan_to_num(patterns.modes(size)), np.nan_to_num(size.reading * patterns.reading), patterns.part
 
     def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""
