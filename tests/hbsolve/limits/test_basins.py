@@ -43,7 +43,7 @@ def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> 
     point = problem.at(omega, level)
     rest = point.from_rest(problem.box.nominal)
     assert rest is not None
-    reached = point.towards(problem.box.nominal + 8e-6 * np.array([-1, -1, -1, 1]), rest)
+    reached = point.towards(problem.box.nominal + 8e-6 * np.array([1, -1, -1, -1]), rest)
     settled = reached and point.settle(reached.x, reached.w)
     assert settled
     end = local_search(point, settled, LimitSide.UPPER)
@@ -51,7 +51,8 @@ def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> 
     curve = LimitCurve(problem=problem, level=level, angular_frequency=np.array([omega]))
     found, gained = perturb(curve, best, sorted(best), (0,))
     assert gained == {(0, LimitSide.UPPER)}
-    # 6.0 um where the search alone ends at 5.0 um, whichever of the corners of the box it starts from but one.
+    # 6.0 um where the search alone ends at 5.1 um. From half of the corners of the box it ends there by itself; from
+    # the others it ends somewhere from 4.9 to 5.2 um, where round-off decides, and a kick may have to be repeated.
     assert found[0, LimitSide.UPPER].value > 1.15 * end.value
 
 
