@@ -23,10 +23,12 @@ from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings
 from hbsolve.limits.several_limits import several_limits
-from hbsolve.limits.task import Runner, SearchTask
+from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from pipeline.store import stage
 from study.limits.several.progress import SeveralSearchProgress
 
+#: Share of the time that the search takes before its limits are read, as measured on the shipped rig.
+SEARCH = 0.5
 #: Sensor and harmonic.
 Channel = tuple[str, int]
 Reaches = Float[NDArray[np.float64], "l s"]
@@ -196,9 +198,9 @@ def find_family_limits(
         problem = search.problem()
         found = several_limits(
             problem, objectives, omega, search.levels, settings=search.settings, store=store, executor=executor,
-            progress=None if report is None else SeveralSearchProgress(report),
+            progress=None if report is None else SeveralSearchProgress(_first_part(report)),
         )  # fmt: skip
-        readings = _readings(search, problem, omega, [*found.values()], store, executor)
+        readings = _readings(search, problem, omega, [*found.values()], store, executor, report)
     except NoSteadyState as error:
         raise ComputationFailed(f"limits: {error}") from error
     except BrokenExecutor as error:
@@ -224,9 +226,14 @@ def find_family_limits(
 
 def _readings(
     search: FamilySearch, problem: LimitProblem, omega: NDArray[np.float64], found: list[ResponseLimits],
-    store: MutableMapping[str, Any], executor: Executor | None,
+    store: MutableMapping[str, Any], executor: Executor | None, report: Callable[[float, float], None] | None,
 ) -> list[list[LimitReadings]]:  # fmt: skip
     """What the sensors read at the limits, by level and channel."""
+
+    def progress(stage: StageProgress) -> None:
+        if report is not None and stage.done:
+            report(SEARCH + (1 - SEARCH) * stage.done / stage.total, 1.0)
+
     tasks = []
     for number, level in enumerate(search.levels):
         states = [
@@ -238,4 +245,9 @@ def _readings(
         budget = replace(search.budget, refined=())
         arguments = search.model, budget, states, search.force_spans[number], search.preload_span
         tasks.append(SearchTask(f"readings, level {number}", read_limits, level, arguments))
-    return Runner.of(problem, omega, store, executor, None)("readings", tasks)
+    return Runner.of(problem, omega, store, executor, progress)("readings", tasks)
+
+
+def _first_part(report: Callable[[float, float], None]) -> Callable[[float, float], None]:
+    """Progress of the search, which the readings follow."""
+    return lambda done, total: report(SEARCH * done, total)
