@@ -55,9 +55,15 @@ class _Followed:
         self._first, self._last = self._ratio[first], self._ratio[last]
         nearest = np.clip(np.arange(len(table))[:, None, None], first, last)
         self._change = np.take_along_axis(table, nearest, axis=0)
-        self._slope = np.asarray(PchipInterpolator(self._ratio, self._change).derivative()(self._ratio))
-        # The curve is level at a kink such as the onset of slip, where limits follow an error to one side all the same.
-        self._rate = np.gradient(self._change, self._ratio, axis=0)
+        self._slope, self._rate = np.zeros(table.shape), np.zeros(table.shape)
+        # What is missing has no part in the slopes of what is known.
+        for low, high in np.unique(np.stack([first.ravel(), last.ravel()]), axis=1).T.tolist():
+            own, here = slice(low, high + 1), (first == low) & (last == high)
+            if high > low:
+                x, y = self._ratio[own], self._change[own][:, here]
+                self._slope[own, here] = PchipInterpolator(x, y).derivative()(x)
+                # A curve is level at a kink such as the onset of slip, where limits follow an error to one side.
+                self._rate[own, here] = np.gradient(y, x, axis=0)
 
     def at(self, log_ratio: Values) -> tuple[Both, Both, Both]:
         """Change of the limits at each reading, its standard deviation, and its rate with the ratio's logarithm."""

@@ -122,6 +122,18 @@ def test_a_state_that_is_missing_leaves_what_is_known_before_it() -> None:
     np.testing.assert_allclose(found.widen(np.zeros((2, 13)), np.zeros((2, 13)))[:, :9], SPAN / 2 * LEVEL, rtol=1e-12)
 
 
+def test_a_state_that_is_missing_leaves_the_slopes_of_what_is_known() -> None:
+    """Limits that change in proportion are straight up to the last one that is known."""
+    by = LimitChange(RATIOS, LEVEL + np.where(RATIOS[-1] > RATIOS, RATIOS, np.nan)[:, None, None])
+    for share in (0.1, 0.25, 0.4):
+        ratio = share * SPAN
+        found = correct_family(family(LEVEL[1] + ratio, np.full(9, np.exp(ratio))), band(by_force=by), force_noise=0.1)
+        np.testing.assert_allclose(found.curves[0].value, LEVEL[1], rtol=1e-12)
+        none = np.zeros((2, 13))
+        # A rate of one, of which the noise of the force is a tenth.
+        np.testing.assert_allclose(found.widen(none, none)[:, :9], 0.1, rtol=1e-9)
+
+
 def test_a_family_is_corrected_once() -> None:
     ratio = np.full(9, np.exp(SPAN))
     once = correct_family(family(scaled_limits(ratio)[0], ratio), band())
