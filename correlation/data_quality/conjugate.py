@@ -22,11 +22,13 @@ from correlation.feature.table import FeatureTable
 OTHER, OWN = 0.9, 0.6
 #: Phases that one angle explains agree so well once they are turned [-].
 TURNED = 0.95
-#: A smaller angle of all phases is told by what is left when they are turned: 90 % of them are off by so many times
-#: less, over points that span a resonance [-], where no frequency or damping that is off turns all alike. Of 20,000
-#: random models of one to four modes, off by up to 20 %, one passes by chance, and 24 % of those whose phases are
-#: turned by 10 to 90 deg do.
-TIMES, MOST, SPANS, LEAST = 5.0, 0.9, 0.15, np.radians(5.0)
+#: An angle is clear from so much on [rad], if 90 % of the phases are off by so many times less once they are turned.
+LEAST, TIMES, MOST = np.radians(5.0), 5.0, 0.9
+#: Points span a resonance: 1 - |mean of exp(2 i phase)| of the model, 0.36 for phases over 90 deg [-]. Over less of it
+#: a frequency and a damping that are off turn all phases nearly alike. Of 20,000 random models of one to four modes,
+#: off by up to 20 %, over 0.3 to 30 half-widths, one passes by chance (109 with 0.15), and 14 % of those that are
+#: turned by 10 to 90 deg do (24 %).
+SPANS = 0.36
 #: Points that tell a sign.
 FEWEST = 3
 CONJUGATE, OPPOSITE = "the other sign of the imaginary parts", "the opposite sign"
@@ -64,14 +66,14 @@ def find_conjugate_tests(
             )
             continue
         if judged is None and (turned := _turned(scaled[here], predicted[here])):
-            angle, own, other = turned
+            angle, own, left = turned
             middle = float(np.median(table.frequency[here]))
             yield Suspicion(
                 where=f'test "{test.name}"',
-                sentence=f"the phases of all sensors agree with the model to {own:.2f}, and to {other:.2f} if each is "
-                f"turned by {angle:+.0f} deg (1 is perfect), which is {abs(angle) / 360e-3 / middle:.2g} ms at "
-                f"{middle:.4g} Hz: are they relative to the force, and is it sampled with them, through equal filters? "
-                "If not, subtract its phase",
+                sentence=f"the phases of all sensors agree with the model to {own:.2f} (1 is perfect), and within "
+                f"{left:.2g} deg if each is turned by {angle:+.0f} deg, which is {abs(angle) / 360e-3 / middle:.2g} ms "
+                f"at {middle:.4g} Hz: are they relative to the force, and is it sampled with them, through equal "
+                "filters? If not, subtract its phase",
                 of_test=True,
             )
             continue
@@ -144,18 +146,22 @@ def _judge(value: Values, expected: Values) -> tuple[str, float, float] | None:
 
 
 def _turned(value: Values, expected: Values) -> tuple[float, float, float] | None:
-    """One angle [deg] that explains all phases, and their agreement without and with it; None if they are right."""
+    """One angle [deg] that explains all phases, their agreement without it, and what it leaves of most of them [deg].
+
+    None if they are right, or no angle explains them.
+    """
     there = np.isfinite(value) & np.isfinite(expected) & (np.abs(expected) > 0)
     there &= np.abs(value) > 0
     if there.sum() < FEWEST:
         return None
+    phase, model = np.angle(value[there]), np.angle(expected[there])
     # All points count alike: near a resonance that is off by itself all phases are turned.
-    together = complex(np.mean(np.exp(1j * (np.angle(value[there]) - np.angle(expected[there])))))
-    angle, own, other = float(np.angle(together)), together.real, abs(together)
-    left = np.angle(value[there] * np.conj(expected[there] * together))
-    is_clear = abs(angle) > max(LEAST, TIMES * float(np.quantile(np.abs(left), MOST)))
-    spans = 1 - abs(np.mean(np.exp(2j * np.angle(expected[there])))) > SPANS  # twice: sensors may move oppositely
-    return (-np.degrees(angle), own, other) if (other > TURNED and own < OWN) or (is_clear and spans) else None
+    together = complex(np.mean(np.exp(1j * (phase - model))))
+    angle, own = float(np.angle(together)), together.real
+    left = float(np.quantile(np.abs(np.angle(np.exp(1j * (phase - model - angle)))), MOST))
+    spans = 1 - abs(np.mean(np.exp(2j * model))) > SPANS  # twice: sensors may move oppositely
+    is_clear = own < OWN or (spans and abs(angle) > max(LEAST, TIMES * left))
+    return (-np.degrees(angle), own, np.degrees(left)) if abs(together) > TURNED and is_clear else None
 
 
 def _evidence(judged: tuple[str, float, float], reference: str) -> str:
