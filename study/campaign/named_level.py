@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from correlation.data_quality.constant_factor import AMPLITUDES
-from correlation.data_quality.drive import NEAR, common_factor, is_exchanged, levels_meant, likely_units
+from correlation.data_quality.drive import ANOTHER, NEAR, common_factor, is_exchanged, levels_meant, likely_units
 from study.campaign.draft_frequency import force_column
 from study.campaign.level import force_in_name
 from study.campaign.set_point import HELD
@@ -39,11 +39,11 @@ def find_wrong_names(tables: Sequence[JudgedTable]) -> Iterator[str]:
         Judged tables of a campaign.
     """
     runs = [run for judged in tables if (run := _named_level(judged)) is not None]
-    differ = [run for run in runs if run.differs]
-    factor = common_factor([run.force / run.level for run in runs]) if len(runs) > 1 else None
-    if factor is not None and len(differ) == len(runs):
-        yield _of_factor(runs, factor)
-        return
+    if runs and all(run.differs for run in runs) and len({run.level for run in runs}) > 1:
+        factor = common_factor([run.force / run.level for run in runs])
+        if factor is not None and (sentence := _of_factor(runs, factor)):
+            yield sentence
+            return
     by_level = {level: [run for run in runs if run.level == level] for level in sorted({run.level for run in runs})}
     ratios = {level: float(np.median([run.force for run in same])) / level for level, same in by_level.items()}
     meant = levels_meant(ratios)
@@ -67,7 +67,7 @@ def _named_level(judged: JudgedTable) -> _NamedLevel | None:
         return None
     force = force_column(judged)
     level, words = (None, "") if force is None else force_in_name(judged, force.name)
-    if force is None or level is None:
+    if force is None or level is None or not level > 0:
         return None
     is_history = judged.kind is Kind.STEADY_STATE
     size = abs(sine_amplitude(force.values.real) if is_history else float(np.nanmedian(np.abs(force.values))))
@@ -75,18 +75,23 @@ def _named_level(judged: JudgedTable) -> _NamedLevel | None:
 
 
 def _of_factor(runs: Sequence[_NamedLevel], factor: float) -> str:
-    """One factor of all runs, and what it may be."""
-    likely = likely_units(factor, "N") + [
+    """One factor of all runs, and what it may be; empty for a small one that nothing known explains."""
+    units = likely_units(factor, "N")
+    amplitudes = [
         f"the force {own} and the level in the name {read}"
         for known, (own, read) in AMPLITUDES.items()
         if abs(np.log(factor / known)) < NEAR
     ]
-    asked = f"is {' or '.join(likely)}" if likely else "is the sensitivity of the force right"
+    if not units and not amplitudes and abs(np.log(factor)) < np.log(ANOTHER):
+        return ""
+    asked = (
+        f"is {' or '.join([*units, *amplitudes])}" if units or amplitudes else "is the sensitivity of the force right"
+    )
+    remedy = "; if it is wrong, correct the unit of its column" if units else ""
     called = ", ".join(f'"{words}"' for words in dict.fromkeys(run.words for run in runs))
     return (
-        f"{', '.join(dict.fromkeys(run.file for run in runs))}: the measured force is {factor:.3g} times the level in "
-        f"the name in all {len(runs)} runs ({called}): {asked}? {USED.capitalize()}; if it is wrong, correct the unit "
-        "of its column"
+        f"{', '.join(dict.fromkeys(run.file for run in runs))}: the measured force of each of {len(runs)} runs is "
+        f"{factor:.4g} times the level in its name ({called}): {asked}? {USED.capitalize()}{remedy}"
     )
 
 

@@ -892,12 +892,17 @@ def test_a_force_that_is_not_the_one_in_the_name_of_its_file_is_suspected(tmp_pa
 @pytest.mark.parametrize(
     ("forces", "said"),
     [
-        ((0.1124, 0.6744, 2.248), ["all 3 runs", "is the force in lbf instead of N"]),
-        ((0.354, 2.12, 7.07), ["all 3 runs", "is the force rms and the level in the name peak"]),
-        ((0.5, 10.0, 3.0), ['named "10N": are the names of levels exchanged', 'named "3N": are the names of levels']),
+        ((0.1124, 0.6744, 2.248), ["each of 3 runs", "is the force in lbf instead of N"]),
+        ((0.354, 2.12, 7.07), ["each of 3 runs", "is the force rms and the level in the name peak"]),
+        ((0.5, 10.0, 3.0), ['named "10N": are the names of levels exchanged', '"3N": are the names of levels exchanged']),
+            (0.5, 10.0, 3.0),
+            ['named "10N": are the names of levels exchanged', 'named "3N": are the names of levels exchanged'],
+        ),
         ((0.5, 3.0, 8.0), ["sweep_10N.csv", "8 N: did the drive clip"]),
         ((0.5, 3.0, 3.0), ["sweep_10N.csv", "3 N: did the drive clip"]),
         ((0.5, 3.0, 10.0), []),
+        ((0.4, 2.4, 8.0), ["0.4 N: did the drive clip", "2.4 N: did the drive clip", "8 N: did the drive clip"]),
+        ((0.15, 0.9, 3.0), ["0.3 times the level in its name", "is the sensitivity of the force right"]),
     ],
 )
 def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(
@@ -910,7 +915,22 @@ def test_forces_of_runs_tell_what_is_wrong_with_the_levels_in_their_names(
         sentence for sentence in drafted(tmp_path)[0].suspicions if "measured force is used" in sentence.lower()
     ]
     assert all(any(words in sentence for sentence in sentences) for words in said)
-    assert len(sentences) == (2 if "exchanged" in "".join(said) else min(len(said), 1))
+    each = sum("exchanged" in words or "clip" in words for words in said)
+    assert len(sentences) == (each or min(len(said), 1))
+
+
+def test_a_run_without_a_force_has_no_level_to_compare(tmp_path: Path) -> None:
+    for name in ("0N", "10N"):
+        write_csv(
+            tmp_path / f"sweep_{name}.csv",
+            "freq [Hz],force [N],tip [m]",
+            FREQUENCY,
+            ONES,
+            np.abs(receptance(FREQUENCY)),
+        )
+    sentences = drafted(tmp_path)[0].suspicions
+    assert any('"10N" in the name' in sentence for sentence in sentences)
+    assert not any('"0N"' in sentence for sentence in sentences)
 
 
 @pytest.mark.parametrize("clips", ["force", "tip"])
