@@ -75,7 +75,12 @@ class Whitening:
     @property
     def total_deviation(self) -> Float[NDArray[np.float64], " m"]:
         """Square root of the diagonal of S, shape (m,) [unit of each feature]."""
-        return np.asarray(np.sqrt(self.deviation**2 + (self.shared(np.arange(len(self.deviation))) ** 2).sum(axis=1)))
+        variance = self.deviation**2
+        if self.modes is not None:
+            variance = variance + (self.modes**2).sum(axis=1)
+        if self.parts is not None:
+            variance = variance + np.asarray(self.parts.multiply(self.parts).sum(axis=1)).ravel()
+        return np.asarray(np.sqrt(variance))
 
     @property
     def log_determinant(self) -> float:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.sparse
 
 from correlation.errors import CampaignError
 from correlation.noise.covariance import Whitening
@@ -68,3 +69,28 @@ def test_more_modes_come_after_those_that_there_are() -> None:
     assert more.modes is not None
     np.testing.assert_array_equal(more.modes, MODES)
     np.testing.assert_array_equal(Whitening(deviation=DEVIATION).with_modes(MODES).modes, MODES)
+
+
+#: An error of each of two parts of the numbers; the rest has none.
+PARTS = np.zeros((M, 2))
+PARTS[:4, 0], PARTS[6:9, 1] = 50.0, DRAW.uniform(1.0, 9.0, 3)
+
+
+@pytest.mark.parametrize("modes", [MODES, None])
+def test_errors_of_parts_are_modes_that_are_sparse(modes: np.ndarray | None) -> None:
+    whiten = Whitening(deviation=DEVIATION, modes=modes, parts=scipy.sparse.csr_array(PARTS))
+    dense = PARTS if modes is None else np.column_stack([modes, PARTS])
+    whole, difference = np.diag(DEVIATION**2) + dense @ dense.T, DRAW.standard_normal((M, 3))
+    # Round-off of a condition number of some 1e5, as above.
+    np.testing.assert_allclose(whiten(np.eye(M)).T @ whiten(np.eye(M)) @ whole, np.eye(M), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(whiten.undo(whiten(difference)), difference, rtol=0, atol=1e-10)
+    exact = dense @ dense.T @ np.linalg.solve(whole, difference)
+    np.testing.assert_allclose(whiten.explained(difference), exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    assert whiten.log_determinant == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-9)
+    np.testing.assert_allclose(whiten.total_deviation, np.sqrt(np.diag(whole)), rtol=1e-12)
+    few = np.array([2, 7, 3])
+    shared = whiten.shared(few)
+    np.testing.assert_allclose(shared @ shared.T, (dense @ dense.T)[np.ix_(few, few)], rtol=1e-12)
+    generator, n = np.random.default_rng(7), 20_000
+    found = np.cov(whiten(np.array([whiten.sample(generator) for _ in range(n)]).T))
+    assert np.abs(found - np.eye(M)).max() < 4.5 * np.sqrt(2 / n)
