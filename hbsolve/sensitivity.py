@@ -221,7 +221,8 @@ def _real_products(
     changes: Complex[Array, "p harmonic m"], weights: Complex[Array, "n harmonic m"]
 ) -> Float[Real, "n p"]:
     """Re(w q), summed over harmonics and places, shape (n, p)."""
-    q, w = changes.reshape(len(changes), -1), weights.reshape(len(weights), -1)
+    size = changes[0].size if len(changes) else weights[0].size if len(weights) else 0
+    q, w = changes.reshape(len(changes), size), weights.reshape(len(weights), size)
     return np.asarray(w.real @ q.real.T - w.imag @ q.imag.T)
 
 
