@@ -174,24 +174,32 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
 
 
 def _missing_frequencies(campaign: Campaign) -> Iterator[Suspicion]:
-    """Runs that lack frequencies which several others of their level have in common: a sweep that was aborted."""
+    """Runs that lack frequencies which more runs of their level and direction have in common."""
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
-        for level in np.unique(table.level):
-            own = table.where(table.level == level)
-            runs = group_rows([own.repeat, own.sweep])
-            grids = [frozenset(own.frequency[runs.number == run].tolist()) for run in range(len(runs.first))]
+        alike = group_rows([table.level, table.sweep])
+        for group in range(len(alike.first)):
+            own = table.where(alike.number == group)
+            repeats = np.unique(own.repeat).tolist()
+            grids = [frozenset(own.frequency[own.repeat == repeat].tolist()) for repeat in repeats]
             full, several = Counter(grids).most_common(1)[0]
-            for run, grid in zip(runs.first, grids, strict=True):
-                if several > 1 and grid < full:
-                    lost = sorted(full - grid)
+            for repeat, grid in zip(repeats, grids, strict=True):
+                if several > grids.count(grid) and grid < full:
                     yield Suspicion(
                         where=f'test "{test.name}"',
-                        sentence=f"repeat {own.repeat[run]}, sweep {SWEEPS[int(own.sweep[run])]} at {level:.4g} "
-                        f"{campaign.drive.unit} lacks {len(lost)} of {len(full)} frequencies, {lost[0]:.5g} to "
-                        f"{lost[-1]:.5g} Hz, which others have: was it aborted?",
+                        sentence=f"repeat {repeat}, sweep {SWEEPS[int(own.sweep[0])]} at {own.level[0]:.4g} "
+                        f"{campaign.drive.unit} lacks {_describe_lost(full, grid)}",
                         remark=True,
                     )
+
+
+def _describe_lost(full: frozenset[float], grid: frozenset[float]) -> str:
+    """Which frequencies a run lacks, and what may be the cause."""
+    lost = sorted(full - grid)
+    ends = lost[0] > max(grid) or lost[-1] < min(grid)
+    where = f"{lost[0]:.5g} Hz" + (f" to {lost[-1]:.5g} Hz" if len(lost) > 1 else "")
+    asked = "was it aborted" if ends else "were points left out"
+    return f"{len(lost)} of {len(full)} frequencies, {where}, which others have: {asked}?"
 
 
 def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:

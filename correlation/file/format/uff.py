@@ -53,8 +53,8 @@ def read(path: Path) -> MeasuredFile:
         facts[NOT_READ] = ", ".join(dict.fromkeys(others))
     if not datasets[-1].is_closed:
         facts[NOT_CLOSED] = (
-            f"ends behind dataset {len(datasets)} without a whole line of -1; if it is cut there, further datasets are "
-            "lost: compare its length with the original"
+            f"does not end with a whole line of -1 behind dataset {len(datasets)}; if it is cut there, further "
+            "datasets are lost: compare its length with the original"
         )
     return MeasuredFile(
         path=path, format="uff", title=title, columns=_with_abscissas(records), nodes=nodes, shapes=tuple(shapes),

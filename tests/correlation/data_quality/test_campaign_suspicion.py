@@ -149,10 +149,19 @@ def test_frequencies_that_one_run_lacks_are_said_where_several_others_have_them(
     found = sentences(replace(made, measurement=table.where(~aborted)))
     assert "repeat 2, sweep down at 10 N lacks " in found
     assert " which others have: was it aborted?" in found
-    # A test of one full sweep and a short one is planned so.
+    point = aborted & (table.frequency == table.frequency[aborted][3])
+    assert "lacks 1 of 17 frequencies" in (found := sentences(replace(made, measurement=table.where(~point))))
+    assert "were points left out?" in found
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_short_sweeps_of_one_direction_or_of_most_repeats_are_planned(direction: int) -> None:
+    made = campaign()
+    table = made.measurement
+    short = (table.sweep == direction) & (table.frequency < 100)
+    assert " lacks " not in sentences(replace(made, measurement=table.where(~short)))
     short = (table.repeat > 1) & (table.frequency < 100)
-    few = replace(made, measurement=table.where(~short & (table.sweep == 1)))
-    assert "aborted" not in sentences(few)
+    assert " lacks " not in sentences(replace(made, measurement=table.where(~short)))
 
 
 def test_missing_points_of_a_sensor_are_suspected() -> None:

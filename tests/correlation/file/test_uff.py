@@ -283,7 +283,7 @@ def test_a_last_dataset_without_its_closing_line_is_said(tmp_path: Path, whole: 
     assert NOT_CLOSED not in read(tmp_path, whole + whole).facts
     for kept in (*range(-len(line), -2), *range(1, 5)):
         measured = read(tmp_path, (whole + whole)[: len(whole) + kept])
-        assert measured.facts[NOT_CLOSED].startswith("ends behind dataset 1 "), kept
+        assert measured.facts[NOT_CLOSED].startswith("does not end with a whole line of -1 behind dataset 1;"), kept
 
 
 def test_what_pyuff_writes_comes_back(tmp_path: Path) -> None:
