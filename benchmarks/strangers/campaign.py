@@ -57,11 +57,13 @@ def make(seed: int, folder: Path) -> Stranger:
     finer = write_case(plan, folder, "finer", plan.finer)
     refined = ["finer.toml"] if plan.finer > 1 and streams[0].uniform() < REFINED else []
     case = write_case(plan, folder, "case", refined=refined)
-    bare = read_case(case).setup.model
+    setup = read_case(case).setup
+    bare = setup.model
     layout = draw_layout(plan, bare, streams[1])
     sensors = _planned(layout)
     model = with_sensors(bare, sensors)
-    signature = Signature(plan, layout, model, streams[2])
+    stated = replace(setup.budget, refined=[with_sensors(finer, sensors) for finer in setup.budget.refined])
+    signature = Signature(plan, layout, model, stated, streams[2])
     hidden = draw_hidden(plan, layout, model, signature, streams[3])
     planned = time.process_time()
     effects = [effect for effect, _ in hidden]

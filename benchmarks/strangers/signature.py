@@ -3,9 +3,10 @@ r"""How clearly an effect shows in a campaign: the whitened change of all readin
 .. math:: z^2 = d^T (I + J J^T)^{-1} d
 
 d is the change by the effect in standard deviations of the mean readings and of a usual model error (0.1 %), J one
-column per standard deviation of each accepted parameter (kt, kn 10 %, mu 10 %, zeta 20 %, E 1 %), of each of the modes
-nearest to the band (0.2 %, one by one), of the preloads of the lines from repeat to repeat (1 %), and of three
-friction histories. z is about what chi-squared can fall by, as a root.
+column per standard deviation of each accepted parameter (kt, kn 10 %, mu 10 %, zeta 20 %, E 1 %), of each error of the
+mesh that the case states (natural frequencies and shapes, stiffnesses of lines, the change by finer models), of the
+preloads of the lines from repeat to repeat (1 %), and of three friction histories. z is about what chi-squared can fall
+by, as a root.
 
 A finite change d turns with the strength, as a peak that moves by more than its width does, and the straight columns of
 J then leave much of it that finite steps of the same parameters take up. So z is the smaller one of that of the whole
@@ -24,14 +25,15 @@ from benchmarks.strangers.hidden import Hidden
 from benchmarks.strangers.layout import Layout
 from benchmarks.strangers.response import Rows, points_of, predict
 from correlation.model import LineSensor, Model
-from correlation.noise.nuisance import sliders_after_history
+from correlation.noise.nuisance import Budget, highest_frequency, make_error_tangents, sliders_after_history
+from correlation.prediction import Predictor
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from hbsolve.errors import ModelError
 
 Vector = NDArray[np.float64]
 
-#: Deviations: of modes one by one, of preloads, and how many histories.
-MODE, PRELOAD, N_HISTORY, N_MODE = 2e-3, 1e-2, 3, 8
+#: Deviation of preloads [-], and how many histories.
+PRELOAD, N_HISTORY = 1e-2, 3
 #: Usual error of a model's readings [-], which no repeat makes smaller.
 READING = 1e-3
 #: First part of an effect's strength, whose change is straight [-].
@@ -45,7 +47,9 @@ LEAST = 0.1
 class Signature:
     """The signature of effects in a campaign of a layout on a model with its sensors."""
 
-    def __init__(self, plan: Blueprint, layout: Layout, model: Model, random: np.random.Generator) -> None:
+    def __init__(
+        self, plan: Blueprint, layout: Layout, model: Model, budget: Budget, random: np.random.Generator
+    ) -> None:
         self.layout, self.model = layout, model
         self.cells = {sensor.name for sensor in model.sensors if isinstance(sensor, LineSensor)}
         rows: Rows = []
@@ -65,7 +69,7 @@ class Signature:
         floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
         self.deviation = np.sqrt(((layout.noise * size) ** 2 + floor**2) / 2 / self.count + (READING * size) ** 2 / 2)
         self.known = np.isfinite(self.base.value)
-        self.nuisance = np.array(list(self._nuisances(plan, random)))
+        self.nuisance = np.array(list(self._nuisances(budget, random)))
 
     def _floors(self, force: float) -> dict[str, float]:
         """Absolute noise of each sensor [its unit]; load cells of contacts that are open read the floor alone."""
@@ -107,20 +111,27 @@ class Signature:
         if not self.layout.sensors[0].has_phase:
             moved = np.abs(value) - np.abs(self.base.value)
             return np.where(there, moved / self.deviation, 0.0)
-        moved = np.where(there, (value - self.base.value) / self.deviation, 0.0)
-        return np.concatenate([moved.real, moved.imag])
+        return self._scaled(np.where(there, value - self.base.value, 0.0))
 
-    def _nuisances(self, plan: Blueprint, random: np.random.Generator) -> Iterator[Vector]:
+    def _scaled(self, change: NDArray[np.complex128]) -> Vector:
+        """A small change in standard deviations."""
+        scaled = np.where(self.known, change, 0.0) / self.deviation
+        if not self.layout.sensors[0].has_phase:
+            along = np.where(self.known, self.base.value, 1.0)
+            return np.asarray((scaled * along.conj()).real / np.maximum(np.abs(along), 1e-300))
+        return np.concatenate([scaled.real, scaled.imag])
+
+    def _nuisances(self, budget: Budget, random: np.random.Generator) -> Iterator[Vector]:
         small, model = 0.05, self.model
         for parameter in list_calibration_parameters(model):
             factor = 1 + small * parameter.deviation
             yield self._change(parameter.apply(model, [factor])) / small
-        squared, shapes = scipy.linalg.eigh(model.system.stiffness, model.system.mass)
-        nearest = np.argsort(np.abs(np.log(squared / plan.free**2)))[:N_MODE]
-        for mode in nearest.tolist():
-            weighted = model.system.mass @ shapes[:, mode]
-            stiffness = model.system.stiffness + 2 * small * MODE * squared[mode] * np.outer(weighted, weighted)
-            yield self._change(model.with_system(stiffness=stiffness)) / small
+        errors = make_error_tangents(model, self.base, budget, highest_frequency(self.points))
+        rates = Predictor(points=self.points).derivatives(model, self.base, errors.tangents)
+        for rate, size in zip(rates.T, errors.size, strict=True):
+            yield self._scaled(np.nan_to_num(size * rate))
+        for finer in budget.refined:
+            yield self._change(finer)
         for line in model.preloads:
             share = PRELOAD / np.sqrt(self.layout.n_repeat)
             if any(model.contact(name).preload for name in model.lines[line]):
