@@ -894,7 +894,7 @@ def test_a_force_that_is_not_the_one_in_the_name_of_its_file_is_suspected(tmp_pa
     [
         ((0.1124, 0.6744, 2.248), ["each of 3 runs", "is the force in lbf instead of N"]),
         ((0.354, 2.12, 7.07), ["each of 3 runs", "is the force rms and the level in the name peak"]),
-        ((0.5, 10.0, 3.0), ['named "10N": are the names of levels exchanged', '"3N": are the names of levels exchanged']),
+        (
             (0.5, 10.0, 3.0),
             ['named "10N": are the names of levels exchanged', 'named "3N": are the names of levels exchanged'],
         ),
