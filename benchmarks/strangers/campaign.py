@@ -62,7 +62,7 @@ def make(seed: int, folder: Path) -> Stranger:
     layout = draw_layout(plan, bare, streams[1])
     sensors = _planned(layout)
     model = with_sensors(bare, sensors)
-    stated = replace(setup.budget, refined=[with_sensors(finer, sensors) for finer in setup.budget.refined])
+    stated = replace(setup.budget, refined=[with_sensors(each, sensors) for each in setup.budget.refined])
     signature = Signature(plan, layout, model, stated, streams[2])
     hidden = draw_hidden(plan, layout, model, signature, streams[3])
     planned = time.process_time()

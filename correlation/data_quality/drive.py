@@ -46,7 +46,7 @@ def find_drive_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         where, unit = f'test "{test.name}"', campaign.drive.unit
         ratios = {level: float(np.median(force)) / level for level, force in forces.items() if np.median(force) > 0}
         factor = common_factor(list(ratios.values())) if campaign.drive.calibrated else None
-        if factor is not None and abs(np.log(factor)) > np.log(ANOTHER):
+        if factor is not None and min(abs(np.log(ratio)) for ratio in ratios.values()) > np.log(ANOTHER):
             likely = likely_units(factor, unit)
             asked = f"is {' or '.join(likely)}?" if likely else "is the sensitivity of the force, or the level, right?"
             sentence = f"the measured force is {factor:.3g} times its set point at all levels: {asked}"
