@@ -357,7 +357,7 @@ class Configuration:
         """Derivatives of what `read` returns, shape (k, p)."""
         numbers, order = self.numbers(names), self.rows[2]
         which, inverse = np.unique(np.column_stack([numbers, harmonics]), axis=0, return_inverse=True)
-        condensed, contact = self.at(frequency), self.linear.contact(frequency)
+        condensed, contact = self.at(frequency), self.linear.reciprocal.contact(frequency)
         values = derivatives(
             self._at_level(state.level), state, rates.system, condensed, contact, self._seen(frequency, *which.T)
         )[inverse.ravel()]
@@ -368,10 +368,12 @@ class Configuration:
     def _seen(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> Seen:
         """What sensors see at a frequency, by their numbers and one harmonic each; by reciprocity what moves them."""
         motion, force, order = self.rows
+        reciprocal = self.linear.reciprocal
         if frequency not in self.by_load:
             along = np.repeat(motion.astype(np.complex128)[:, None, :], self.balance.n_harmonic, axis=1)
             new = [each for each in self.linear.frequencies if each not in self.by_load]
-            by_row = self.balance.structure.displacements_at_each([self.at(each) for each in new], along)
+            condensed = [reciprocal.at(each) for each in new]
+            by_row = reciprocal.balance.structure.displacements_at_each(condensed, along)
             self.by_load.update((each, np.moveaxis(item, 0, 2)) for each, item in zip(new, by_row, strict=True))
         [(_, contact)] = self.linear.seen([frequency], motion)
         times = 1j * harmonics * self.at(frequency).angular_frequency

@@ -5,7 +5,8 @@ structure; only the motion under the static load is their own.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ from reduction.jointed_system import JointedSystem
 Array = NDArray[np.complex128]
 #: Memory that the recovery of full responses may take [byte]; beyond, each state is recovered by itself.
 RECOVERY = 2**26
+#: Asymmetry of a damping matrix that is round-off, relative to its largest entry [-].
+ROUND_OFF = 1e-12
 
 
 class Stack(NamedTuple):
@@ -170,6 +173,22 @@ class LinearStructure:
         condensed = [source.at(frequency) for frequency in rest]
         known |= recovered | dict(zip(rest, source.balance.structure.seen(condensed, rows), strict=True))
         return [known[frequency] for frequency in frequencies]
+
+    @cached_property
+    def reciprocal(self) -> "LinearStructure":
+        """The structure whose responses at a load are those of this one's loads at a response: with D^T in place of D.
+
+        It is this one itself where the damping D is symmetric (Maxwell and Betti); gyroscopic terms are not.
+        """
+        if self.base is not None:
+            return self.base.reciprocal
+        balance, damping = self.balance, self.balance.system.damping
+        if np.abs(damping - damping.T).max() <= ROUND_OFF * np.abs(damping).max():
+            return self
+        turned = HarmonicBalance(
+            system=replace(balance.system, damping=damping.T), n_harmonic=balance.n_harmonic, n_sample=balance.n_sample
+        )
+        return LinearStructure(balance=turned, shift=self.shift)
 
     @property
     def frequencies(self) -> tuple[float, ...]:

@@ -142,6 +142,19 @@ def test_derivatives_are_those_of_predictions(name: str, small: Model, predicted
     assert shares(found, exact, predicted).max() < 1e-5
 
 
+def test_derivatives_hold_with_gyroscopic_damping(small: Model, predicted: Prediction) -> None:
+    """What a sensor sees of a load is then not what a load at the sensor moves."""
+    turn = np.zeros((4, 4))
+    turn[0, 2] = turn[1, 3] = 30.0
+    spinning = small.with_system(damping=small.system.damping + turn - turn.T)
+    at = Predictor(points=predicted.points).predict(spinning)
+    change, step, jointed, free, gains = CASES["matrix"]
+    tangent = Tangent(jointed=jointed, free=free, gain=gains)
+    found = Predictor(points=at.points).derivatives(spinning, at, [tangent])[:, 0]
+    # As above.
+    assert shares(found, differences(change, step, spinning, at), at).max() < 1e-5
+
+
 def test_a_late_sensor_reads_with_its_phase_turned_back_by_each_harmonic(small: Model, predicted: Prediction) -> None:
     late = 2e-4
     points = predicted.points
