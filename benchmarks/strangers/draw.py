@@ -23,7 +23,7 @@ CLASSES = {"nothing": 0.22, "one": 0.46, "two": 0.12, "stranger": 0.20}
 #: Signatures that are aimed at, and the least that counts as hidden.
 AIM, LEAST = (10.0, 60.0), 6.0
 #: Largest strength in typical ones, steps towards the aim, draws of an effect.
-MOST, STEPS, DRAWS = 30.0, 4, 6
+MOST, STEPS, DRAWS = 30.0, 6, 6
 
 
 def draw_hidden(
@@ -51,7 +51,9 @@ def draw_hidden(
 def _scaled(effect: Hidden, aim: float, signature: Signature) -> tuple[Hidden, float]:
     """An effect with the strength whose signature comes nearest to an aim, and that signature."""
     step = effect.typical - effect.vanishes
+    largest = MOST * abs(step)
     best, nearest = effect, 0.0
+    weak, strong = 0.0, np.inf  # sizes of steps that show less clearly than the aim, and more
     for _ in range(STEPS):
         # Inside the bounds, not on them, where a fit would find it hard to say more.
         low, high = (effect.vanishes + 0.9 * (bound - effect.vanishes) for bound in effect.bounds)
@@ -62,10 +64,15 @@ def _scaled(effect: Hidden, aim: float, signature: Signature) -> tuple[Hidden, f
             best, nearest = trial, z
         if z and 0.8 < z / aim < 1.25:
             break
-        largest = MOST * abs(effect.typical - effect.vanishes)
         # No signature at all: the states were lost, or a clearance was not reached.
-        grown = step * float(np.clip(aim / z, 0.1, 10.0)) if z else step / 4
-        step = float(np.clip(grown, -largest, largest))
+        grown = abs(step) * float(np.clip(aim / z, 0.1, 10.0)) if z else abs(step) / 4
+        if z < aim and z:
+            weak = max(weak, abs(step))
+        else:
+            strong = min(strong, abs(step))
+        if not weak < grown < strong:
+            grown = np.sqrt(weak * strong)
+        step = np.copysign(min(grown, largest), step)
     return best, nearest
 
 

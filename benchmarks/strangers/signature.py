@@ -1,47 +1,51 @@
-r"""How clearly an effect shows in a campaign: the whitened change of all readings that nothing accepted explains.
+"""How clearly an effect shows in a campaign: what a fit of everything that is accepted leaves of its change.
 
-.. math:: z^2 = d^T (I + J J^T)^{-1} d
-
-d is the change by the effect in standard deviations of the mean readings and of a usual model error (0.1 %), J one
-column per standard deviation of each accepted parameter (kt, kn 10 %, mu 10 %, zeta 20 %, E 1 %), of each error of the
-mesh that the case states (natural frequencies and shapes, stiffnesses of lines, the change by finer models), of the
-preloads of the lines from repeat to repeat (1 %), and of three friction histories. z is about what chi-squared can fall
-by, as a root.
-
-A finite change d turns with the strength, as a peak that moves by more than its width does, and the straight columns of
-J then leave much of it that finite steps of the same parameters take up. So z is the smaller one of that of the whole
-change and that of its first twentieth, times twenty.
+The readings of the model with the effect are fitted by the model without it. The fit may set kt, kn, mu, zeta, E and
+the natural frequencies of sharp resonances within their priors. The covariance holds noise, the frequency and the
+preload of the repeats, friction histories, the errors of the mesh that the case states and a model error of the usual
+size. z is the root of the chi-squared that is left, without the few states that have most of it: one that jumps tells
+where its branch ends, which tests do not reproduce.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import scipy.linalg
+import scipy.optimize
 from numpy.typing import NDArray
 
 from benchmarks.strangers.blueprint import Blueprint
 from benchmarks.strangers.hidden import Hidden
 from benchmarks.strangers.layout import Layout
 from benchmarks.strangers.response import Rows, points_of, predict
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model
-from correlation.noise.nuisance import Budget, highest_frequency, make_error_tangents, sliders_after_history
-from correlation.prediction import Predictor
-from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from correlation.noise.covariance import Whitening
+from correlation.noise.error_patterns import ErrorPatterns
+from correlation.noise.error_size import ErrorSize
+from correlation.noise.nuisance import Budget, ModelFeatures, make_history_modes, make_nuisance_modes
+from correlation.prediction import Prediction, Predictor
+from diagnosis.fit.calibration_parameter import MOST_PULLED, list_calibration_parameters
+from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.mode_correction import ModeCorrection, list_mode_corrections
+from diagnosis.fit.reading_slopes import differentiate_readings
+from diagnosis.fit.weighting import Measured
 from hbsolve.errors import ModelError
 
 Vector = NDArray[np.float64]
 
-#: Deviation of preloads [-], and how many histories.
-PRELOAD, N_HISTORY = 1e-2, 3
+#: Deviations of the frequency of either configuration, of its force and of preloads from repeat to repeat [-].
+JITTER = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
+#: Friction histories.
+N_HISTORY = 4
 #: Usual error of a model's readings [-], which no repeat makes smaller.
 READING = 1e-3
-#: First part of an effect's strength, whose change is straight [-].
-PART = 0.05
 #: Floor of a reading as a share of the noise on the largest one at the lowest level.
 FLOOR = 0.2
 #: Least reading of a load cell that its floor is made for, as a share of the highest force [-].
 LEAST = 0.1
+#: Predictions of a fit at most; share of the states that do not count, those with the largest misfit [-].
+EFFORT, JUMPS = 12, 0.05
 
 
 class Signature:
@@ -64,12 +68,17 @@ class Signature:
         self.points = points_of(rows)
         self.base = predict(model, self.points)
         self.floor = self._floors(plan.force)
-        self.count = layout.n_repeat * len(layout.ways) * 2  # every other frequency stands for two
-        size = np.abs(self.base.value)
-        floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
-        self.deviation = np.sqrt(((layout.noise * size) ** 2 + floor**2) / 2 / self.count + (READING * size) ** 2 / 2)
-        self.known = np.isfinite(self.base.value)
-        self.nuisance = np.array(list(self._nuisances(budget, random)))
+        motion = np.array([name not in self.cells for name in self.points.sensor.tolist()])
+        phased = np.full(len(self.points), layout.sensors[0].has_phase) | ~motion
+        self.features = FeatureVector.choose(self.points, self.base.value, motion, phased)
+        value = self.base.value[:, None]
+        observed = Observation(points=self.points, repeat=value, motion=motion, taken=np.isfinite(value), phased=phased)
+        measured = Measured(observed=observed, features=self.features, predictor=Predictor(points=self.points))
+        sharp = list_mode_corrections(measured, model, budget)
+        set_by_fits = [each.number for each in sharp if isinstance(each, ModeCorrection)]
+        self.whitening = self._covariance(replace(budget, fitted=set_by_fits), int(random.integers(2**31)))
+        accepted = [(each, each.deviation) for each in (*list_calibration_parameters(model), *sharp)]
+        self.unknowns = Unknowns.from_effects(model, accepted, [])
 
     def _floors(self, force: float) -> dict[str, float]:
         """Absolute noise of each sensor [its unit]; load cells of contacts that are open read the floor alone."""
@@ -83,59 +92,72 @@ class Signature:
             floors[sensor.name] = FLOOR * self.layout.noise * max(largest, least)
         return floors
 
+    def _covariance(self, budget: Budget, seed: int) -> Whitening:
+        value, of, n_repeat = self.base.value, self.features, self.layout.n_repeat
+        floor = np.array([self.floor[name] for name in self.points.sensor.tolist()])
+        count = n_repeat * len(self.layout.ways) * 2  # every other frequency stands for two
+        noise = np.hypot(self.layout.noise * np.abs(value), floor) / np.sqrt(2 * count)
+        deviation = of.per_reading(value) * noise[of.row]
+        there = np.isfinite(deviation)
+        nominal = ModelFeatures(Predictor(points=self.points), of, self.model, self.base)
+        jitter, errors = make_nuisance_modes(nominal, budget, budget.refined)
+        apart = [size * block for size, block in zip(JITTER, jitter, strict=False)]
+        repeats = np.column_stack([*apart, make_history_modes(nominal, N_HISTORY, seed)]) / np.sqrt(n_repeat)
+        stated = Whitening(
+            deviation=np.where(there, deviation, 1.0),
+            modes=np.where(there[:, None], np.column_stack([repeats, errors]), 0),
+        )
+        patterns = ErrorPatterns.at(of, nominal.predictor, self.model, self.base, of.of_values(value))
+        return patterns.widen(stated, ErrorSize.usual(READING))
+
     def of(self, effect: Hidden) -> float:
         """z of an effect; 0 where the model with it has no steady states."""
-        small = replace(effect, strength=effect.vanishes + PART * (effect.strength - effect.vanishes))
-        try:
-            whole, first = (self._change(each.bound(self.model)(self.model), each) for each in (effect, small))
-        except (ModelError, ValueError):
-            return 0.0
-        return min(self.size(whole), self.size(first) / PART)
+        share, left = np.zeros(len(self.unknowns.prior)), 0.0
+        # Moduli have no sign, so that a fit may take either side of a peak: it follows from weak effects to this one.
+        for part in (1.0,) if self.layout.sensors[0].has_phase else (0.1, 0.4, 1.0):
+            weaker = replace(effect, strength=effect.vanishes + part * (effect.strength - effect.vanishes))  # type: ignore[type-var]
+            try:
+                measured = self._read(weaker)
+            except (ModelError, ValueError):
+                return 0.0
+            share, left = self._fit(measured, share)
+        return left
 
-    def size(self, change: Vector) -> float:
-        """z of a whitened change."""
-        inner = np.eye(len(self.nuisance)) + self.nuisance @ self.nuisance.T
-        along = self.nuisance @ change
-        return float(np.sqrt(max(change @ change - along @ scipy.linalg.solve(inner, along, assume_a="pos"), 0.0)))
+    def _read(self, effect: Hidden) -> Vector:
+        """Features of the model with an effect."""
+        value = predict(effect.bound(self.model)(self.model), self.points, self.base).value
+        late = np.array([effect.delay(name) for name in self.points.sensor.tolist()])
+        turn = self.points.frequency * self.points.harmonic * late
+        return self.features.of_values(value * np.exp(-2j * np.pi * turn))
 
-    def _change(self, model: Model, effect: Hidden | None = None) -> Vector:
-        value = predict(model, self.points, self.base).value
-        if effect is not None:
-            late = np.array([effect.delay(name) for name in self.points.sensor.tolist()])
-            value = value * np.exp(-2j * np.pi * self.points.frequency * self.points.harmonic * late)
-        return self._whitened(value)
+    def _fit(self, measured: Vector, start: Vector) -> tuple[Vector, float]:
+        """Fit of these features without an effect, in standard deviations of the priors, and what it leaves as z."""
+        states: dict[bytes, tuple[Model, Prediction]] = {}
 
-    def _whitened(self, value: NDArray[np.complex128]) -> Vector:
-        """Change in standard deviations: of both parts, or of the amplitude where there is no phase."""
-        there = self.known & np.isfinite(value)
-        if not self.layout.sensors[0].has_phase:
-            moved = np.abs(value) - np.abs(self.base.value)
-            return np.where(there, moved / self.deviation, 0.0)
-        return self._scaled(np.where(there, value - self.base.value, 0.0))
+        def at(share: Vector) -> tuple[Model, Prediction]:
+            if share.tobytes() not in states:
+                model = self.unknowns.compose(self._values(share))
+                states[share.tobytes()] = model, predict(model, self.points, self.base)
+            return states[share.tobytes()]
 
-    def _scaled(self, change: NDArray[np.complex128]) -> Vector:
-        """A small change in standard deviations."""
-        scaled = np.where(self.known, change, 0.0) / self.deviation
-        if not self.layout.sensors[0].has_phase:
-            along = np.where(self.known, self.base.value, 1.0)
-            return np.asarray((scaled * along.conj()).real / np.maximum(np.abs(along), 1e-300))
-        return np.concatenate([scaled.real, scaled.imag])
+        def residual(share: Vector) -> Vector:
+            left = measured - self.features.of_values(at(share)[1].value)
+            return np.concatenate([self.whitening(np.nan_to_num(left)), share])
 
-    def _nuisances(self, budget: Budget, random: np.random.Generator) -> Iterator[Vector]:
-        small, model = 0.05, self.model
-        for parameter in list_calibration_parameters(model):
-            factor = 1 + small * parameter.deviation
-            yield self._change(parameter.apply(model, [factor])) / small
-        errors = make_error_tangents(model, self.base, budget, highest_frequency(self.points))
-        rates = Predictor(points=self.points).derivatives(model, self.base, errors.tangents)
-        for rate, size in zip(rates.T, errors.size, strict=True):
-            yield self._scaled(np.nan_to_num(size * rate))
-        for finer in budget.refined:
-            yield self._change(finer)
-        for line in model.preloads:
-            share = PRELOAD / np.sqrt(self.layout.n_repeat)
-            if any(model.contact(name).preload for name in model.lines[line]):
-                yield self._change(model.pressed(line, 1 + share))
-        for _ in range(N_HISTORY if model.lines else 0):
-            slider = sliders_after_history(model, random.uniform(size=len(model.system.joints)))
-            yield self._whitened(predict(model, self.points, slider=slider).value) / np.sqrt(self.layout.n_repeat)
+        def slopes(share: Vector) -> NDArray[np.float64]:
+            (model, prediction), values = at(share), self._values(share)
+            rates = differentiate_readings(Predictor(points=self.points), self.unknowns, values, model, prediction)
+            changes = self.features.slopes(prediction.value, self.unknowns.prior * rates)
+            there = np.isfinite(changes) & np.isfinite(measured)[:, None]
+            return np.concatenate([-self.whitening(np.where(there, changes, 0.0)), np.eye(len(share))])
+
+        found = scipy.optimize.least_squares(
+            residual, start, slopes, bounds=(-MOST_PULLED, MOST_PULLED), max_nfev=EFFORT, ftol=1e-3
+        )
+        by_state = np.sort(np.bincount(self.features.state, found.fun[: len(measured)] ** 2))
+        counted = by_state[: len(by_state) - int(np.ceil(JUMPS * len(by_state)))]
+        return found.x, float(np.sqrt(counted.sum() + found.x @ found.x))
+
+    def _values(self, share: Vector) -> Vector:
+        """Values of the calibration parameters that are so many standard deviations of their priors from the case."""
+        return self.unknowns.clipped(self.unknowns.vanishing + self.unknowns.prior * share)
