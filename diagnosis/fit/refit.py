@@ -61,14 +61,16 @@ def baseline_fit(problem: Problem) -> Refit:
 def quick_fit(problem: Problem, score: Score) -> Fit:
     """Quick fit from the strength of the screening; from typical strength where that gains too little.
 
-    Where chi^2 may have a least value on either side, the derivative may point to the wrong one: such effects are
-    fitted from the other side as well.
+    The slopes of the screening are those without the effect. Where they lead astray, a fit with those of the start is
+    tried before. Where chi^2 may have a least value on either side, the derivative may point to the wrong one: such
+    effects are fitted from the other side as well.
     """
     effect, baseline = score.effect, problem.fit
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
     fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)]
-    if baseline.chi2 - fits[0].chi2 < KEPT * score.gain:
-        fits.append(fit_from(problem, effect, _typical_start(problem, score)))
+    for start in ([] if slopes is None else [score.start]) + [_typical_start(problem, score)]:
+        if baseline.chi2 - min(fit.chi2 for fit in fits) < KEPT * score.gain:
+            fits.append(fit_from(problem, effect, start))
     if any(kind.has_two_sides for kind in EFFECTS if kind.name == effect.kind):
         fits.append(fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
     return min(fits, key=lambda fit: fit.chi2)

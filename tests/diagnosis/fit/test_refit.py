@@ -96,22 +96,33 @@ def test_one_that_does_not_begins_again_from_typical_strength(
     strength: float, typical: float, second: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On the side that the screening found."""
-    found, asked = fit(score(100.0, strength=strength, typical=typical), CHI2 - 10, CHI2 - 120, monkeypatch=monkeypatch)
+    promised = score(100.0, strength=strength, typical=typical)
+    found, asked = fit(promised, CHI2 - 10, CHI2 - 20, CHI2 - 120, monkeypatch=monkeypatch)
     assert found.chi2 == CHI2 - 120
-    np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, second])
+    np.testing.assert_array_equal(asked.starts[1], promised.start)
+    np.testing.assert_array_equal(asked.starts[2], [*ACCEPTED, second])
     # Far from where the slope was taken.
+    assert asked.slopes[1:] == [None, None]
+
+
+def test_slopes_that_lead_astray_are_taken_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the readings turn within the step to the strength of the screening."""
+    promised = score(100.0)
+    found, asked = fit(promised, CHI2 + 20000, CHI2 - 100 * KEPT - 1, monkeypatch=monkeypatch)
+    assert found.chi2 == CHI2 - 100 * KEPT - 1
+    np.testing.assert_array_equal(asked.starts, [promised.start, promised.start])
     assert asked.slopes[1] is None
 
 
-def test_the_better_of_both_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, asked = fit(score(100.0), CHI2 - 60, CHI2 - 20, monkeypatch=monkeypatch)
-    assert len(asked.starts) == 2
+def test_the_best_of_all_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, asked = fit(score(100.0), CHI2 - 60, CHI2 - 30, CHI2 - 20, monkeypatch=monkeypatch)
+    assert len(asked.starts) == 3
     assert found.chi2 == CHI2 - 60
 
 
 def test_a_second_start_stays_within_the_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    _, asked = fit(score(100.0, strength=-0.2, lower=-0.4), CHI2, CHI2, monkeypatch=monkeypatch)
-    np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, -0.4])
+    _, asked = fit(score(100.0, strength=-0.2, lower=-0.4), CHI2, CHI2, CHI2, monkeypatch=monkeypatch)
+    np.testing.assert_array_equal(asked.starts[2], [*ACCEPTED, -0.4])
 
 
 def test_effects_of_several_numbers_have_a_jacobian_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
