@@ -1,10 +1,10 @@
 r"""Rules that lead from refits to a verdict.
 
-An effect passes if chi^2 of the training data falls by more than the detection threshold, and the held-out data have
-no objection: an effect that fits noise makes the held-out data worse by as much as it gains. Effects are ranked by the
-density of all data, each by its own covariance. Effects so close to the best that the data cannot distinguish them are
-named with it. It is named without doubt only if the held-out data confirm it. Then other laws are fitted in place of
-that of the best one: a force that has one is another force. And the remaining residual is examined. If another effect
+An effect passes if the training data gain more by it than the detection threshold, less what the held-out data lose: an
+effect that fits noise makes these worse by as much as it gains. Effects are ranked by the density of all data, each by
+its own covariance. Effects so close to the best that the data cannot distinguish them are named with it. It is named
+without doubt only if the held-out data confirm it. Then other laws are fitted in place of that of the best one: a force
+that has one is another force. And the remaining residual is examined. If another effect
 explains a good part of it, and both together leave no unknown force, both are missing; at one place both together are
 one force whose law is not known. If an unknown force explains a good part of the gain of the best one, that one only
 stands in for it, and none of the known effects is the cause. The same holds if a linear effect leaves an unknown force
@@ -53,9 +53,6 @@ LARGE = 0.1
 ALIKE = 0.99
 #: Change of -2 ln p by which held-out data refute an effect, or confirm it: odds of one in twenty.
 DECISIVE = 2 * np.log(20)
-#: Rise of -2 ln p of held-out data that do not see an effect: its strength is fitted to others, which costs up to what
-#: one parameter gains by chance.
-SILENT = 1.0
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
 
@@ -196,19 +193,15 @@ def compute_spread(refit: Refit, gain: float = 0.0) -> float:
     return max((refit.fit.chi2 - gain) / refit.fit.n_number, 1.0)
 
 
-def is_significant(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether an effect gains more in the training data than chance does."""
-    return refit.gain > thresholds.gain * compute_spread(refit)
-
-
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether an effect is significant in the training data, and the held-out data have no objection."""
-    return is_significant(refit, thresholds) and refit.held_gain > -SILENT and not refit.worsens
+    """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
+    return bool(compute_evidence(refit) > thresholds.gain * compute_spread(refit))
 
 
-def is_rival(refit: Refit, thresholds: Thresholds) -> bool:
-    """Whether an effect is significant in the training data, and the held-out data do not refute it."""
-    return is_significant(refit, thresholds) and refit.held_gain > -DECISIVE and not refit.worsens
+def compute_evidence(refit: Refit) -> float:
+    """Fall of -2 ln p of the training data, less what the held-out data lose; none if these refute the effect [-]."""
+    refuted = refit.worsens or refit.held_gain <= -DECISIVE
+    return 0.0 if refuted else refit.gain + min(refit.held_gain, 0.0)
 
 
 def errs_on_held_out(refit: Refit) -> bool:
@@ -246,11 +239,11 @@ def decide(
         Calibration parameters of `before` that are as far as their priors let a fit go.
     """
     arrangements = {each.name: each.arrangement for each in finalists}
-    refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < -SILENT), default=0.0)
-    rivals = [each.refit for each in finalists if is_rival(each.refit, thresholds)]
+    refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
+    passed = [each for each in finalists if passes(each.refit, thresholds)]
+    rivals = [each.refit for each in passed]
     gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, before, max(refuted, 0.0), rivals)
     finding, effects = find(gate, [each.refit for each in finalists])
-    passed = [each for each in finalists if gate.passes(each.refit)]
     left, reason = passed[0].arrangement.left if passed else left, ""
     if left.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
@@ -338,7 +331,7 @@ class _ChanceGate:
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
     rivals: Sequence[Refit]
-    """Effects that the held-out data do not refute."""
+    """Effects that pass."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
     together: dict[str, Refit] = field(default_factory=dict)
@@ -400,7 +393,8 @@ class _ChanceGate:
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
-        refit = next((each for each in refits if is_significant(each, self.thresholds)), None)
+        chance = self.thresholds.gain
+        refit = next((each for each in refits if each.gain > chance * compute_spread(each)), None)
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False
@@ -429,7 +423,7 @@ class _ChanceGate:
         return [by_name[name] for name in ranked][:count]
 
     def rank(self, best: Refit) -> dict[str, float]:
-        """Probabilities by name: of the best effect, then of all others that are not refuted, the largest first."""
+        """Probabilities by name: of the best effect, then of all others that pass, the largest first."""
         ranked = [best, *sorted((each for each in self.rivals if each is not best), key=lambda each: -support(each))]
         return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 

@@ -24,7 +24,7 @@ from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import SILENT, compute_spread
+from diagnosis.decision.rules import compute_evidence, compute_spread
 from diagnosis.diagnose import USUAL, Choice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
@@ -80,11 +80,7 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     _, before, refits = screen_and_refit(drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice)
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
     finalists = weigh_each(campaign, drawn, drawn, before, refits, find_catalogue)
-    gains = [
-        each.refit.gain / compute_spread(each.refit)
-        for each in finalists
-        if each.refit.held_gain > -SILENT and not each.refit.worsens
-    ]
+    gains = [compute_evidence(each.refit) / compute_spread(each.refit) for each in finalists]
     misfits = [misfit(place) / compute_spread(before, place.gain) for place in find_unknown_forces(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 

@@ -111,8 +111,10 @@ def test_one_effect_that_explains_is_missing() -> None:
         (LIMITS.gain, 100, Finding.NOTHING),
         (100, DECISIVE + 1e-6, Finding.MISSING),
         (100, DECISIVE - 1e-6, Finding.AMBIGUOUS),  # held-out data that do not confirm it
-        (100, -0.9, Finding.AMBIGUOUS),  # ... or do not see it
-        (100, -1.1, Finding.NOTHING),  # fits what the held-out data do not have
+        (100, 1e-6 - DECISIVE, Finding.AMBIGUOUS),  # ... or do not see it
+        (100, -DECISIVE, Finding.NOTHING),  # fits what the held-out data do not have
+        (LIMITS.gain + 1, -0.9, Finding.AMBIGUOUS),
+        (LIMITS.gain + 1, -1.1, Finding.NOTHING),  # what they lose is more than what is beyond chance
         (100, -50, Finding.NOTHING),
         (-5, 100, Finding.NOTHING),
     ],
@@ -182,11 +184,11 @@ def test_an_effect_that_leaves_next_to_nothing_is_no_stand_in() -> None:
 
 
 def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
-    """A fall of -2 ln p by 2 the wrong way is chance; one of 50 is not. An effect that may be claimed comes first."""
-    for gain in (141, 145):
+    """A fall of -2 ln p by 2 the wrong way is chance; one of 50 is not. The more probable effect comes first."""
+    for gain, names in ((141, ["mass", "gap"]), (145, ["gap", "mass"])):
         verdict = decided(refit("mass", 100, 40), refit("gap", gain, -2))
         assert verdict.finding is Finding.AMBIGUOUS
-        assert named(verdict) == ["mass", "gap"]
+        assert named(verdict) == names
     assert named(decided(refit("mass", 100, 40), refit("gap", 190, -50))) == ["mass"]
     worse = replace(refit("gap", 145, 2), worsens=True)
     assert named(decided(refit("mass", 100, 40), worse)) == ["mass"]
@@ -290,10 +292,10 @@ def test_a_parameter_that_its_prior_holds_back_leaves_nothing_to_name() -> None:
 def test_an_unknown_force_is_no_more_than_an_effect_that_held_out_data_speak_against() -> None:
     """A spring gains what the unknown force does, and the held-out data lose by it: the error is of the fitted ones."""
     gain = LIMITS.misfit + 20
-    assert decided(refit("spring", gain, -2), places=(place(gain + 6),)).finding is Finding.NOTHING
+    assert decided(refit("spring", gain, -7), places=(place(gain + 6),)).finding is Finding.NOTHING
     # What the unknown force gains beyond the spring is another matter.
     more = place(gain + LIMITS.misfit + 8)
-    assert decided(refit("spring", gain, -2), places=(more,)).finding is Finding.UNKNOWN
+    assert decided(refit("spring", gain, -7), places=(more,)).finding is Finding.UNKNOWN
 
 
 def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> None:
