@@ -23,6 +23,7 @@ from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import make_calibration_basis, project_out
+from diagnosis.unknown_force import misfit
 from study.diagnose.add import add
 from study.diagnose.run import diagnose_file
 
@@ -101,6 +102,8 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
         },
         "place": None if verdict.place is None else verdict.place.name,
         "threshold": verdict.threshold,
+        "misfit": max((misfit(each) for each in diagnosis.places), default=0.0),
+        "misfit_threshold": diagnosis.thresholds.misfit,
         "train_chi2": before.fit.chi2 / before.fit.n_number,
         "held_chi2": before.held_chi2,
         "held_error": before.held_error,
