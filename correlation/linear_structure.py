@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.condensed import Condensed, Recovery
+from reduction.array_type import Matrix
 from reduction.jointed_system import JointedSystem
 
 Array = NDArray[np.complex128]
@@ -176,18 +177,19 @@ class LinearStructure:
 
     @cached_property
     def reciprocal(self) -> "LinearStructure":
-        """The structure whose responses at a load are those of this one's loads at a response: with D^T in place of D.
+        """The structure whose responses at a load are those of this one's loads at a response: with transposed damping.
 
-        It is this one itself where the damping D is symmetric (Maxwell and Betti); gyroscopic terms are not.
+        It is this one itself where the damping is symmetric, viscous and structural (Maxwell and Betti); gyroscopic
+        and circulatory terms are not.
         """
         if self.base is not None:
             return self.base.reciprocal
-        balance, damping = self.balance, self.balance.system.damping
-        if np.abs(damping - damping.T).max() <= ROUND_OFF * np.abs(damping).max():
+        balance, system = self.balance, self.balance.system
+        loss = system.structural_damping
+        if all(each is None or _is_symmetric(each) for each in (system.damping, loss)):
             return self
-        turned = HarmonicBalance(
-            system=replace(balance.system, damping=damping.T), n_harmonic=balance.n_harmonic, n_sample=balance.n_sample
-        )
+        transposed = replace(system, damping=system.damping.T, structural_damping=None if loss is None else loss.T)
+        turned = HarmonicBalance(system=transposed, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)
         return LinearStructure(balance=turned, shift=self.shift)
 
     @property
@@ -200,3 +202,8 @@ class LinearStructure:
         """Motion of the joint directions under the static load, shape (H + 1, d) [m]."""
         structure = self.balance.structure
         return np.asarray(structure.static_motion @ structure.directions.T)
+
+
+def _is_symmetric(damping: Matrix) -> bool:
+    """Whether a matrix is symmetric but for round-off."""
+    return bool(np.abs(damping - damping.T).max() <= ROUND_OFF * np.abs(damping).max())
