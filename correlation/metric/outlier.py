@@ -7,13 +7,17 @@ no steady solution knows. A missing effect shows at many states next to each oth
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from correlation.feature.vector import FeatureVector
 
 Vector = Float[NDArray[np.float64], " m"]
 
-#: Mean square of a state's whitened residuals, as a multiple of the median of so many states beside it.
-MUCH, NEIGHBOURS = 2.0, 6
+#: Mean square of a state's whitened residuals, as a multiple of what is usual of so many states beside it: at least
+#: this, and what chance makes of its few numbers with this probability.
+MUCH, NEIGHBOURS, CHANCE = 2.0, 6, 0.005
+#: Least mean square that is usual: a model may happen to fit better than noise.
+LEAST = 0.5
 
 
 def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
@@ -28,7 +32,11 @@ def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
     """
     state, points = features.state, features.points
     _, first = np.unique(state, return_index=True)
-    size = np.bincount(state, residual**2) / np.bincount(state)
+    count = np.bincount(state)
+    size = np.bincount(state, residual**2) / count
+    much = np.maximum(chdtri(count, CHANCE) / count, MUCH)
+    # Of few squares the median is less than the mean.
+    whole = size * count / chdtri(count, 0.5)
     factor, rows = np.ones(len(size)), features.row[first]
     sweep = np.column_stack([points.free[rows], points.level[rows]])
     for each in np.unique(sweep, axis=0):
@@ -39,7 +47,7 @@ def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
         for place, number in enumerate(states):
             begin = int(np.clip(place - NEIGHBOURS // 2, 0, len(states) - NEIGHBOURS - 1))
             beside = [other for other in states[begin : begin + NEIGHBOURS + 1] if other != number]
-            usual = float(np.median(size[beside]))
-            if size[number] > MUCH * max(usual, 1 / MUCH):
-                factor[number] = np.sqrt(size[number] / max(usual, 1 / MUCH))
+            usual = max(float(np.median(whole[beside])), LEAST)
+            if size[number] > much[number] * usual:
+                factor[number] = np.sqrt(size[number] / usual)
     return np.asarray(factor[state])

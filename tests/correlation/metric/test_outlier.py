@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from correlation.feature.vector import FeatureVector
-from correlation.metric.outlier import MUCH, NEIGHBOURS, weigh_outliers
+from correlation.metric.outlier import CHANCE, LEAST, MUCH, NEIGHBOURS, weigh_outliers
 from correlation.prediction import Points
 
 N, LARGE = 20, 50.0
+#: Of three numbers: their mean square that chance exceeds, and the mean of squares whose median is 1.
+TIMES = scipy.stats.chi2.isf(CHANCE, 3) / 3
+WHOLE = 3 / scipy.stats.chi2.median(3)
 
 
 def sweeps(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> tuple[FeatureVector, np.ndarray, np.ndarray]:
@@ -74,39 +78,40 @@ def test_some_states_side_by_side_count_whole(width: int) -> None:
 @pytest.mark.parametrize("place", [0, 1, 8, N - 1])
 def test_one_state_alone_counts_as_much_as_those_beside_it(place: int) -> None:
     size = alone(place, LARGE, 3.0)
-    expected = alone(place, np.sqrt(LARGE / 3.0), 1.0)
+    expected = alone(place, np.sqrt(LARGE / (3.0 * WHOLE)), 1.0)
     # Round-off.
     np.testing.assert_allclose(factors(size)[0], expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize(("times", "stands_out"), [(1.01, True), (0.99, False)])
-def test_it_takes_more_than_a_multiple_of_the_median(times: float, stands_out: bool) -> None:
-    size = alone(8, 3.0 * MUCH * times, 3.0)
+def test_it_takes_more_than_chance_beside_the_median(times: float, stands_out: bool) -> None:
+    size = alone(8, 3.0 * WHOLE * TIMES * times, 3.0)
+    assert TIMES > MUCH
     assert bool(factors(size)[0][8] > 1) is stands_out
 
 
 @pytest.mark.parametrize(("size", "stands_out"), [(0.99, False), (1.01, True)])
 def test_what_noise_alone_would_do_does_not_stand_out(size: float, stands_out: bool) -> None:
     """Beside states that happen to fit too well: ten times their squares are still less than those of noise."""
-    (found,) = factors(alone(8, size, 0.1))
+    (found,) = factors(alone(8, size * LEAST * TIMES, 0.1))
     # Beyond it, it is judged by the least that counts as usual. Round-off.
-    expected = np.sqrt(MUCH * size) if stands_out else 1.0
+    expected = np.sqrt(size * TIMES) if stands_out else 1.0
     np.testing.assert_allclose(found, alone(8, expected, 1.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize(("n_state", "judged"), [(NEIGHBOURS, False), (NEIGHBOURS + 1, True)])
 def test_a_sweep_of_few_states_is_left_alone(n_state: int, judged: bool) -> None:
     size = np.where(np.arange(n_state) == 2, LARGE, 1.0)
-    assert factors(size)[0].max() == (pytest.approx(np.sqrt(LARGE)) if judged else 1.0)
+    assert factors(size)[0].max() == (pytest.approx(np.sqrt(LARGE / WHOLE)) if judged else 1.0)
 
 
 def test_those_beside_it_are_the_nearest_without_itself() -> None:
     """Three on either side, whose median is the mean of 3 and 4."""
     near, far = np.array([6.0, 1.0, 4.0, 3.0, 2.0, 5.0]), 1e3
-    size = np.full(N, far)
-    size[5:8], size[8], size[9:12] = near[:3], 7.5, near[3:]
-    # 7.5 is more than twice 3.5, but less than twice 4, which is the median with itself. Round-off.
-    assert factors(size)[0][8] == pytest.approx(np.sqrt(7.5 / 3.5), rel=1e-14)
+    size, own = np.full(N, far), 3.75 * WHOLE * TIMES
+    size[5:8], size[8], size[9:12] = near[:3], own, near[3:]
+    # That is too much beside 3.5, but not beside 4, which is the median with itself. Round-off.
+    assert factors(size)[0][8] == pytest.approx(np.sqrt(own / (3.5 * WHOLE)), rel=1e-14)
 
 
 @pytest.mark.parametrize("free", [None, (False, True, False)])
@@ -117,4 +122,19 @@ def test_each_level_and_configuration_is_judged_by_itself(free: tuple[bool, ...]
     np.testing.assert_array_equal(found[0], 1.0)
     np.testing.assert_array_equal(found[1], 1.0)
     # Round-off.
-    np.testing.assert_allclose(found[2], np.where(ends, np.sqrt(LARGE), 1.0), rtol=1e-14)
+    np.testing.assert_allclose(found[2], np.where(ends, np.sqrt(LARGE / WHOLE), 1.0), rtol=1e-14)
+
+
+@pytest.mark.parametrize("n_sensor", [1, 2, 8])
+def test_noise_hardly_stands_out_however_few_numbers_a_state_has(n_sensor: int) -> None:
+    names = [f"sensor {number}" for number in range(n_sensor)]
+    rows = [(1.0 + level, 20.0 + place, name) for level in range(100) for place in range(N) for name in names]
+    level, frequency, sensor = (np.array(column) for column in zip(*rows, strict=True))
+    points = Points(
+        free=np.zeros(len(rows), dtype=bool), level=level, frequency=frequency, sensor=sensor,
+        harmonic=np.ones(len(rows), dtype=np.int64),
+    )  # fmt: skip
+    features = FeatureVector.choose(points, np.ones(len(rows), dtype=np.complex128), np.ones(len(rows), dtype=bool))
+    noise = np.random.default_rng(1).standard_normal(len(features.row))
+    # The median of six scatters: that makes it three times as often, and of few numbers more so.
+    assert np.mean(weigh_outliers(features, noise) > 1) < 5 * CHANCE
