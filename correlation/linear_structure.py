@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance, default_samples
 from hbsolve.condensed import Condensed, Recovery
-from reduction.array_type import Matrix
+from reduction.array_input import is_symmetric
 from reduction.jointed_system import JointedSystem
 
 Array = NDArray[np.complex128]
@@ -186,7 +186,7 @@ class LinearStructure:
             return self.base.reciprocal
         balance, system = self.balance, self.balance.system
         loss = system.structural_damping
-        if all(each is None or _is_symmetric(each) for each in (system.damping, loss)):
+        if all(each is None or is_symmetric(each, ROUND_OFF) for each in (system.damping, loss)):
             return self
         transposed = replace(system, damping=system.damping.T, structural_damping=None if loss is None else loss.T)
         turned = HarmonicBalance(system=transposed, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)
@@ -202,8 +202,3 @@ class LinearStructure:
         """Motion of the joint directions under the static load, shape (H + 1, d) [m]."""
         structure = self.balance.structure
         return np.asarray(structure.static_motion @ structure.directions.T)
-
-
-def _is_symmetric(damping: Matrix) -> bool:
-    """Whether a matrix is symmetric but for round-off."""
-    return bool(np.abs(damping - damping.T).max() <= ROUND_OFF * np.abs(damping).max())

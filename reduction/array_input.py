@@ -67,10 +67,16 @@ def refuse_infinite(values: NDArray[Any], what: str, error: type[InputError]) ->
         raise error(f"{what} holds {values[tuple(place)]}{_place(place)}: give finite numbers")
 
 
+def is_symmetric(matrix: Matrix, tolerance: float = ASYMMETRY) -> bool:
+    """Whether a matrix is symmetric up to a share of its largest entry."""
+    skew = np.abs(matrix - matrix.T).max(initial=0.0)
+    return not skew > tolerance * np.abs(matrix).max(initial=0.0)  # NaN is refused as such elsewhere
+
+
 def refuse_asymmetric(matrix: Matrix, what: str, error: type[InputError], tolerance: float = ASYMMETRY) -> None:
     """Refuse a matrix that is not symmetric up to a share of its largest entry."""
-    skew = np.abs(matrix - matrix.T)
-    if skew.max(initial=0.0) > tolerance * np.abs(matrix).max(initial=0.0):
+    if not is_symmetric(matrix, tolerance):
+        skew = np.abs(matrix - matrix.T)
         i, j = (int(element) for element in np.unravel_index(skew.argmax(), skew.shape))
         raise error(
             f"{what} is not symmetric: entries ({i}, {j}) and ({j}, {i}) are {matrix[i, j]:g} and {matrix[j, i]:g}; "
