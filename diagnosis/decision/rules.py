@@ -4,12 +4,12 @@ An effect passes if the training data gain more by it than the detection thresho
 effect that fits noise makes these worse by as much as it gains. Effects are ranked by the density of all data, each by
 its own covariance. Effects so close to the best that the data cannot distinguish them are named with it. It is named
 without doubt only if the held-out data confirm it. Then other laws are fitted in place of that of the best one: a force
-that has one is another force. And the remaining residual is examined. If another effect
-explains a good part of it, and both together leave no unknown force, both are missing; at one place both together are
-one force whose law is not known. If an unknown force explains a good part of the gain of the best one, that one only
-stands in for it, and none of the known effects is the cause. The same holds if a linear effect leaves an unknown force
-that is no known effect: a force that varies with the amplitude has a linear part, and what takes up this part may gain
-a great deal. An effect that varies with the amplitude as well is the known one that is nearest.
+that has one is another force. And the remaining residual is examined. If another effect explains a good part of it, and
+both together leave no unknown force, both are missing; at one place both together are one force whose law is not known.
+If an unknown force explains a good part of the gain of the best one, that one only stands in for it, and none of the
+known effects is the cause. The same holds if a linear effect leaves an unknown force that is no known effect: a force
+that varies with the amplitude has a linear part, and what takes up this part may gain a great deal. An effect that
+varies with the amplitude as well is the known one that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -241,8 +241,8 @@ def decide(
     arrangements = {each.name: each.arrangement for each in finalists}
     refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
     passed = [each for each in finalists if passes(each.refit, thresholds)]
-    rivals = [each.refit for each in passed]
-    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, before, max(refuted, 0.0), rivals)
+    passing = [each.refit for each in passed]
+    gate = _ChanceGate(arrangements, catalogue, places, thresholds, run_step, before, max(refuted, 0.0), passing)
     finding, effects = find(gate, [each.refit for each in finalists])
     left, reason = passed[0].arrangement.left if passed else left, ""
     if left.is_far or far is not None:
@@ -330,7 +330,7 @@ class _ChanceGate:
     before: Refit
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
-    rivals: Sequence[Refit]
+    passing: Sequence[Refit]
     """Effects that pass."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
@@ -419,12 +419,12 @@ class _ChanceGate:
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         ranked = self.rank(passed[0])
         count = 1 + int(np.searchsorted(np.cumsum([*ranked.values()]), CREDIBLE))
-        by_name = {each.name: each for each in self.rivals}
+        by_name = {each.name: each for each in self.passing}
         return [by_name[name] for name in ranked][:count]
 
     def rank(self, best: Refit) -> dict[str, float]:
         """Probabilities by name: of the best effect, then of all others that pass, the largest first."""
-        ranked = [best, *sorted((each for each in self.rivals if each is not best), key=lambda each: -support(each))]
+        ranked = [best, *sorted((each for each in self.passing if each is not best), key=lambda each: -support(each))]
         return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 
     def is_unexplained(self) -> bool:
