@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.strangers.blueprint import Blueprint
 from benchmarks.strangers.hidden import Hidden
 from benchmarks.strangers.layout import Layout
+from benchmarks.strangers.measure import FREQUENCY_JITTER, PRELOAD_JITTER
 from benchmarks.strangers.response import Rows, points_of, predict
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
@@ -35,7 +36,7 @@ from hbsolve.errors import ModelError
 Vector = NDArray[np.float64]
 
 #: Deviations of the frequency of either configuration, of its force and of preloads from repeat to repeat [-].
-JITTER = (3e-4, 3e-4, 0.0, 0.0, 1e-2)
+JITTER = (FREQUENCY_JITTER, FREQUENCY_JITTER, 0.0, 0.0, PRELOAD_JITTER)
 #: Friction histories.
 N_HISTORY = 4
 #: Usual error of a model's readings [-], which no repeat makes smaller.
