@@ -152,7 +152,7 @@ def _moved_box(curve: LimitCurve, pressed: Model) -> SliderBox:
     before, omega = curve.problem.balance, float(curve.angular_frequency[0])
     after = HarmonicBalance(system=pressed.system, n_harmonic=before.n_harmonic, n_sample=before.n_sample)
     try:
-        rest, own = (slider_box(balance, balance.at(omega)) for balance in (before, after))
+        rest, own = (slider_box(balance, balance.at(omega), reach=curve.box.reach) for balance in (before, after))
     except NoSteadyState:
         return curve.box
     return replace(

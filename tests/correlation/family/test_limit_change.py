@@ -23,14 +23,14 @@ KN, KT, MU, PRELOAD = 1e6, 2e6, 0.4, 20.0
 OMEGA = np.array([600.0, 1100.0])
 
 
-def rubbed_mass() -> Model:
+def rubbed_mass(static_load: list[float] | None = None) -> Model:
     contact = FrictionContact(
         name="a 0", normal=[0.0, 1.0], normal_stiffness=KN, preload=PRELOAD, tangents=[[1.0, 0.0]],
         tangential_stiffness=KT, friction_coefficient=MU,
     )  # fmt: skip
     system = JointedSystem(
         mass=MASS * np.eye(2), damping=DAMPING * np.eye(2), stiffness=STIFFNESS * np.eye(2), joints=[contact],
-        harmonic_force=[[0.0, 0.0], [1.0, 0.0]],
+        harmonic_force=[[0.0, 0.0], [1.0, 0.0]], static_load=static_load,
     )  # fmt: skip
     sensor = LineSensor(name="T", line="a", component="tangential")
     return Model(system=system, sensors=(sensor,), lines={"a": ("a 0",)}, n_harmonic=4)
@@ -108,3 +108,17 @@ def test_a_static_force_in_full_slip_at_another_force_is_that_of_integration_in_
         force = bench.sweep(frequency.tolist(), level * float(np.exp(sign * span)), tolerance=1e-6).force[0, 0, 0].real
         assert abs(force / readings.value[0, 0] - 1) > 0.1
         np.testing.assert_allclose(readings.by_force.value[number, :, 0], force, rtol=0.01)
+
+
+def test_limits_of_a_contact_that_is_open_at_rest_are_read_at_other_preloads() -> None:
+    """It is pulled off by more than it is pressed, whatever the preload, and reads no force."""
+    model = rubbed_mass(static_load=[0.0, -2 * PRELOAD])
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic)
+    free = [steady_state(balance.at_level(LEVEL), omega) for omega in OMEGA]
+    motion, slider = np.array([state.motion for state in free]), np.array([state.slider for state in free])
+    problem = limit_problem(balance, objective_of(model, model.sensors[0], 0), reach=1e-5)
+    states = LimitStates(sensor="T", harmonic=0, motion=np.array([motion] * 2), slider=np.array([slider] * 2))
+    curve = LimitCurve(problem=problem, level=LEVEL, angular_frequency=OMEGA)
+    (readings,) = read_limits(curve, model, EXACT, [states], preload_span=SPAN)
+    for value in (readings.value, readings.by_preload[0].value):
+        np.testing.assert_allclose(value, 0.0, atol=1e-12 * PRELOAD)
