@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
+from scipy.ndimage import binary_erosion
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY
 from correlation.campaign.measured_files import take_rows, with_rows
@@ -26,6 +27,7 @@ from correlation.file.column import MeasuredFile
 from correlation.modal.fit_modes import FEWEST_LINES
 from correlation.modal.window import Window
 from correlation.model import DERIVATIVE, Model
+from correlation.noise.smoothness import estimate_curve_noise
 from correlation.signal.frequency_response import (
     Excitation,
     FrequencyResponse,
@@ -298,9 +300,14 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
     with np.errstate(divide="ignore", invalid="ignore"):
         curve = np.log(np.where(response.value == 0, np.nan, response.value))
     curve.imag[:] = np.unwrap(np.nan_to_num(curve.imag))
-    step = np.nan_to_num(np.abs(np.diff(curve, axis=1))).max(axis=0)
-    # Noise would draw all states to where the response is smallest: a step counts as far as its points are coherent.
-    coherent = np.asarray((response.coherence >= COHERENT).all(axis=0))
+    noise = np.array([_relative_noise(response.frequency, row) for row in response.value])
+    # Noise would draw all states to where the response is smallest: steps are shrunk by what it makes of them, and
+    # count as far as their points are coherent.
+    step, chance = np.nan_to_num(np.abs(np.diff(curve, axis=1))), np.hypot(noise[:, 1:], noise[:, :-1])
+    step = np.maximum(step - chance**2 / np.where(step > 0, step, np.inf), 0.0).max(axis=0)
+    coherence = np.minimum(response.coherence, 1 / (1 + noise**2))
+    # With its neighbours: among many lines that noise drowns some are large by chance.
+    coherent = binary_erosion((coherence >= COHERENT).all(axis=0), border_value=1)
     way = np.concatenate([[0.0], np.cumsum(step * (coherent[1:] & coherent[:-1]))])
     wanted = np.linspace(0, way[-1], MOST_STATES)
     chosen = np.unique(np.searchsorted(way, wanted).clip(max=len(way) - 1))
@@ -319,6 +326,14 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
         harmonic=one,
         value=response.level * value[row, state],
     )
+
+
+def _relative_noise(frequency: Frequencies, value: Complex[NDArray[np.complex128], " f"]) -> Frequencies:
+    """Noise that a curve shows over its values, shape (f,) [-]: the coherence of few averages does not tell it."""
+    there, result = np.isfinite(value) & (value != 0), np.zeros(len(value))
+    deviation, _ = estimate_curve_noise(frequency[there], value[there])
+    result[there] = np.sqrt(2) * np.nan_to_num(deviation) / np.abs(value[there])
+    return result
 
 
 def response_features(response: MeasuredResponse) -> Features:

@@ -72,3 +72,18 @@ def test_a_response_with_leakage_does_not_count() -> None:
 def test_steady_states_of_the_free_structure_stand_alone() -> None:
     before = campaign(RESPONSE, configuration="free")
     assert count_free_responses(before) == (before, ())
+
+
+def test_noise_at_an_antiresonance_draws_no_states_there_whatever_the_coherence_says() -> None:
+    """A single average has a coherence of 1."""
+    frequency = np.arange(30.0, 70.0, 0.05)
+    omega, own, random = 2 * np.pi * frequency[:, None], 2 * np.pi * np.array([40.0, 60.0]), np.random.default_rng(4)
+    exact = (1 / (own**2 - omega**2 + 0.02j * own * omega)).sum(axis=1)
+    noise = 2 * np.abs(exact).min()
+    value = exact + noise * (random.standard_normal(len(exact)) + 1j * random.standard_normal(len(exact)))
+    drowned = replace(RESPONSE, frequency=frequency, value=value[None, :], coherence=np.ones((1, len(value))))
+    counted, _ = count_free_responses(campaign(drowned))
+    rows = counted.measurement.where(counted.measurement.test == 1)
+    assert (np.abs(exact[np.isin(frequency, rows.frequency)]) > 2 * noise).all()
+    # The first resonance, 0.8 Hz wide, turns by half a circle within five widths.
+    assert (np.abs(rows.frequency - 40.0) < 2.0).sum() >= 6
