@@ -307,7 +307,7 @@ def list_states(response: MeasuredResponse, sensors: Sequence[str]) -> Measureme
     step = np.maximum(step - chance**2 / np.where(step > 0, step, np.inf), 0.0).max(axis=0)
     coherence = np.minimum(response.coherence, 1 / (1 + noise**2))
     # With its neighbours: among many lines that noise drowns some are large by chance.
-    coherent = binary_erosion((coherence >= COHERENT).all(axis=0), border_value=1)
+    coherent = np.asarray(binary_erosion(np.asarray((coherence >= COHERENT).all(axis=0)), border_value=1))
     way = np.concatenate([[0.0], np.cumsum(step * (coherent[1:] & coherent[:-1]))])
     wanted = np.linspace(0, way[-1], MOST_STATES)
     chosen = np.unique(np.searchsorted(way, wanted).clip(max=len(way) - 1))
