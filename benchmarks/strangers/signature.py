@@ -67,6 +67,7 @@ class Signature:
                 for level in grid.levels:
                     rows += [(free, level, f, sensor.name, h) for f in grid.frequencies[::2] for h in harmonics]
         self.points = points_of(rows)
+        self.predictor = Predictor(points=self.points)
         self.base = predict(model, self.points)
         self.floor = self._floors(plan.force)
         motion = np.array([name not in self.cells for name in self.points.sensor.tolist()])
@@ -74,7 +75,7 @@ class Signature:
         self.features = FeatureVector.choose(self.points, self.base.value, motion, phased)
         value = self.base.value[:, None]
         observed = Observation(points=self.points, repeat=value, motion=motion, taken=np.isfinite(value), phased=phased)
-        measured = Measured(observed=observed, features=self.features, predictor=Predictor(points=self.points))
+        measured = Measured(observed=observed, features=self.features, predictor=self.predictor)
         sharp = list_mode_corrections(measured, model, budget)
         set_by_fits = [each.number for each in sharp if isinstance(each, ModeCorrection)]
         self.whitening = self._covariance(replace(budget, fitted=set_by_fits), int(random.integers(2**31)))
@@ -100,7 +101,7 @@ class Signature:
         noise = np.hypot(self.layout.noise * np.abs(value), floor) / np.sqrt(2 * count)
         deviation = of.per_reading(value) * noise[of.row]
         there = np.isfinite(deviation)
-        nominal = ModelFeatures(Predictor(points=self.points), of, self.model, self.base)
+        nominal = ModelFeatures(self.predictor, of, self.model, self.base)
         jitter, errors = make_nuisance_modes(nominal, budget, budget.refined)
         apart = [size * block for size, block in zip(JITTER, jitter, strict=False)]
         repeats = np.column_stack([*apart, make_history_modes(nominal, N_HISTORY, seed)]) / np.sqrt(n_repeat)
@@ -108,7 +109,7 @@ class Signature:
             deviation=np.where(there, deviation, 1.0),
             modes=np.where(there[:, None], np.column_stack([repeats, errors]), 0),
         )
-        patterns = ErrorPatterns.at(of, nominal.predictor, self.model, self.base, of.of_values(value))
+        patterns = ErrorPatterns.at(of, self.predictor, self.model, self.base, of.of_values(value))
         return patterns.widen(stated, ErrorSize.usual(READING))
 
     def of(self, effect: Hidden) -> float:
@@ -147,7 +148,7 @@ class Signature:
 
         def slopes(share: Vector) -> NDArray[np.float64]:
             (model, prediction), values = at(share), self._values(share)
-            rates = differentiate_readings(Predictor(points=self.points), self.unknowns, values, model, prediction)
+            rates = differentiate_readings(self.predictor, self.unknowns, values, model, prediction)
             changes = self.features.slopes(prediction.value, self.unknowns.prior * rates)
             there = np.isfinite(changes) & np.isfinite(measured)[:, None]
             return np.concatenate([-self.whitening(np.where(there, changes, 0.0)), np.eye(len(share))])
