@@ -156,9 +156,25 @@ class Arrangement:
         The model error of the held-out data is of the size that they show: one that the training data have told is too
         sure of itself where a model errs by more at other levels.
         """
+        return self._test(effect, fit, *_settle(self.settled, self._fit_jitter(fit)))
+
+    def tested_as_drawn(self, model: Model) -> Refit:
+        """The same test of a model that nothing was fitted to, by the model error of the fit.
+
+        Its own is large and takes long to find.
+        """
+        prediction = self.train.predict(model, self.fit.prediction)
+        residual = self.train.residual(prediction)
+        whole = np.concatenate([residual, np.zeros(len(self.fit.values))])
+        fit = replace(self.fit, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
+        return self._test(None, fit, self.settled, self._fit_jitter(fit))
+
+    def _fit_jitter(self, fit: Fit) -> Fit:
+        """Fit of the jitter of the held-out data to what a fit has left of them."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
-        begun = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
-        held_out, settled = _settle(self.settled, begun)
+        return calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
+
+    def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, settled: Fit) -> Refit:
         return Refit(
             effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
             error=self.train.error(fit.prediction), held_error=held_out.error(settled.prediction),

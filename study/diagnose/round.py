@@ -4,8 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation, find_sweep_directions, take_training_part
 from correlation.model import Model
@@ -18,7 +16,6 @@ from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.mode_correction import FrequencyCorrection, ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import baseline_fit
 from diagnosis.fit.unknown_gain import has_unknown_gains
 from diagnosis.fit.weighting import Measured
 from diagnosis.step import RunStep
@@ -152,7 +149,7 @@ def diagnose_case(
             run_step=tell(watch, shown.watched(run_step)),
             report=shown.report,
         )
-        drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
+        drawn = run_step("as drawn", lambda: diagnosis.arrangement.tested_as_drawn(setup.model))
         law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
         next_step = run_step(
             "next test", lambda: find_next_step(campaign, diagnosis.arrangement, diagnosis.verdict, law)
@@ -262,20 +259,6 @@ def errors(refit: Refit) -> Errors:
         training_chi2=refit.fit.chi2 / refit.fit.n_number if training is None else training,
         held_out_chi2=refit.held_chi2 if held_out is None else held_out,
     )
-
-
-def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
-    """A model as it is, tested like a fitted one."""
-    prediction = arrangement.train.predict(model, arrangement.fit.prediction)
-    residual = arrangement.train.residual(prediction)
-    fit = replace(
-        arrangement.fit,
-        model=model,
-        prediction=prediction,
-        chi2=float(residual @ residual),
-        residual=np.concatenate([residual, np.zeros(len(arrangement.fit.values))]),
-    )
-    return baseline_fit(replace(arrangement, fit=fit))
 
 
 @stage("step of a diagnosis", ignore=("make",))

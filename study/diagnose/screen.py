@@ -13,7 +13,7 @@ from diagnosis.screening import Score
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
 from study.case.setup import Setup
-from study.diagnose.round import Steps, as_drawn, beside, diagnose_case
+from study.diagnose.round import Steps, beside, diagnose_case
 
 #: Last step of a diagnosis that a screening needs.
 LAST = "scores"
@@ -82,5 +82,5 @@ def screen_case(
     arrangement: Arrangement = found.get("branches", found["arrangement"])
     with progress.step("test of the calibration", expected=3):
         before = run_step("calibrated", lambda: baseline_fit(arrangement))
-        drawn = run_step("as drawn", lambda: as_drawn(arrangement, own.model))
+        drawn = run_step("as drawn", lambda: arrangement.tested_as_drawn(own.model))
     return Screened(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)

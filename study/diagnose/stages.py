@@ -9,7 +9,7 @@ from figure.waterfall import WaterfallStep
 from geometry.plain_number import plain
 from study.compare.run import Side
 from study.diagnose.history import Errors, History
-from study.diagnose.round import Round, as_drawn, errors
+from study.diagnose.round import Round, errors
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,7 +36,9 @@ def stages(result: Round) -> list[Stage]:
     before, best = result.diagnosis.before, result.best
     listed = [Stage(name="as drawn", refit=result.drawn)]
     if result.setup.added or result.setup.calibrated:
-        as_it_is = result.run_step("as it is", lambda: as_drawn(result.diagnosis.arrangement, result.setup.complete))
+        as_it_is = result.run_step(
+            "as it is", lambda: result.diagnosis.arrangement.tested_as_drawn(result.setup.complete)
+        )
         listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=before)]
     else:
         listed.append(Stage(name="calibrated", refit=before))
