@@ -142,7 +142,9 @@ def _tell_work(curves: LawCurves) -> tuple[list[str], list[str]]:
     lower = int(np.argmin(np.abs(grid - max(grid[0], LOWER * grid[-1]))))
     if not (np.quantile(draws[:, lower], BAND[0]) > 0) or lower == len(grid) - 1:
         return ["dissipative"], ["it dissipates; these data cannot say how this grows with the amplitude"]
-    exponent = np.log(draws[:, -1] / np.maximum(draws[:, lower], 1e-300)) / np.log(grid[-1] / grid[lower])
+    # A few draws may have lost all work.
+    ends = np.maximum(draws[:, [lower, -1]], np.finfo(float).tiny)
+    exponent = np.log(ends[:, 1] / ends[:, 0]) / np.log(grid[-1] / grid[lower])
     low, high = np.quantile(exponent, BAND)
     words, told = ["dissipative"], f"its work per cycle grows with the amplitude to the power {np.median(exponent):.2g}"
     has_memory = bool(np.quantile(curves.memory_share, BAND[0]) > 0.5)
