@@ -45,6 +45,9 @@ READING = 1e-3
 FLOOR = 0.2
 #: Least reading of a load cell that its floor is made for, as a share of the highest force [-].
 LEAST = 0.1
+#: Shares of a strength whose fits lead to that of the whole: what a strong effect does to a peak is seen from afar as
+#: its loss, which no small change of parameters makes good.
+WEAKER = (0.1, 0.3)
 #: Predictions of a fit at most; share of the states that do not count, those with the largest misfit [-].
 EFFORT, JUMPS = 12, 0.05
 
@@ -114,16 +117,16 @@ class Signature:
 
     def of(self, effect: Hidden) -> float:
         """z of an effect; 0 where the model with it has no steady states."""
-        share, left = np.zeros(len(self.unknowns.prior)), 0.0
-        # Moduli have no sign, so that a fit may take either side of a peak: it follows from weak effects to this one.
-        for part in (1.0,) if self.layout.sensors[0].has_phase else (0.1, 0.4, 1.0):
-            weaker = replace(effect, strength=effect.vanishes + part * (effect.strength - effect.vanishes))  # type: ignore[type-var]
-            try:
-                measured = self._read(weaker)
-            except (ModelError, ValueError):
-                return 0.0
-            share, left = self._fit(measured, share)
-        return left
+        nothing = np.zeros(len(self.unknowns.prior))
+        followed = nothing
+        try:
+            for part in WEAKER:
+                weaker = replace(effect, strength=effect.vanishes + part * (effect.strength - effect.vanishes))  # type: ignore[type-var]
+                followed, _ = self._fit(self._read(weaker), followed)
+            measured = self._read(effect)
+        except (ModelError, ValueError):
+            return 0.0
+        return min(self._fit(measured, start)[1] for start in (nothing, followed))
 
     def _read(self, effect: Hidden) -> Vector:
         """Features of the model with an effect."""
