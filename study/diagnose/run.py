@@ -156,7 +156,10 @@ def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: R
         campaign, counted = count_free_responses(campaign)
     others = ", ".join(sorted({datum.type for datum in campaign.data if datum.name not in counted}))
     if run is not None and counted:
-        run.note(f"{', '.join(counted)}: counted as steady states of the free structure, which is linear")
+        run.note(
+            f"{', '.join(counted)}: counted as steady states of the free structure at {campaign.levels[0]:.3g} "
+            f"{campaign.drive.unit}, which stands for any level, since that structure is linear"
+        )
     if run is not None and others:
         run.warn(
             f"{folder}: a diagnosis compares steady states, and frequency responses of the free structure; what else "
