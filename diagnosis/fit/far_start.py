@@ -1,6 +1,7 @@
 """Starts of fits far from the vanishing strength, for effects whose derivative there says little about them.
 
-A contact that slips at the vanishing strength may stick at a larger one, and no derivative sees the way there.
+A contact that slips at the vanishing strength may stick at a larger one, and no derivative sees the way there. Nor does
+one see what twice the stiffness of a line does to peaks that calibration parameters have moved already.
 """
 
 from collections.abc import Sequence
@@ -16,10 +17,11 @@ from diagnosis.fit.refit import MOST_RUGGED
 
 
 def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
-    """The fitted values with far strengths of the first few effects that act through stick and slip alone."""
+    """The fitted values with far strengths of the first few effects that are ratios, or act through slip alone."""
     kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
     starts: list[tuple[Effect, Values]] = []
-    for effect in [each for each in effects if each.kind in kinds][:MOST_RUGGED]:
+    far = [each for each in effects if each.kind in kinds or each.parameters[0].vanishes > 0]
+    for effect in far[:MOST_RUGGED]:
         rest = [each.vanishes for each in effect.parameters[1:]]
         strengths = list_far_strengths(effect.parameters[0])
         starts += [(effect, np.array([*problem.fit.values, strength, *rest])) for strength in strengths]

@@ -21,13 +21,26 @@ def test_far_strengths_of_what_vanishes_at_zero_are_halfway() -> None:
     np.testing.assert_array_equal(list_far_strengths(gap), [-2.0, 4.0, -1.0, 2.0])
 
 
-@pytest.mark.parametrize("kind", ["friction coefficient", "mass"])
-def test_only_effects_through_stick_and_slip_start_far(kind: str) -> None:
-    ratio = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
-    effects: Any = [SimpleNamespace(kind=kind, parameters=(ratio,)) for _ in range(MOST_RUGGED + 1)]
+RATIO = EffectParameter(name="ratio", unit="-", lower=0.25, upper=4.0, typical=1.1, vanishes=1.0)
+ADDED = EffectParameter(name="added", unit="kg", lower=0.0, upper=4.0, typical=0.1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameter", "is_far"),
+    [
+        ("friction coefficient", RATIO, True),
+        ("tangential stiffness", RATIO, True),
+        ("shift", ADDED, True),  # acts through stick and slip alone
+        ("mass", ADDED, False),
+    ],
+)
+def test_ratios_and_effects_through_stick_and_slip_start_far(
+    kind: str, parameter: EffectParameter, is_far: bool
+) -> None:
+    effects: Any = [SimpleNamespace(kind=kind, parameters=(parameter,)) for _ in range(MOST_RUGGED + 1)]
     problem: Any = SimpleNamespace(fit=SimpleNamespace(values=np.array([1.5, 2.5])))
     starts = list_far_starts(problem, effects)
-    assert len(starts) == (4 * MOST_RUGGED if kind == "friction coefficient" else 0)
+    assert len(starts) == (4 * MOST_RUGGED if is_far else 0)
     for effect, values in starts:
         assert effect in effects
         np.testing.assert_array_equal(values[:2], [1.5, 2.5])
