@@ -13,7 +13,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
-from geometry.plain_number import plain
+from geometry.plain_number import percent, plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
@@ -120,6 +120,8 @@ def held_out_falls(before: Errors, after: Errors) -> str:
     if error != then and before.held_out > after.held_out:
         return f"the held-out error falls from {error} to {then} %"
     stays = f"stays {then} %" if error == then else f"goes from {error} to {then} %"
+    if not (isfinite(before.held_out) and isfinite(after.held_out)):
+        stays = "is unknown"
     chi2 = [digits(values.held_out_chi2, 3) for values in (before, after)]
     return f"the held-out reduced chi-squared falls from {chi2[0]} to {chi2[1]} (the held-out error {stays})"
 
@@ -275,7 +277,7 @@ def errors_in_words(values: Errors) -> str:
     chi2 = f"reduced chi-squared {digits(values.training_chi2, 3):>7}, held out {digits(values.held_out_chi2, 3):>7}"
     if isnan(values.training):
         return chi2
-    return f"error {100 * values.training:7.3g} %, held out {100 * values.held_out:7.3g} %; {chi2}"
+    return f"error {percent(values.training, 3):>9}, held out {percent(values.held_out, 3):>9}; {chi2}"
 
 
 def step_in_words(step: Step, case: Path) -> str:
@@ -354,7 +356,7 @@ def _candidates(result: Round) -> Iterator[str]:
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
     for row in shown:
         gain = digits(row.fall, 4) if row.gain is not None else f"({digits(row.fall, 4)})"
-        error = f"{plain(100 * row.errors.held_out, 3)} %" if row.errors is not None else ""
+        error = percent(row.errors.held_out, 3) if row.errors is not None else ""
         alike = "" if row.cosine is None else f"{row.cosine:.2f}"
         mark = "*" if row.named else " "
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"

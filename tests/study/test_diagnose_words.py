@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
@@ -117,6 +118,7 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
             0.758,
             "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error goes from 2.33 to 2.41 %)",
         ),
+        (np.nan, 0.758, "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error is unknown)"),
     ],
 )
 def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, said: str) -> None:

@@ -10,6 +10,9 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
 from study.diagnose.doubt import list_doubts
 
+#: No reading stands out of the noise.
+SHARES = SimpleNamespace(shares=np.zeros(3))
+
 
 def result(
     values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0,
@@ -24,9 +27,9 @@ def result(
         remarks=(),
         diagnosis=SimpleNamespace(
             before=SimpleNamespace(
-                held_misfit=1.0 + chi2, held_error=before, fit=fit, n_held=100,
+                held_misfit=1.0 + chi2, held_error=before, error=before, fit=fit, n_held=100,
             ),
-            arrangement=SimpleNamespace(calibration=calibration),
+            arrangement=SimpleNamespace(calibration=calibration, train=SHARES, held_out=SHARES),
             verdict=SimpleNamespace(model_error=error),
         ),
     )  # fmt: skip
@@ -75,3 +78,9 @@ def test_a_large_held_out_error_that_is_left_is_said() -> None:
     # Noise may be as large.
     best.held_misfit = 1.1
     assert list_doubts(result(drawn=5.0, before=4.8, best=best)) == []
+
+
+def test_errors_that_nothing_tells_are_said_to_be_unknown() -> None:
+    (doubt,) = list_doubts(result(drawn=np.nan, before=np.nan))
+    assert "unknown" in doubt
+    assert "no motion stands out" in doubt
