@@ -81,7 +81,7 @@ def find_one_angle(
     # All points count alike: near a resonance that is off by itself all phases are turned.
     together = complex(np.mean(np.exp(1j * phase[there])))
     angle = float(np.angle(together))
-    left = _size(turn_phases(1j * (phase[there] - angle)).imag)
+    left = _size(np.angle(np.exp(1j * (phase[there] - angle))))
     clear = abs(angle) > max(LEAST, TIMES * left) and _size(np.concatenate(moved)) > max(LEAST, MOVED * left)
     return OneAngle(angle, together.real, left) if abs(together) > TURNED and clear else None
 
