@@ -23,6 +23,7 @@ def list_doubts(result: Round) -> list[str]:
         The round.
     """
     return [
+        *map(str, result.wrong),
         *_unknown(result),
         *_harm(result),
         *_left(result),

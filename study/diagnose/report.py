@@ -23,6 +23,7 @@ from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
 from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
+from study.some_names import name_some
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -52,6 +53,8 @@ LAW_FILE = "recovered_law.py"
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
 LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
+#: The next step where measurements look wrong.
+CORRECT = "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
 #: The next step where a prior holds a calibration parameter back.
 HELD_BACK = (
     "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
@@ -81,7 +84,14 @@ def in_words(result: Round) -> str:
 
 
 def headline(result: Round) -> str:
-    """The verdict with strengths in units of their size."""
+    """The verdict with strengths in units of their size, and which measurements look wrong."""
+    where = list(dict.fromkeys(each.where for each in result.wrong))
+    wrong = f" But some of these measurements look wrong: {name_some(where, '; ')}." if where else ""
+    return f"{_name_effects(result)}{wrong}"
+
+
+def _name_effects(result: Round) -> str:
+    """The verdict itself."""
     verdict = result.diagnosis.verdict
     named = [row for row in rows(result) if row.named]
     if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
@@ -129,6 +139,8 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 def advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
+    if result.wrong:
+        return CORRECT
     if verdict.held_back:
         return HELD_BACK
     if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
@@ -167,6 +179,7 @@ def document(result: Round) -> dict[str, Any]:
         "finding": diagnosis.verdict.finding.value,
         "verdict": headline(result),
         "doubts": list_doubts(result),
+        "suspicions": [str(each) for each in result.suspicions],
         "model_error": vars(diagnosis.verdict.model_error),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
