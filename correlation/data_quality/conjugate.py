@@ -58,9 +58,16 @@ def find_conjugate_tests(
                 of_test=True,
             )
             continue
+        derived = {}
+        for index, sensor in enumerate(campaign.sensors):
+            rows = here & (table.sensor == index)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = table.value[rows] / predicted[rows]
+            if rows.any():
+                derived[index] = name_derived_quantity(sensor.quantity, ratio, table.frequency[rows])
         curve = group_rows([table.sensor, table.level]).number
         turned = find_one_angle(scaled[here], predicted[here], table.frequency[here], curve[here])
-        if judged is None and turned:
+        if judged is None and turned and not all(derived.values()):
             angle, left = -np.degrees(turned.angle), np.degrees(turned.left)
             middle = float(np.median(table.frequency[here]))
             yield Suspicion(
@@ -72,22 +79,21 @@ def find_conjugate_tests(
                 of_test=True,
             )
             continue
-        for index, sensor in enumerate(campaign.sensors):
-            rows = here & (table.sensor == index)
-            if judged := _judge(table.value[rows], predicted[rows]):
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    ratio = table.value[rows] / predicted[rows]
-                derived = name_derived_quantity(sensor.quantity, ratio, table.frequency[rows])
-                asked = _asked(judged[0])
-                if judged[0] == OPPOSITE and derived:
-                    asked = (
-                        f"with omega^2 besides, these numbers are those of {derived}: are they, and called "
-                        f"{sensor.quantity}? If so, correct the quantity of the sensor"
-                    )
+        for index, quantity in derived.items():
+            sensor, rows = campaign.sensors[index], here & (table.sensor == index)
+            judged = _judge(table.value[rows], predicted[rows])
+            own = find_one_angle(table.value[rows], predicted[rows], table.frequency[rows], curve[rows])
+            where = f'test "{test.name}", sensor "{sensor.name}"'
+            agreement = own.own if own else judged[1] if judged and judged[0] == OPPOSITE else None
+            if quantity and agreement is not None:
                 yield Suspicion(
-                    where=f'test "{test.name}", sensor "{sensor.name}"',
-                    sentence=f"{_evidence(judged, 'the model')}: {asked}",
+                    where=where,
+                    sentence=f"the phases agree with the model to {agreement:.2f} (1 is perfect); by these and by "
+                    f"their size, the numbers are those of {quantity}: are they, and called {sensor.quantity}? If so, "
+                    "correct the quantity of the sensor",
                 )
+            elif judged:
+                yield Suspicion(where=where, sentence=f"{_evidence(judged, 'the model')}: {_asked(judged[0])}")
 
 
 def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
