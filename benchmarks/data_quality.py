@@ -18,7 +18,15 @@ from correlation.data_quality.channel import find_channel_suspicions
 
 SEED = 5200
 KINDS = ("linear", "hardening", "softening", "gap", "friction")
-TRAITS = ("zero phase", "fixed phase", "swapped in a repeat", "swapped at a level", "unnamed sweeps", "settling")
+TRAITS = (
+    "zero phase",
+    "fixed phase",
+    "turned runs",
+    "swapped in a repeat",
+    "swapped at a level",
+    "unnamed sweeps",
+    "settling",
+)
 
 
 def draw_campaign(seed: int) -> Campaign:
@@ -68,6 +76,10 @@ def plant(campaign: Campaign, trait: str) -> Campaign | None:
         changes["value"] = np.abs(table.value).astype(complex)
     elif trait == "fixed phase":
         changes["value"] = np.abs(table.value) * np.exp(-0.4j)
+    elif trait == "turned runs":
+        if n_repeat < 2:
+            return None
+        changes["value"] = table.value * np.exp(1j * (table.repeat + 3 * table.sweep))
     elif trait == "swapped in a repeat":
         if n_repeat < 2:
             return None
@@ -93,7 +105,7 @@ def is_found(campaign: Campaign, trait: str) -> bool:
     """Whether a suspicion names the trait."""
     word = {"zero phase": "imaginary part is zero", "fixed phase": "phase changes by", "settling": "still settle"}
     word |= {"swapped in a repeat": "columns swapped in", "swapped at a level": "columns swapped in"}
-    word |= {"unnamed sweeps": "rises and falls"}
+    word |= {"unnamed sweeps": "rises and falls", "turned runs": "do not count from the force"}
     return any(word[trait] in item.sentence for item in find_channel_suspicions(campaign))
 
 

@@ -27,7 +27,7 @@ class CandidateBar:
     is_named
         Whether the verdict names it.
     held_out
-        Held-out error with it [-]; none if it was not fitted.
+        Held-out error with it [-]; none if it was not fitted, NaN if it is unknown.
     strength
         Strength in words.
     """
@@ -51,7 +51,7 @@ class Candidates(Headed):
     threshold
         99 % null quantile of that fall [-].
     before
-        Held-out error without any of them [-].
+        Held-out error without any of them [-]; NaN if it is unknown.
     """
 
     candidates: Sequence[CandidateBar]
@@ -86,10 +86,14 @@ def candidates_figure(result: Candidates) -> Figure:
     left.axvline(result.threshold, color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
     left.set_xlabel("fall of chi-squared [-], and strength")
     left.set_yticks(place, [item.name for item in result.candidates], fontsize=9)
-    right.axvline(100 * result.before, color=PALE, linewidth=0.9, linestyle=(0, (4, 3)))
-    right.set_xlim(
-        left=0, right=1.12 * 100 * max([result.before] + [item.held_out or 0.0 for item in result.candidates])
-    )
+    fitted = [item.held_out for item in result.candidates if item.held_out is not None]
+    errors = np.array([result.before, *fitted])
+    if np.isfinite(errors).any():
+        right.axvline(100 * result.before, color=PALE, linewidth=0.9, linestyle=(0, (4, 3)))
+        right.set_xlim(0, 1.12 * 100 * float(np.nanmax(errors)) or None)
+    else:
+        right.set_xticks([])
+        right.text(0.5, 0.5, "unknown", transform=right.transAxes, ha="center", va="center", color=PALE)
     right.set_xlabel("held-out error [%]; dashed: without any of them")
     for axes in (left, right):
         open_box(axes, grid="x")

@@ -40,7 +40,7 @@ class WaterfallStep:
     name
         Name in words.
     training, held_out
-        Relative errors [-].
+        Relative errors [-]; NaN if they are unknown.
     training_chi2, held_out_chi2
         Reduced chi-squared [-].
     proposed
@@ -122,6 +122,9 @@ def _bars(axes: Axes, pairs: Sequence[tuple[float, float]], steps: Sequence[Wate
             if step.proposed:
                 bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
     axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
+    axes.set_xlim(-0.5, len(steps) - 0.5)
+    if not np.isfinite(pairs).any():
+        axes.set(yticks=[], ylim=(0, 1))
     open_box(axes, grid="y")
     axes.margins(y=0.12)
 
@@ -130,7 +133,9 @@ def _labels(axes: Axes, pairs: Sequence[tuple[float, float]], feet: Sequence[tup
     """Numbers over the bars, or higher."""
     for place, (pair, foot) in enumerate(zip(pairs, feet or pairs, strict=True)):
         for side, (value, at) in enumerate(zip(pair, foot, strict=True)):
+            known = np.isfinite(value)
             axes.annotate(
-                format_three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3),
+                format_three_digits(value) if known else "unknown",
+                (place + (side - 0.5) * WIDTH, at if known else axes.get_ylim()[0]), xytext=(0, 3),
                 textcoords="offset points", ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
             )  # fmt: skip

@@ -14,6 +14,7 @@ from correlation.data_quality.dead_channel import find_dead_channels, find_dead_
 from correlation.data_quality.drift import find_drift_suspicions
 from correlation.data_quality.drive import find_drive_suspicions
 from correlation.data_quality.missing_level import find_missing_levels
+from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_repeat
 from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
 
@@ -55,8 +56,9 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         for each in check(campaign)
     ]
     levels = list(find_missing_levels(campaign))
-    # A test that holds several levels does not drift.
-    drifts = [each for each in find_drift_suspicions(campaign) if each.where not in {one.where for one in levels}]
+    # A test that holds several levels does not drift, nor do the gains of sensors that are swapped.
+    others = [f"{each.where.split(', ')[0]}," for each in (*levels, *find_sensors_swapped_in_a_repeat(campaign))]
+    drifts = [each for each in find_drift_suspicions(campaign) if not f"{each.where},".startswith((*others,))]
     return (*found, *find_channel_suspicions(campaign), *find_drive_suspicions(campaign), *levels, *drifts)
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement, Suspicion
 from correlation.data_quality.conjugate import find_conjugate_repeats
+from correlation.data_quality.phase_reference import find_turned_runs
 from correlation.data_quality.swapped_force import find_forces_swapped_in_a_repeat
 from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_repeat
 from correlation.feature.settling import find_drifts
@@ -30,11 +31,20 @@ def find_channel_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         _constant_phase,
         find_sensors_swapped_in_a_repeat,
         find_forces_swapped_in_a_repeat,
-        find_conjugate_repeats,
+        _signs,
         _unnamed_sweeps,
         _settling,
     )
     return tuple(item for check in checks for item in check(campaign))
+
+
+def _signs(campaign: Campaign) -> Iterator[Suspicion]:
+    """Phases that count from something else, or else have the wrong sign."""
+    turned = [*find_turned_runs(campaign)]
+    yield from turned
+    for suspicion in find_conjugate_repeats(campaign):
+        if not any(suspicion.where.startswith(f"{each.where},") for each in turned):
+            yield suspicion
 
 
 def _constant_phase(campaign: Campaign) -> Iterator[Suspicion]:

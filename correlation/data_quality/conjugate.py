@@ -15,20 +15,13 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_quality.by_repeat import arrange_by_repeat
 from correlation.data_quality.derived_quantity import name_derived_quantity
+from correlation.data_quality.one_angle import find_one_angle
 from correlation.feature.table import FeatureTable
+from correlation.row_group import group_rows
 
 #: Phases are suspected if values with the other sign agree so well, and their own so much less [-]: near a resonance,
 #: where the difference shows, right ones reach 0.9 even with a model that is off.
 OTHER, OWN = 0.9, 0.6
-#: Phases that one angle explains agree so well once they are turned [-].
-TURNED = 0.95
-#: An angle is clear from so much on [rad], if 90 % of the phases are off by so many times less once they are turned.
-LEAST, TIMES, MOST = np.radians(5.0), 5.0, 0.9
-#: Points span a resonance: 1 - |mean of exp(2 i phase)| of the model, 0.36 for phases over 90 deg [-]. Over less of it
-#: a frequency and a damping that are off turn all phases nearly alike. Of 20,000 random models of one to four modes,
-#: off by up to 20 %, over 0.3 to 30 half-widths, one passes by chance (109 with 0.15), and 14 % of those that are
-#: turned by 10 to 90 deg do (24 %).
-SPANS = 0.36
 #: Points that tell a sign.
 FEWEST = 3
 CONJUGATE, OPPOSITE = "the other sign of the imaginary parts", "the opposite sign"
@@ -65,34 +58,42 @@ def find_conjugate_tests(
                 of_test=True,
             )
             continue
-        if judged is None and (turned := _turned(scaled[here], predicted[here])):
-            angle, own, left = turned
+        derived = {}
+        for index, sensor in enumerate(campaign.sensors):
+            rows = here & (table.sensor == index)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = table.value[rows] / predicted[rows]
+            if rows.any():
+                derived[index] = name_derived_quantity(sensor.quantity, ratio, table.frequency[rows])
+        curve = group_rows([table.sensor, table.level]).number
+        turned = find_one_angle(scaled[here], predicted[here], table.frequency[here], curve[here])
+        if judged is None and turned and not all(derived.values()):
+            angle, left = -np.degrees(turned.angle), np.degrees(turned.left)
             middle = float(np.median(table.frequency[here]))
             yield Suspicion(
                 where=f'test "{test.name}"',
-                sentence=f"the phases of all sensors agree with the model to {own:.2f} (1 is perfect), and within "
-                f"{left:.2g} deg if each is turned by {angle:+.0f} deg, which is {abs(angle) / 360e-3 / middle:.2g} ms "
-                f"at {middle:.4g} Hz: are they relative to the force, and is it sampled with them, through equal "
-                "filters? If not, subtract its phase",
+                sentence=f"the phases of all sensors agree with the model to {turned.own:.2f} (1 is perfect), and "
+                f"within {left:.2g} deg if each is turned by {angle:+.0f} deg, which is "
+                f"{abs(angle) / 360e-3 / middle:.2g} ms at {middle:.4g} Hz: are they relative to the force, and is it "
+                "sampled with them, through equal filters? If not, subtract its phase",
                 of_test=True,
             )
             continue
-        for index, sensor in enumerate(campaign.sensors):
-            rows = here & (table.sensor == index)
-            if judged := _judge(table.value[rows], predicted[rows]):
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    ratio = table.value[rows] / predicted[rows]
-                derived = name_derived_quantity(sensor.quantity, ratio, table.frequency[rows])
-                asked = _asked(judged[0])
-                if judged[0] == OPPOSITE and derived:
-                    asked = (
-                        f"with omega^2 besides, these numbers are those of {derived}: are they, and called "
-                        f"{sensor.quantity}? If so, correct the quantity of the sensor"
-                    )
+        for index, quantity in derived.items():
+            sensor, rows = campaign.sensors[index], here & (table.sensor == index)
+            judged = _judge(table.value[rows], predicted[rows])
+            own = find_one_angle(table.value[rows], predicted[rows], table.frequency[rows], curve[rows])
+            where = f'test "{test.name}", sensor "{sensor.name}"'
+            agreement = own.own if own else judged[1] if judged and judged[0] == OPPOSITE else None
+            if quantity and agreement is not None:
                 yield Suspicion(
-                    where=f'test "{test.name}", sensor "{sensor.name}"',
-                    sentence=f"{_evidence(judged, 'the model')}: {asked}",
+                    where=where,
+                    sentence=f"the phases agree with the model to {agreement:.2f} (1 is perfect); by these and by "
+                    f"their size, the numbers are those of {quantity}: are they, and called {sensor.quantity}? If so, "
+                    "correct the quantity of the sensor",
                 )
+            elif judged:
+                yield Suspicion(where=where, sentence=f"{_evidence(judged, 'the model')}: {_asked(judged[0])}")
 
 
 def find_conjugate_repeats(campaign: Campaign) -> Iterator[Suspicion]:
@@ -143,25 +144,6 @@ def _judge(value: Values, expected: Values) -> tuple[str, float, float] | None:
     conjugate = float((value * phase).real.sum() / size.sum())
     other, explanation = max((conjugate, CONJUGATE), (-own, OPPOSITE))
     return (explanation, own, other) if other > OTHER and own < OWN else None
-
-
-def _turned(value: Values, expected: Values) -> tuple[float, float, float] | None:
-    """One angle [deg] that explains all phases, their agreement without it, and what it leaves of most of them [deg].
-
-    None if they are right, or no angle explains them.
-    """
-    there = np.isfinite(value) & np.isfinite(expected) & (np.abs(expected) > 0)
-    there &= np.abs(value) > 0
-    if there.sum() < FEWEST:
-        return None
-    phase, model = np.angle(value[there]), np.angle(expected[there])
-    # All points count alike: near a resonance that is off by itself all phases are turned.
-    together = complex(np.mean(np.exp(1j * (phase - model))))
-    angle, own = float(np.angle(together)), together.real
-    left = float(np.quantile(np.abs(np.angle(np.exp(1j * (phase - model - angle)))), MOST))
-    spans = 1 - abs(np.mean(np.exp(2j * model))) > SPANS  # twice: sensors may move oppositely
-    is_clear = own < OWN or (spans and abs(angle) > max(LEAST, TIMES * left))
-    return (-np.degrees(angle), own, np.degrees(left)) if abs(together) > TURNED and is_clear else None
 
 
 def _evidence(judged: tuple[str, float, float], reference: str) -> str:

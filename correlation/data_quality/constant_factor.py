@@ -95,11 +95,15 @@ def _of_all(campaign: Campaign, readings: _Readings, sensors: list[int]) -> Iter
     factor = _nearest(known, float(np.median(factors)))
     miss = float(np.abs(np.array(factors) - np.log(factor)).max())
     if miss < CLOSE:
-        mend = "convention.amplitude or these columns" if factor in AMPLITUDES else "the column unit"
+        true, read = known[factor]
+        asked, mend = _ask(true, read, "their"), "correct the column unit"
+        if factor in AMPLITUDES:  # convention.amplitude is that of the force as well: their ratio stays
+            asked = f"are the responses {true} values, and the forces {read}?"
+            mend = "convert either of them, and state which both are in convention.amplitude"
         yield Suspicion(
             where="all sensors",
             sentence=f"each reads {np.exp(np.median(factors)):.3g} times what the model says, at all levels and "
-            f"frequencies: {_ask(*known[factor], 'their')} If so, correct {mend}; if not, the load of the case",
+            f"frequencies: {asked} If so, {mend}; if not, the load of the case",
             remark=True,
         )
 

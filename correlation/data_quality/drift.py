@@ -1,8 +1,12 @@
-"""Repeats that differ by one factor in all readings: a gain that drifts, or a force that was set anew."""
+"""Repeats that differ by one factor in all readings, or in all of a sensor: a gain that drifts, a force set anew."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
 from correlation.data_quality.by_repeat import arrange_by_repeat
@@ -11,10 +15,26 @@ from correlation.data_quality.by_repeat import arrange_by_repeat
 LEAST, CLEAR = 0.02, 3.0
 #: Repeats that show a course, and readings that tell a factor.
 FEWEST_REPEATS, FEWEST = 3, 8
+#: Probability that chance alone tells a factor of any sensor of a test [-]. Of 600 clean random campaigns of two
+#: sensors (`benchmarks.data_quality`) and of 451 of 20 sensors none raises an alarm.
+BY_CHANCE = 0.01
+#: Standard deviation of a median of n normal numbers, by that of the numbers over sqrt(n), and that by their median
+#: modulus [-].
+OF_MEDIAN = np.sqrt(np.pi / 2) / ndtri(0.75)
+
+#: ln of the readings, less its mean over the repeats, at n points in r repeats [-].
+Shares = Float[NDArray[np.float64], "n r"]
+
+
+class _Factors(NamedTuple):
+    """Factor of each repeat [ln], and the largest difference of two of them."""
+
+    factor: Float[NDArray[np.float64], " r"]
+    apart: float
 
 
 def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
-    """Tests whose motions are larger by one factor in some repeats than in others.
+    """Tests whose motions are larger by one factor in some repeats than in others, and sensors that alone are.
 
     Parameters
     ----------
@@ -28,21 +48,52 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         repeats, values, *_ = arrange_by_repeat(
             campaign.measurement.where(campaign.measurement.test == number), sensors
         )
-        size = np.abs(values).reshape(-1, len(repeats))
-        size = size[(size > 0).all(axis=1)]
-        if len(repeats) < FEWEST_REPEATS or len(size) < FEWEST:
+        with np.errstate(divide="ignore"):
+            size = np.log(np.abs(values))
+        share = np.where(np.isfinite(size).all(axis=2, keepdims=True), size - size.mean(axis=2, keepdims=True), np.nan)
+        if len(repeats) < FEWEST_REPEATS:
             continue
-        share = np.log(size) - np.log(size).mean(axis=1, keepdims=True)
-        factor = np.median(share, axis=0)
-        scatter = float(np.median(np.abs(share - factor)))
-        apart = float(np.ptp(factor))
-        if apart < max(np.log1p(LEAST), CLEAR * scatter):
-            continue
-        least, most = repeats[int(np.argmin(factor))], repeats[int(np.argmax(factor))]
-        steady = (np.diff(factor) > 0).all() or (np.diff(factor) < 0).all()
-        course = ", and change in one direction from repeat to repeat" if steady else ""
-        yield Suspicion(
-            where=f'test "{test.name}"',
-            sentence=f"motions at all frequencies and levels are {np.expm1(apart):.0%} larger in repeat {most} than "
-            f"in repeat {least}{course}: does a gain or the force drift? A strength is then known no better than that",
-        )
+        own = {place: found for place in range(len(sensors)) if (found := _find_own_factors(share, place))}
+        for place, found in own.items():
+            yield Suspicion(
+                where=f'test "{test.name}", sensor "{campaign.sensors[sensors[place]].name}"',
+                sentence=f"its readings at all frequencies and levels are {_tell(found, repeats)}, and those of the "
+                "other sensors are not: was its gain set anew? If so, correct its readings in these repeats",
+            )
+        if together := _find_factors(np.delete(share, [*own], axis=0).reshape(-1, len(repeats))):
+            steady = (np.diff(together.factor) > 0).all() or (np.diff(together.factor) < 0).all()
+            course = ", and change in one direction from repeat to repeat" if steady else ""
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"motions at all frequencies and levels are {_tell(together, repeats)}{course}: does a gain "
+                "or the force drift? A strength is then known no better than that",
+            )
+
+
+def _find_own_factors(share: Float[NDArray[np.float64], "s n r"], place: int) -> _Factors | None:
+    """Factors of one sensor by itself and beside the median of the others, where both are clear."""
+    there = np.isfinite(share).all(axis=(0, 2))
+    if len(share) < 2 or not there.any():
+        return None
+    alone, others = share[place][there], np.delete(share, place, axis=0)[:, there]
+    own, beside = (_find_factors(each, len(share)) for each in (alone, alone - np.median(others, axis=0)))
+    return own if own and beside else None
+
+
+def _find_factors(share: Shares, n_sensor: int = 1) -> _Factors | None:
+    """Factors of the repeats, if some are clearly apart; of one of some sensors."""
+    share = share[np.isfinite(share).all(axis=1)]
+    if len(share) < FEWEST:
+        return None
+    factor = np.median(share, axis=0)
+    scatter, apart = float(np.median(np.abs(share - factor))), float(np.ptp(factor))
+    n_pair = n_sensor * len(factor) * (len(factor) - 1)
+    by_chance = -ndtri(BY_CHANCE / n_pair) * np.sqrt(2 / len(share)) * OF_MEDIAN
+    clear = apart >= max(np.log1p(LEAST), max(CLEAR, by_chance) * scatter)
+    return _Factors(factor, apart) if clear else None
+
+
+def _tell(found: _Factors, repeats: list[int]) -> str:
+    """The largest difference of two repeats in words."""
+    least, most = (repeats[int(end(found.factor))] for end in (np.argmin, np.argmax))
+    return f"{np.expm1(found.apart):.0%} larger in repeat {most} than in repeat {least}"

@@ -321,7 +321,13 @@ def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
 
 
 def _tell_held_out_error(before: Refit) -> str:
+    """A large error of the held-out data, beside that of the training data, in words."""
     held_out, others = (f"{plain(100 * error)} %" for error in (before.held_error, before.error))
+    if _stated(before) > UNEXPLAINED:
+        return (
+            f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
+            f"held-out data and by {others} on the others."
+        )
     return (
         f"Something is missing that the held-out data alone show: the model errs by {held_out} there and by {others} "
         "on the others, in which nothing is missing. Hold out other data, so that a fit sees these."

@@ -37,6 +37,8 @@ from study.campaign.table_kind import JudgedTable
 SECOND_INDEX = re.compile(r"\d,(\d+)[)\]]$")
 #: At a constant response the force varies by this factor and the response by less than the share.
 CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
+#: Of a force without a phase beside responses that have one.
+PHASES = "it has no phase, so that those of the responses are taken to count from it"
 
 
 def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
@@ -203,6 +205,8 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
             columns["force"] = drive_reading(draft, judged, force, phase=partner)
             if partner is None and not np.iscomplexobj(force.values):
                 columns["force"] = as_amplitude(columns["force"])
+                if any(phase is not None or np.iscomplexobj(column.values) for column, phase in pairs):
+                    columns["force"]["amplitude"] = Marked(value=force.name, assumed=PHASES)
         for role in (Role.SWEEP, Role.ORDER, Role.REPEAT):
             for column in judged.of_role(role)[:1]:
                 columns[role.value] = column.name

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from scipy.special import chdtri
@@ -145,9 +146,17 @@ def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
 
 def _vague(compared: Compared) -> str:
     """Why standard deviations are so wide that numbers within them are no agreement; empty if they are not."""
-    error = whole(compared.train).amplitude_error
-    if 100 * error > VAGUE:
-        return f"the median error of the amplitude is {format_percent(error)} %, and standard deviations are as wide"
+    share = whole(compared.train)
+    if not isfinite(share.amplitude_error):
+        return "no reading stands out of the scatter between its repeats"
+    errors = {
+        f"amplitude is {format_percent(share.amplitude_error)} %": share.amplitude_error,
+        # An angle is the share of a value by which it is off across itself.
+        f"phase is {plain(np.degrees(share.phase_error))} deg": share.phase_error,
+    }
+    for words, error in errors.items():
+        if 100 * error > VAGUE:
+            return f"the median error of the {words}, and standard deviations are as wide"
     for item in compared.calibrated:
         if item.name.startswith(GAIN) and not abs(item.factor) > TOLD * item.deviation:
             return f"the {describe_gain(item.name, item.factor, item.deviation)} is not told from zero"

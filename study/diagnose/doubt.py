@@ -1,6 +1,7 @@
 """Doubts about a diagnosis, said before anything else: parameters that ran away, a calibration that does harm."""
 
 from collections.abc import Iterator
+from math import isfinite
 
 from diagnosis.decision.rules import errs_on_held_out
 from geometry.plain_number import plain
@@ -21,7 +22,24 @@ def list_doubts(result: Round) -> list[str]:
     result
         The round.
     """
-    return [*_harm(result), *_left(result), *_strayed(result), *_model_error(result), *result.remarks]
+    return [
+        *map(str, result.wrong),
+        *_unknown(result),
+        *_harm(result),
+        *_left(result),
+        *_strayed(result),
+        *_model_error(result),
+        *result.remarks,
+    ]
+
+
+def _unknown(result: Round) -> Iterator[str]:
+    """Relative errors that nothing tells."""
+    before = result.diagnosis.before
+    if not (isfinite(before.error) and isfinite(before.held_error)):
+        seen = result.diagnosis.arrangement.held_out.shares.any() and result.diagnosis.arrangement.train.shares.any()
+        why = "the model has no steady state" if seen else "no motion stands out of the scatter between its repeats"
+        yield f"The relative errors are unknown: {why}."
 
 
 def _harm(result: Round) -> Iterator[str]:

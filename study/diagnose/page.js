@@ -15,7 +15,7 @@ function folded(text, most = 18) {
 function drawWaterfall() {
   const steps = DATA.waterfall, x = steps.map((_, number) => number);
   const bars = (key, scale, name, colour, xaxis, yaxis, show) => ({
-    type: "bar", x, y: steps.map((step) => scale * step[key]), name, xaxis, yaxis, showlegend: show, legendgroup: name,
+    type: "bar", x, y: steps.map((step) => (step[key] === null ? null : scale * step[key])), name, xaxis, yaxis, showlegend: show, legendgroup: name,
     marker: { color: steps.map((step) => (step.proposed ? "white" : colour)), line: { color: colour, width: 1.5 },
       pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: steps.map(() => colour), size: 7, solidity: 0.3 } },
     hovertemplate: "%{y:.4g}<extra>" + name + "</extra>",
@@ -28,7 +28,7 @@ function drawWaterfall() {
   const foot = (value) => (value < 1 && Math.log10(value) > -0.08 * (most - least) ? 1 : value);
   const numbers = (key, scale, side, xaxis, yaxis, at) => ({
     type: "scatter", mode: "text", x: x.map((each) => each + side * BAR), y: steps.map((step) => at(scale * step[key])), xaxis, yaxis,
-    text: steps.map((step) => label(scale * step[key])), textposition: "top center", textfont: { size: 12, color: INK }, cliponaxis: false, showlegend: false, hoverinfo: "skip",
+    text: steps.map((step) => (step[key] === null ? "unknown" : label(scale * step[key]))), textposition: "top center", textfont: { size: 12, color: INK }, cliponaxis: false, showlegend: false, hoverinfo: "skip",
   });
   const same = (value) => value;
   Plotly.newPlot("waterfall", [
@@ -40,7 +40,7 @@ function drawWaterfall() {
     font: FONT, height: 370, margin: { l: 66, r: 52, t: 34, b: 14 + 17 * Math.max(...steps.map((step) => folded(step.name).split("<br>").length)) }, barmode: "group", bargap: GAP, bargroupgap: 0.06,
     paper_bgcolor: "white", plot_bgcolor: "white", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     xaxis: axis({ domain: [0, 0.47], ...ticks }), xaxis2: axis({ domain: [0.555, 1], anchor: "y2", ...ticks }),
-    yaxis: axis({ title: { text: "relative error [%]" }, range: [0, 1.1 * highest], ticks: "" }),
+    yaxis: axis({ title: { text: "relative error [%]" }, range: [0, 1.1 * highest || 1], ticks: "" }),
     yaxis2: axis({ title: { text: "reduced χ²" }, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
     shapes: [{ type: "line", xref: "x2 domain", yref: "y2", x0: 0, x1: 1, y0: 1, y1: 1, layer: "below", line: { color: PALE, width: 1.2, dash: "dash" } }],
     annotations: [{ xref: "x2 domain", yref: "y2", x: 1, y: 0, yanchor: "middle", xanchor: "left", xshift: 5, text: "noise", showarrow: false, font: { size: 11, color: PALE } }],

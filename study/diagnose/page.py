@@ -14,7 +14,7 @@ from figure.candidates import CandidateBar, Candidates
 from figure.misfit_map import COLOURS, STEPS
 from figure.registry import pictures
 from figure.waterfall import Waterfall
-from geometry.plain_number import plain
+from geometry.plain_number import percent
 from study.compare.report import side_by_side
 from study.diagnose.curves import curves, maps
 from study.diagnose.doubt import list_doubts
@@ -117,13 +117,14 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         TEMPLATE,
         SCRIPT,
         drawn,
-        {"digits": digits, "factor": _factor, "place": _place},
+        {"digits": digits, "percent": percent, "factor": _factor, "place": _place},
         title=result.setup.title,
         campaign=result.campaign.title,
         finding=result.diagnosis.verdict.finding.value,
         headline=headline(result),
         doubts=list_doubts(result),
         advice=advice(result),
+        wrong=bool(result.wrong),
         threshold=threshold_in_words(result),
         n_backbone=len(backbones),
         resonances=[*tell_resonances(result)],
@@ -133,7 +134,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         candidates=rows(result),
         same=ALIKE,
         n_shown=SHOWN,
-        held_before=f"{100 * result.diagnosis.before.held_error:.3g}",
+        held_before=percent(result.diagnosis.before.held_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=[each for each in result.diagnosis.places if isinstance(each, Place)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
@@ -165,8 +166,8 @@ def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
         return " → ".join(values)
 
     return [
-        {"label": "held-out error", "value": chain([f"{plain(100 * item.held_out, 3)} %" for item in values])},
-        {"label": "training error", "value": chain([f"{plain(100 * item.training, 3)} %" for item in values])},
+        {"label": "held-out error", "value": chain([percent(item.held_out, 3) for item in values])},
+        {"label": "training error", "value": chain([percent(item.training, 3) for item in values])},
         {
             "label": "held-out reduced χ² (1 is noise)",
             "value": chain([digits(item.held_out_chi2, 3) for item in values]),

@@ -13,7 +13,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.fit.unknown_gain import describe_gain
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
-from geometry.plain_number import plain
+from geometry.plain_number import percent, plain
 from study.compare.report import side_by_side
 from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
@@ -23,6 +23,7 @@ from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
 from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
+from study.some_names import name_some
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -52,6 +53,8 @@ LAW_FILE = "recovered_law.py"
 PLACE = "inspect that place, or describe an effect of your own (docs/effects.md)"
 #: ... and a law.
 LAW = "inspect that place; a [[joint]] of the case can have such a law (docs/case.md)"
+#: The next step where measurements look wrong.
+CORRECT = "check the measurements that look wrong, correct them in the files or the manifest, and diagnose again"
 #: The next step where a prior holds a calibration parameter back.
 HELD_BACK = (
     "correct in the case what these parameters scale, or raise their deviations in [accepted]; then diagnose again"
@@ -81,7 +84,14 @@ def in_words(result: Round) -> str:
 
 
 def headline(result: Round) -> str:
-    """The verdict with strengths in units of their size."""
+    """The verdict with strengths in units of their size, and which measurements look wrong."""
+    where = list(dict.fromkeys(each.where for each in result.wrong))
+    wrong = f" But some of these measurements look wrong: {name_some(where, '; ')}." if where else ""
+    return f"{_name_effects(result)}{wrong}"
+
+
+def _name_effects(result: Round) -> str:
+    """The verdict itself."""
     verdict = result.diagnosis.verdict
     named = [row for row in rows(result) if row.named]
     if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
@@ -120,6 +130,8 @@ def held_out_falls(before: Errors, after: Errors) -> str:
     if error != then and before.held_out > after.held_out:
         return f"the held-out error falls from {error} to {then} %"
     stays = f"stays {then} %" if error == then else f"goes from {error} to {then} %"
+    if not (isfinite(before.held_out) and isfinite(after.held_out)):
+        stays = "is unknown"
     chi2 = [digits(values.held_out_chi2, 3) for values in (before, after)]
     return f"the held-out reduced chi-squared falls from {chi2[0]} to {chi2[1]} (the held-out error {stays})"
 
@@ -127,6 +139,8 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 def advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
+    if result.wrong:
+        return CORRECT
     if verdict.held_back:
         return HELD_BACK
     if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
@@ -165,6 +179,7 @@ def document(result: Round) -> dict[str, Any]:
         "finding": diagnosis.verdict.finding.value,
         "verdict": headline(result),
         "doubts": list_doubts(result),
+        "suspicions": [str(each) for each in result.suspicions],
         "model_error": vars(diagnosis.verdict.model_error),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
@@ -275,7 +290,7 @@ def errors_in_words(values: Errors) -> str:
     chi2 = f"reduced chi-squared {digits(values.training_chi2, 3):>7}, held out {digits(values.held_out_chi2, 3):>7}"
     if isnan(values.training):
         return chi2
-    return f"error {100 * values.training:7.3g} %, held out {100 * values.held_out:7.3g} %; {chi2}"
+    return f"error {percent(values.training, 3):>9}, held out {percent(values.held_out, 3):>9}; {chi2}"
 
 
 def step_in_words(step: Step, case: Path) -> str:
@@ -354,7 +369,7 @@ def _candidates(result: Round) -> Iterator[str]:
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
     for row in shown:
         gain = digits(row.fall, 4) if row.gain is not None else f"({digits(row.fall, 4)})"
-        error = f"{plain(100 * row.errors.held_out, 3)} %" if row.errors is not None else ""
+        error = percent(row.errors.held_out, 3) if row.errors is not None else ""
         alike = "" if row.cosine is None else f"{row.cosine:.2f}"
         mark = "*" if row.named else " "
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.observation import Observation, find_sweep_directions, take_training_part
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
@@ -26,6 +26,7 @@ from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store, stage
 from pipeline.worker_pool import Workers
+from study.alike import merge_suspicions
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
@@ -65,6 +66,8 @@ class Round(Tabular):
         Recovered law of what no known effect explains, if any.
     next_step
         Advice on the next test, where the verdict leaves several explanations.
+    suspicions
+        What looks wrong in the measurements, and remarks on them.
     """
 
     setup: Setup
@@ -75,6 +78,12 @@ class Round(Tabular):
     remarks: Sequence[str] = ()
     law: RecoveredLaw | None = None
     next_step: NextStep = field(default_factory=lambda: NextStep(advice=None))
+    suspicions: Sequence[Suspicion] = ()
+
+    @property
+    def wrong(self) -> list[Suspicion]:
+        """What looks wrong in the measurements, without remarks."""
+        return [each for each in self.suspicions if not each.remark]
 
     @property
     def best(self) -> Refit | None:
@@ -97,6 +106,7 @@ def diagnose_case(
     announce: Callable[[str], None] | None = None,
     watch: Watch | None = None,
     workers: Workers = None,
+    suspicions: Sequence[Suspicion] | None = None,
 ) -> Round:
     """Diagnose a case.
 
@@ -121,6 +131,8 @@ def diagnose_case(
         Receives the name and result of each step as it is found; what it raises ends the diagnosis.
     workers
         Processes that simulate campaigns [-]; one for each core by default. Or the address of a dask scheduler.
+    suspicions
+        What looks wrong in the measurements; those of the campaign itself by default.
 
     Raises
     ------
@@ -157,6 +169,7 @@ def diagnose_case(
     return Round(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
         law=describe_law(law), next_step=next_step,
+        suspicions=merge_suspicions(campaign.suspicions) if suspicions is None else suspicions,
     )  # fmt: skip
 
 

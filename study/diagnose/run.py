@@ -119,10 +119,12 @@ def diagnose_file(
     require_held_out(campaign, folder)
     require_repeats(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
+    suspicions = None
     if run is not None:  # before what takes minutes: it may be in vain
         run_step = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
-        for suspicion in merge_suspicions(run_step("suspicions", partial(find_all_suspicions, campaign, model))):
+        suspicions = merge_suspicions(run_step("suspicions", partial(find_all_suspicions, campaign, model)))
+        for suspicion in suspicions:
             run.warn(str(suspicion))
     campaign = _count_free_responses(setup, campaign, folder, run)
     rounds: list[Round] = []
@@ -138,6 +140,7 @@ def diagnose_file(
             progress=None if run is None else run.progress,
             watch=watch,
             workers=None if run is None else run.scheduler,
+            suspicions=suspicions,
         )
         rounds.append(result)
         record(result, case, folder, key)

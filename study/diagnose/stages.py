@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.weighting import leave_out_model_error
@@ -94,7 +95,10 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
 
 def falls(steps: Sequence[WaterfallStep]) -> str:
     """The held-out error from the first step to the last, in words."""
-    return f"held-out error from {plain(100 * steps[0].held_out, 3)} to {plain(100 * steps[-1].held_out, 3)} %"
+    first, last = steps[0].held_out, steps[-1].held_out
+    if not (isfinite(first) and isfinite(last)):
+        return "the held-out error is unknown"
+    return f"held-out error from {plain(100 * first, 3)} to {plain(100 * last, 3)} %"
 
 
 def make_step(name: str, values: Errors, proposed: bool = False) -> WaterfallStep:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from geometry.plain_number import plain
+from geometry.plain_number import percent, plain
 
 
 @pytest.mark.parametrize(
@@ -11,3 +11,10 @@ from geometry.plain_number import plain
 )
 def test_percents_and_degrees_have_no_exponent(value: float, digits: int, text: str) -> None:
     assert plain(value, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "said"), [(0.0412, "4.1 %"), (1.373, "140 %"), (float("nan"), "unknown"), (float("inf"), "unknown")]
+)
+def test_a_share_is_in_per_cent_and_one_that_is_none_is_unknown(share: float, said: str) -> None:
+    assert percent(share) == said

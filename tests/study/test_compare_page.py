@@ -182,6 +182,23 @@ def test_an_error_of_the_amplitude_within_wide_deviations_is_no_agreement(ratio:
     assert percent in summary.tag
 
 
+@pytest.mark.parametrize(("degrees", "tone"), [(52.0, "ambiguous"), (6.0, "ambiguous"), (5.0, "nothing")])
+def test_an_error_of_the_phase_within_wide_deviations_is_no_agreement(degrees: float, tone: str) -> None:
+    """Phases that count from something else in each repeat scatter by as much; 5.7 deg are 10 % of a value."""
+    of = compared()
+    turned = replace(of.train, predicted=np.exp(1j * np.radians(degrees)) * of.train.measured)
+    summary = summarise(replace(of, train=turned))
+    assert summary.tone == tone
+    assert (f"of the phase is {degrees:.0f} deg" in summary.tag) is (tone == "ambiguous")
+
+
+def test_readings_that_do_not_stand_out_of_their_scatter_are_no_agreement() -> None:
+    of = compared()
+    summary = summarise(replace(of, train=replace(of.train, deviation=np.abs(of.train.measured))))
+    assert summary.tone == "ambiguous"
+    assert "no reading stands out" in summary.tag
+
+
 def test_a_gain_that_is_not_told_from_zero_is_no_agreement() -> None:
     gain = Calibrated(name="gain of drive", factor=0.046, deviation=0.13)
     assert "gain of drive 0.046" in summarise(replace(compared(), calibrated=(gain,))).tag

@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
@@ -16,7 +18,7 @@ from study.compare.report import side_by_side
 from study.diagnose.add import add
 from study.diagnose.history import Errors, history_of
 from study.diagnose.page import contents
-from study.diagnose.report import document, headline, held_out_falls, in_words, tell_fall
+from study.diagnose.report import advice, document, headline, held_out_falls, in_words, tell_fall
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import stages
@@ -103,6 +105,22 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
     assert all(row.cosine is None or row.cosine < 1.0 for row in listed[1:])
 
 
+def test_a_verdict_names_the_measurements_that_look_wrong(two_masses: TwoMasses, kept_rounds: Store) -> None:
+    case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
+    swapped = Suspicion(where='test "sine", repeat 2', sentence="were their cables swapped?")
+    setup = read_case(case, campaign := read_campaign(folder)).setup
+    sound = diagnose_case(setup, campaign, store=kept_rounds)
+    remark = replace(sound, suspicions=[replace(swapped, remark=True)])
+    assert (headline(remark), advice(remark)) == (headline(sound), advice(sound))
+    wrong = replace(sound, suspicions=[swapped])
+    assert headline(wrong) == f'{headline(sound)} But some of these measurements look wrong: test "sine", repeat 2.'
+    assert advice(wrong).startswith("check the measurements")
+    assert document(wrong)["suspicions"] == [str(swapped)]
+    shown = contents(wrong, history_of(case), case)[f"{case.stem}_diagnosis.html"].decode()
+    assert "but some measurements look wrong</div>" in shown
+    assert "were their cables swapped?" in shown
+
+
 @pytest.mark.parametrize(
     ("held_out", "chi2", "said"),
     [
@@ -117,6 +135,7 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
             0.758,
             "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error goes from 2.33 to 2.41 %)",
         ),
+        (np.nan, 0.758, "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error is unknown)"),
     ],
 )
 def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, said: str) -> None:

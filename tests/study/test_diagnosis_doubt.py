@@ -6,14 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Suspicion
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
 from study.diagnose.doubt import list_doubts
 
+#: No reading stands out of the noise.
+SHARES = SimpleNamespace(shares=np.zeros(3))
+
 
 def result(
     values: tuple[float, ...] = (1.0,), drawn: float = 0.2, before: float = 0.1, chi2: float = -1.0,
-    error: ErrorSize = NO_ERROR, best: Any = None,
+    error: ErrorSize = NO_ERROR, best: Any = None, wrong: tuple[Suspicion, ...] = (),
 ) -> Any:  # fmt: skip
     factor = EffectParameter(name="factor", unit="-", lower=0.95, upper=1.05, typical=1.01, vanishes=1.0)
     parameter = SimpleNamespace(name="E", deviation=0.01, parameters=(factor,))
@@ -21,12 +25,12 @@ def result(
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
         drawn=SimpleNamespace(held_misfit=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()),
-        remarks=(),
+        remarks=(), wrong=wrong,
         diagnosis=SimpleNamespace(
             before=SimpleNamespace(
-                held_misfit=1.0 + chi2, held_error=before, fit=fit, n_held=100,
+                held_misfit=1.0 + chi2, held_error=before, error=before, fit=fit, n_held=100,
             ),
-            arrangement=SimpleNamespace(calibration=calibration),
+            arrangement=SimpleNamespace(calibration=calibration, train=SHARES, held_out=SHARES),
             verdict=SimpleNamespace(model_error=error),
         ),
     )  # fmt: skip
@@ -75,3 +79,14 @@ def test_a_large_held_out_error_that_is_left_is_said() -> None:
     # Noise may be as large.
     best.held_misfit = 1.1
     assert list_doubts(result(drawn=5.0, before=4.8, best=best)) == []
+
+
+def test_errors_that_nothing_tells_are_said_to_be_unknown() -> None:
+    (doubt,) = list_doubts(result(drawn=np.nan, before=np.nan))
+    assert "unknown" in doubt
+    assert "no motion stands out" in doubt
+
+
+def test_what_looks_wrong_in_the_measurements_comes_first() -> None:
+    swapped = Suspicion(where='test "sine", repeat 2', sentence="were their cables swapped?")
+    assert list_doubts(result((1.035,), wrong=(swapped,)))[0] == 'test "sine", repeat 2: were their cables swapped?'

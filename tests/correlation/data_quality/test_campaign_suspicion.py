@@ -308,6 +308,16 @@ def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_take
         assert "change the sign in convention.time of the manifest" in one.sentence
 
 
+@pytest.mark.parametrize("f0", [100.0, 99.7])
+def test_velocities_that_are_called_displacements_are_told_as_such_and_not_as_phases(f0: float) -> None:
+    made = campaign()
+    table = made.measurement
+    called = with_values(made, 2j * np.pi * table.harmonic * table.frequency * table.value)
+    found = list(find_conjugate_tests(called, extract_features(called), predictions(called, f0)))
+    assert [each.where for each in found] == [f'test "stepped", sensor "{name}"' for name in SHAPE]
+    assert all("those of a velocity in SI" in each.sentence for each in found)
+
+
 @pytest.mark.parametrize(("f0", "expected"), [(100.0, 1), (85.0, 0), (97.0, 0), (120.0, 0)])
 def test_phases_that_are_not_relative_to_the_force_are_turned_by_one_angle(f0: float, expected: int) -> None:
     made = campaign()

@@ -76,10 +76,13 @@ def test_a_unit_of_one_channel_is_named_with_its_factor(factor: float, is_in: st
 
 @pytest.mark.parametrize(("factor", "is_in", "said"), [(0.5**0.5, "rms", "peak"), (2.0, "peak to peak", "peak")])
 def test_amplitudes_of_one_channel_and_of_all_are_a_remark(factor: float, is_in: str, said: str) -> None:
+    """Of all, one beside the other: convention.amplitude is that of forces and responses alike."""
+    asked = {'sensor "b"': f"values {is_in}, and read as {said}?"}
+    asked["all sensors"] = f"are the responses {is_in} values, and the forces {said}?"
     for factors, where in (([1.0, factor], 'sensor "b"'), ([factor] * 4, "all sensors")):
         (found,) = suspected(0, 0.0, *factors)
         assert found.where == where
-        assert f"values {is_in}, and read as {said}?" in found.sentence
+        assert asked[where] in found.sentence
         assert found.remark
 
 

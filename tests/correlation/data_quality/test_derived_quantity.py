@@ -25,3 +25,11 @@ def test_omega_squared_the_other_way_is_an_acceleration() -> None:
 def test_a_reversed_cable_of_nearly_the_right_size_is_none(factor: float) -> None:
     for quantity in ("acceleration", "displacement", "velocity"):
         assert not name_derived_quantity(quantity, -factor * OFF + 0j, FREQUENCY)
+
+
+@pytest.mark.parametrize(("stated", "ratio", "named"), [
+    ("acceleration", -1j / OMEGA, "a velocity in SI"), ("velocity", 1j * OMEGA, "an acceleration in SI"),
+    ("displacement", 1e3j * OMEGA, "a velocity in mm/s"), ("acceleration", 1j / OMEGA, ""),
+])  # fmt: skip
+def test_a_velocity_is_told_by_the_quarter_turn_of_its_phase(stated: str, ratio: np.ndarray, named: str) -> None:
+    assert name_derived_quantity(stated, ratio * OFF, FREQUENCY) == named

@@ -46,3 +46,15 @@ def test_a_repeat_of_another_gain_is_told_without_a_course(small: Model, paper: 
 @pytest.mark.parametrize("factors", [[1.0, 1.005, 1.01, 1.015], [1.0] * 4])
 def test_what_is_below_two_per_cent_is_none(small: Model, paper: ModuleType, factors: list[float]) -> None:
     assert told(grown(paper.make_campaign(small, seed=3), factors)) == []
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.03, 1.3])
+def test_one_sensor_of_another_gain_in_a_repeat_is_named(small: Model, paper: ModuleType, factor: float) -> None:
+    campaign = paper.make_campaign(small, seed=3)
+    table = campaign.measurement
+    (odd,) = (number for number, each in enumerate(campaign.sensors) if each.name == "tip")
+    other = np.where((table.sensor == odd) & (table.repeat == 2), factor, 1.0)
+    found = [*find_drift_suspicions(replace(campaign, measurement=replace(table, value=other * table.value)))]
+    assert found
+    assert all('sensor "tip"' in each.where for each in found)
+    assert all("repeat 2" in each.sentence for each in found)

@@ -152,6 +152,15 @@ def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: 
     assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
 
 
+@pytest.mark.parametrize(("stated", "alone"), [(1.1, True), (4680.0, False)])
+def test_held_out_data_show_it_alone_only_where_the_others_are_explained(stated: float, alone: bool) -> None:
+    before = replace(BEFORE, held_error=0.41, error=0.41 if not alone else 0.03, held_stated_chi2=9.0)
+    verdict = decided(before=replace(before, stated_chi2=stated))
+    assert verdict.finding is Finding.UNKNOWN
+    assert ("alone show" in verdict.sentence) is alone
+    assert "41 %" in verdict.sentence
+
+
 #: Fall of chi^2 behind the best at which one of two effects has the probability `CREDIBLE`.
 BEHIND = 2 * np.log(CREDIBLE / (1 - CREDIBLE))
 

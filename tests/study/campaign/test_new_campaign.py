@@ -168,6 +168,19 @@ def test_phases_of_response_and_force_count_from_a_third_signal(
     np.testing.assert_allclose(read_campaign(tmp_path).measurement.value, 2.0 * h, rtol=1e-12)
 
 
+@pytest.mark.parametrize("phased", [True, False])
+def test_phases_beside_a_force_without_one_are_assumed_to_count_from_it(tmp_path: Path, phased: bool) -> None:
+    x = receptance(FREQUENCY)
+    header, columns = "freq [Hz],force [N],disp amplitude [m]", [FREQUENCY, ONES, np.abs(x)]
+    if phased:
+        header, columns = f"{header},phase [deg]", [*columns, np.degrees(np.angle(x))]
+    write_csv(tmp_path / "sine.csv", header, *columns)
+    campaign, manifest = drafted(tmp_path)
+    assert manifest["run"][0]["columns"]["force"] == {"amplitude": "force [N]"}
+    assert any("taken to count from it" in each for each in campaign.draft.assumptions()) is phased
+    assert ("taken to count from it" in campaign.path.read_text()) is phased
+
+
 def test_a_phase_of_no_column_is_reported(tmp_path: Path) -> None:
     x = receptance(FREQUENCY)
     header = "freq [Hz],F [N],x [m],phi_x [deg],phi_ref [deg]"

@@ -1,0 +1,55 @@
+"""Runs whose phases are all turned by one angle beside another run: they do not count from the force."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Measurement, Suspicion
+from correlation.data_quality.one_angle import LEAST, OneAngle, find_one_angle
+from correlation.row_group import group_rows
+
+#: Frequencies that two runs must have in common: fewer may all lie between two branches. Of 2,000 clean random
+#: campaigns (`benchmarks.data_quality`) that are cut to a band at random none raises an alarm; two did with six.
+FEWEST = 8
+
+
+def find_turned_runs(campaign: Campaign) -> Iterator[Suspicion]:
+    """Tests in which all phases of a run are turned by one angle, beside another repeat or sweep of its level.
+
+    Turns by 180 deg alone are left to the search for opposite signs.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with its single readings.
+    """
+    phased = np.array([each.has_phase and each.quantity != CONTACT_FORCE for each in campaign.sensors], dtype=np.bool_)
+    table = campaign.measurement
+    table = table.where((table.harmonic == 1) & phased[table.sensor])
+    for number, test in enumerate(campaign.tests):
+        own = table.where(table.test == number)
+        pairs = [pair for level in np.unique(own.level) for pair in _compare_runs(own.where(own.level == level))]
+        turned = [each for each in pairs if each is not None]
+        if not any(abs(each.angle) < np.pi - LEAST for each in turned):
+            continue
+        angles, left = ([getattr(each, name) for each in turned] for name in ("angle", "left"))
+        yield Suspicion(
+            where=f'test "{test.name}"',
+            sentence=f"{len(turned)} of {len(pairs)} times all phases of a run differ from those of another run at its "
+            f"level by one angle, up to {np.degrees(np.abs(angles).max()):.0f} deg, and agree within "
+            f"{np.degrees(np.median(left)):.2g} deg once they are turned by it: they do not count from the force. Was "
+            "its phase not measured, or with the other sign? Give it, or else write phase = false for the sensors",
+            of_test=True,
+        )
+
+
+def _compare_runs(table: Measurement) -> Iterator[OneAngle | None]:
+    """The angle between each run and the next one, all of one direction first, if there is one."""
+    run, point = group_rows([table.sweep, table.repeat]), group_rows([table.sensor, table.frequency])
+    values = np.full((len(run.first), len(point.first)), np.nan, dtype=np.complex128)
+    values[run.number, point.number] = table.value
+    frequency, sensor = table.frequency[point.first], table.sensor[point.first]
+    for one, other in pairwise(values):
+        if len(np.unique(frequency[np.isfinite(one * other)])) >= FEWEST:
+            yield find_one_angle(other, one, frequency, sensor)
