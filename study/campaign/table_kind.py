@@ -12,6 +12,7 @@ from study.campaign.column_role import (
     MOTION_WORDS,
     MOTIONS,
     PRESSURE_WORDS,
+    RATIOS,
     Part,
     Recognised,
     Role,
@@ -91,8 +92,6 @@ class JudgedTable:
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
-#: Names of ratios to a force.
-RATIOS = {"frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"}
 #: Words of the names of files that hold such ratios.
 FRF_FILES = {"frf", "frfs", "hammer"}
 LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
