@@ -21,7 +21,7 @@ from study.campaign.level import (
 )
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
-from study.campaign.run_name import FREE
+from study.campaign.run_name import WITH_CONTACTS, WITHOUT_CONTACTS
 from study.campaign.sensor_draft import (
     add_sensor,
     as_amplitude,
@@ -271,13 +271,16 @@ def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
 
 def says_free(name: str) -> bool:
     """Whether a name says that a structure was measured without its contacts."""
-    return bool(set(name_words(name)) & FREE)
+    words = " ".join(name_words(name))
+    return WITHOUT_CONTACTS.search(words) is not None and not WITH_CONTACTS.search(words)
 
 
 def ask_configuration(draft: Draft, name: str) -> Marked:
     """Whether a structure was measured with its contacts; names such as "free blade" say it."""
     if says_free(name):
         return Marked(value="free", assumed=f'called "{name}"')
+    if WITH_CONTACTS.search(" ".join(name_words(name))):
+        return Marked(value="jointed", assumed=f'called "{name}"')
     why = "the file does not say it; most tests have all contacts"
     return draft.ask("With all contacts (jointed), or without (free)?", "jointed", why, "jointed", "free")
 
