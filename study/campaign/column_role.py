@@ -28,6 +28,8 @@ class Role(Enum):
     HARMONIC = "harmonic"
     SENSOR = "name of the sensor"
     COHERENCE = "coherence"
+    MODE = "number or name of the mode"
+    DAMPING = "damping ratio"
     FOREIGN = "no motion, not used"
     OTHER = "not used"
 
@@ -92,7 +94,21 @@ QUANTITIES = {
 OF_UNIT = {unit: quantity for quantity, units in QUANTITIES.items() for unit in units}
 MOTIONS = ("displacement", "velocity", "acceleration")
 WORDS: dict[Role, frozenset[str]] = {
-    Role.FREQUENCY: frozenset(["frequency", "freq", "freqs", "frequenz", "f", "hz", "omega", "om", "drivefrequency"]),
+    Role.FREQUENCY: frozenset(
+        [
+            "frequency",
+            "freq",
+            "freqs",
+            "frequenz",
+            "eigenfrequency",
+            "eigenfrequenz",
+            "f",
+            "hz",
+            "omega",
+            "om",
+            "drivefrequency",
+        ]
+    ),
     Role.TIME: frozenset(["time", "t", "zeit", "times"]),
     Role.FORCE: frozenset(["force", "kraft", "load", "hammer", "shaker", "excitation", "impact", "drive", "input"]),
     Role.LEVEL: frozenset(["level", "levels", "stufe", "setpoint", "forcing"]),
