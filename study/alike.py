@@ -68,7 +68,8 @@ def merge_suspicions(suspicions: Sequence["Suspicion"]) -> "tuple[Suspicion, ...
     merged = []
     for first, *others in groups.values():
         whole = _with_count([str(first), *map(str, others)])
-        merged.append(replace(first, sentence=f"{first.sentence}{whole.removeprefix(str(first))}"))
+        sentence = f"{first.sentence}{whole.removeprefix(str(first))}"
+        merged.append(replace(first, sentence=sentence, alike=tuple(other.where for other in others)))
     return tuple(merged)
 
 

@@ -234,6 +234,8 @@ class Suspicion:
     headline
         What a headline says of it where the verdict cannot be read without it; empty for its place, or nothing for a
         remark.
+    alike
+        Other places where the same is suspected.
     """
 
     where: str
@@ -241,6 +243,7 @@ class Suspicion:
     of_test: bool = False
     remark: bool = False
     headline: str = ""
+    alike: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """``where: sentence``."""

@@ -18,6 +18,8 @@ from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_re
 from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
 
+#: Runs that a sentence names.
+MOST_RUNS = 3
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
 #: A channel that goes with the level does so by at least this power of it; one that does not, by less [-].
@@ -214,11 +216,26 @@ def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
         for count in np.unique(counts[few]):
             short = kinds[:, few & (counts == count)].T
             listed = ", ".join(f'"{campaign.sensors[sensor].name}" (harmonic {harmonic})' for sensor, harmonic in short)
+            lacking = _runs_that_lack(campaign, own, kinds[:, np.argmax(counts)], short[0])
             yield Suspicion(
                 where=f'test "{campaign.tests[number].name}"',
-                sentence=f"{count} values where others have {counts.max()}: were some left out? It concerns {listed}",
+                sentence=f"{count} values where others have {counts.max()}: were some left out? It concerns {listed}"
+                f"{lacking}",
                 remark=True,
             )
+
+
+def _runs_that_lack(campaign: Campaign, table: Measurement, full: NDArray[np.int64], short: NDArray[np.int64]) -> str:
+    """Repeats and levels in which one sensor and harmonic has fewer values than another, as the end of a sentence."""
+    runs = group_rows([table.level, table.repeat])
+    of_full, of_short = (
+        np.bincount(runs.number[(table.sensor == sensor) & (table.harmonic == harmonic)], minlength=len(runs.first))
+        for sensor, harmonic in (full, short)
+    )
+    fewer = runs.first[of_short < of_full]
+    named = [f"repeat {table.repeat[row]} at {table.level[row]:.4g} {campaign.drive.unit}" for row in fewer]
+    some = ", ".join(named[:MOST_RUNS]) + (f" and {len(named) - MOST_RUNS} more" if len(named) > MOST_RUNS else "")
+    return f", in {some}" if named else ""
 
 
 def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:

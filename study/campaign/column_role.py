@@ -28,6 +28,8 @@ class Role(Enum):
     HARMONIC = "harmonic"
     SENSOR = "name of the sensor"
     COHERENCE = "coherence"
+    MODE = "number or name of the mode"
+    DAMPING = "damping ratio"
     FOREIGN = "no motion, not used"
     OTHER = "not used"
 
@@ -92,7 +94,21 @@ QUANTITIES = {
 OF_UNIT = {unit: quantity for quantity, units in QUANTITIES.items() for unit in units}
 MOTIONS = ("displacement", "velocity", "acceleration")
 WORDS: dict[Role, frozenset[str]] = {
-    Role.FREQUENCY: frozenset(["frequency", "freq", "freqs", "frequenz", "f", "hz", "omega", "om", "drivefrequency"]),
+    Role.FREQUENCY: frozenset(
+        [
+            "frequency",
+            "freq",
+            "freqs",
+            "frequenz",
+            "eigenfrequency",
+            "eigenfrequenz",
+            "f",
+            "hz",
+            "omega",
+            "om",
+            "drivefrequency",
+        ]
+    ),
     Role.TIME: frozenset(["time", "t", "zeit", "times"]),
     Role.FORCE: frozenset(["force", "kraft", "load", "hammer", "shaker", "excitation", "impact", "drive", "input"]),
     Role.LEVEL: frozenset(["level", "levels", "stufe", "setpoint", "forcing"]),
@@ -108,6 +124,8 @@ PARTS = {
     Part.REAL: frozenset(["real", "re"]),
     Part.IMAGINARY: frozenset(["imag", "imaginary", "im"]),
 }
+#: Names of ratios to a force.
+RATIOS = frozenset(["frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"])
 MOTION_WORDS = {
     "displacement": frozenset(
         ["displacement", "disp", "position", "pos", "laser", "x", "y", "z", "weg", "stroke", "u"]
@@ -115,8 +133,10 @@ MOTION_WORDS = {
     "velocity": frozenset(["velocity", "vel", "v", "speed"]),
     "acceleration": frozenset(["acceleration", "acc", "accel", "accelerometer", "a", "beschleunigung", "beschl"]),
 }
+#: Words that say that a force was measured; "drive", "shaker" or "hammer" may as well say where a motion was.
+FORCE_QUANTITY = frozenset(["force", "kraft", "load"])
 #: Names of a force, in newtons where no unit says otherwise; "drive" or "shaker" may as well be a voltage.
-FORCE_WORDS = frozenset(["force", "kraft", "load", "hammer", "impact"])
+FORCE_WORDS = FORCE_QUANTITY | {"hammer", "impact"}
 #: The letter of a force: F, Fx, F1, F_amp. By itself, "F" may also be a frequency.
 FORCE_SYMBOL = re.compile(r"F(?:[xyz]|_?\d+)?(?![A-Za-z])")
 #: Names of a pressure, as of a microphone.
@@ -171,7 +191,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if given is not None and column.abscissa is None and given is not Role.COHERENCE:
         return Recognised(role=given, unit=unit, evidence="the file says so")
     if given is Role.COHERENCE:
-        return Recognised(role=given, evidence="the file says so")
+        return Recognised(role=given, evidence="the file says so", stem=_stem(words, name))
     part = _part(column, words)
     stem = _stem(words, name)
     by_name = _role_by_name(words, quantity)
@@ -183,7 +203,7 @@ def recognise_column(column: Column, name: str) -> Recognised:
     if by_name is Role.PHASE or (quantity == "angle" and not set(words) & _motions()):
         return _recognise_phase(column, unit, said, stem)
     if by_name in {Role.LEVEL, Role.SWEEP, Role.ORDER, Role.REPEAT, Role.HARMONIC, Role.COHERENCE}:
-        return Recognised(role=by_name, quantity=quantity, unit=unit, evidence=f'called "{name}"')
+        return Recognised(role=by_name, quantity=quantity, unit=unit, evidence=f'called "{name}"', stem=stem)
     if quantity in {"time", "frequency"} and _may_be_abscissa(column):
         role = Role.TIME if quantity == "time" else Role.FREQUENCY
         return Recognised(role=role, quantity=quantity, unit=unit, evidence=said)
@@ -276,8 +296,8 @@ def _motions() -> set[str]:
 
 
 def _stem(words: list[str], name: str) -> str:
-    """Words of a name that are no part of a complex number, with its place in an array."""
-    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE])
+    """Words of a name that say neither coherence nor part of a complex number, with its place in an array."""
+    common = frozenset().union(*PARTS.values(), WORDS[Role.PHASE], WORDS[Role.COHERENCE])
     index = INDEX.search(name)
     return " ".join(word for word in words if word not in common) + (f" {index[1]}" if index else "")
 
@@ -333,6 +353,8 @@ def _recognise_words(column: Column, words: list[str]) -> Recognised:
 
 def _role_by_name(words: list[str], quantity: str) -> Role | None:
     roles = [role for role in WORDS if set(words) & WORDS[role]]
+    if quantity != "force" and set(words) & _motions() and not set(words) & FORCE_QUANTITY:
+        roles = [role for role in roles if role is not Role.FORCE]  # "acc_drive" is the motion of the drive
     if Role.PHASE in roles:
         return Role.PHASE
     if quantity == "force" and Role.FORCE in roles:

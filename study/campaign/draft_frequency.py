@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.passes import SWEEP_WORDS
 from correlation.file.column import Column
-from study.campaign.column_role import INDEX, MOTION_WORDS, Part, Role, name_words
+from study.campaign.column_role import INDEX, MOTION_WORDS, RATIOS, WORDS, Part, Role, name_words
 from study.campaign.draft import Draft, Run
 from study.campaign.level import (
     ask_levels,
@@ -21,7 +21,7 @@ from study.campaign.level import (
 )
 from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
 from study.campaign.question import Marked
-from study.campaign.run_name import FREE
+from study.campaign.run_name import WITH_CONTACTS, WITHOUT_CONTACTS
 from study.campaign.sensor_draft import (
     add_sensor,
     as_amplitude,
@@ -40,6 +40,9 @@ CONTROL_FORCE, CONTROL_RESPONSE = 1.5, 0.1
 #: Of a force without a phase beside responses that have one.
 PHASES = "it has no phase, so that those of the responses are taken to count from it"
 
+#: Why an amplitude is no frequency response.
+WITHOUT_PHASE = 'has no phase by its name: call the two "acc_tip" and "phase_tip" in the header, or the like'
+
 
 def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | None]]:
     """Responses, each with the column of its phase or imaginary part if there is one."""
@@ -57,28 +60,44 @@ def responses_with_phases(judged: JudgedTable) -> list[tuple[Column, Column | No
             candidates = phases if column in alone else []
         same = [one for one in candidates if judged.columns[one.name].stem == guess.stem]
         if not same and column in alone:
-            same = [one for one in phases if _closest(judged, column, phases) is one is not None]
-            same = [one for one in same if _closest(judged, one, alone) is column]
+            same = _nearest_each_other(judged, column, phases, alone)
         partner = same[0] if same else (candidates[0] if len(candidates) == len(main) == 1 else None)
         pairs.append((column, partner))
     return pairs
 
 
-def _closest(judged: JudgedTable, column: Column, others: Sequence[Column]) -> Column | None:
-    """The one column whose name differs least and in words of motions alone: "acc tip" and "phase tip"."""
-    own = set(judged.columns[column.name].stem.split())
+def _nearest_each_other(
+    judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]
+) -> list[Column]:
+    """The one of some columns whose name is nearest to that of a column, and to no other one like it."""
+    nearest = _nearest(judged, column, others, like)
+    return [nearest] if nearest is not None and _nearest(judged, nearest, like, others) is column else []
+
+
+def _nearest(judged: JudgedTable, column: Column, others: Sequence[Column], like: Sequence[Column]) -> Column | None:
+    """The column whose name differs least, and in words of motions or ratios alone: "acc tip" and "phase tip"."""
+    own, of_others = _telling_words(judged, like), _telling_words(judged, others)
     found: dict[int, list[Column]] = {}
     for other in others:
-        words = set(judged.columns[other.name].stem.split())
-        if own & words and own ^ words <= frozenset().union(*MOTION_WORDS.values()):
-            found.setdefault(len(own ^ words), []).append(other)
+        different = own[column.name] ^ of_others[other.name]
+        if own[column.name] & of_others[other.name] and different <= RATIOS.union(*MOTION_WORDS.values()):
+            found.setdefault(len(different), []).append(other)
     least = found[min(found)] if found else []
     return least[0] if len(least) == 1 else None
 
 
+def _telling_words(judged: JudgedTable, columns: Sequence[Column]) -> dict[str, set[str]]:
+    """Words of the names of some columns without those of all of them: "H1 tip", "H1 root" are of tip and root."""
+    words = {one.name: set(judged.columns[one.name].stem.split()) for one in columns}
+    shared = set.intersection(*words.values()) if len(words) > 1 else set()
+    return {name: own - shared for name, own in words.items()}
+
+
 def is_of_force(judged: JudgedTable, column: Column) -> bool:
-    """Whether a phase is that of the force."""
-    return any(word in {"force", "kraft", "load", "drive"} for word in name_words(judged.table.short_name(column)))
+    """Whether a phase is that of the force: its name has a word of forces that is in no name of a response."""
+    responses = [word for one in judged.of_role(Role.RESPONSE) for word in judged.columns[one.name].stem.split()]
+    words = set(name_words(judged.table.short_name(column)))
+    return bool(words & WORDS[Role.FORCE] - set(responses))
 
 
 def complex_response(judged: JudgedTable, column: Column, partner: Column | None) -> NDArray[Any] | None:
@@ -135,6 +154,17 @@ def report_unused_phases(draft: Draft, judged: JudgedTable) -> None:
         f'phase_unit = "{judged.columns[column.name].unit}" }} there, and remove phase = false of the sensor'
         for column in judged.of_role(Role.PHASE)
         if column.name not in used
+    ]
+
+
+def report_second_forces(draft: Draft, judged: JudgedTable) -> None:
+    """Say which forces are not read, since another one drives."""
+    force, partner = force_column(judged), force_partner(judged)
+    draft.left_out += [
+        f'{judged.table.file.path.name}: "{column.name}" is not used: it is called as a force is, and '
+        f'"{force.name}" drives; if it is a motion, write it below [run.columns], with a sensor of its own'
+        for column in judged.of_role(Role.FORCE)
+        if force is not None and column not in (force, partner)
     ]
 
 
@@ -196,6 +226,7 @@ def draft_stepped_sine(draft: Draft, judged: JudgedTable, test: str, signs: Mapp
     """
     add_test(draft, test)
     report_unused_phases(draft, judged)
+    report_second_forces(draft, judged)
     frequency, force = judged.of_role(Role.FREQUENCY)[0], force_column(judged)
     pairs = responses_with_phases(judged)
     for rows in judged.rows():
@@ -244,13 +275,16 @@ def _missing_values(judged: JudgedTable, mask: NDArray[np.bool_]) -> str:
 
 def says_free(name: str) -> bool:
     """Whether a name says that a structure was measured without its contacts."""
-    return bool(set(name_words(name)) & FREE)
+    words = " ".join(name_words(name))
+    return WITHOUT_CONTACTS.search(words) is not None and not WITH_CONTACTS.search(words)
 
 
 def ask_configuration(draft: Draft, name: str) -> Marked:
     """Whether a structure was measured with its contacts; names such as "free blade" say it."""
     if says_free(name):
         return Marked(value="free", assumed=f'called "{name}"')
+    if WITH_CONTACTS.search(" ".join(name_words(name))):
+        return Marked(value="jointed", assumed=f'called "{name}"')
     why = "the file does not say it; most tests have all contacts"
     return draft.ask("With all contacts (jointed), or without (free)?", "jointed", why, "jointed", "free")
 
@@ -364,7 +398,10 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
     lacking = _missing_values(judged, np.ones(len(frequency.values), dtype=np.bool_))
     entries: list[dict[str, Any]] = []
     for column, partner in responses_with_phases(judged):
-        if _reference(column) != main or (partner is None and not np.iscomplexobj(column.values)):
+        if _reference(column) != main:
+            continue
+        if partner is None and not np.iscomplexobj(column.values):
+            draft.left_out.append(f'{file}: "{column.name}" {WITHOUT_PHASE}')
             continue
         sensor = add_sensor(draft, judged, column, has_phase=True, needs_unit=False)
         value = reading(draft, judged, column, sensor=sensor, phase=partner, per="N")
@@ -388,6 +425,12 @@ def draft_frequency_responses(draft: Draft, judged: JudgedTable, signs: Mapping[
         coherence = _coherence(judged, column, len(entries) - 1)
         if coherence is not None:
             entry["coherence"][sensor] = coherence.name
+    used = {name for entry in entries for name in entry["coherence"].values()}
+    draft.left_out += [
+        f'{file}: the coherence "{column.name}" is of no response by its name: write it below [frf.coherence]'
+        for column in judged.of_role(Role.COHERENCE)
+        if column.name not in used and _reference(column) in {"", main}
+    ]
     for entry in entries:
         if not entry["coherence"]:
             del entry["coherence"]
@@ -413,8 +456,9 @@ def _coherence(judged: JudgedTable, response: Column, repeat: int) -> Column | N
             == (point.node, point.direction, point.name) and _reference(one) in {"", _reference(response)}
         ]  # fmt: skip
         return same[repeat] if repeat < len(same) else None
-    stem, index = judged.columns[response.name].stem, INDEX.search(response.name)
+    index = INDEX.search(response.name)
     if index is not None:
         return next((one for one in coherences if one.name.endswith(index[0])), None)
-    named = [one for one in coherences if stem and stem in " ".join(name_words(judged.table.short_name(one)))]
+    named = [one for one in coherences if judged.columns[one.name].stem == judged.columns[response.name].stem]
+    named = named or _nearest_each_other(judged, response, coherences, judged.of_role(Role.RESPONSE))
     return named[0] if named else (coherences[0] if len(coherences) == 1 else None)

@@ -1,5 +1,6 @@
-"""Drafts of natural modes from the shapes of measured files."""
+"""Drafts of natural modes from the shapes and the tables of measured files."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,13 +9,19 @@ from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from correlation.file.column import MeasuredFile, MeasuredShape, Node
+from study.campaign.column_role import Role
 from study.campaign.draft import Draft, Note, plain
 from study.campaign.draft_frequency import ask_configuration
 from study.campaign.question import Marked
 from study.campaign.sensor_draft import AXES, draft_position
 from study.campaign.table import file_stem
+from study.campaign.table_kind import HERTZ, JudgedTable, value_of
 
 MODES = {"normal mode", "complex mode"}
+#: A larger damping ratio is that of no mode, in a ring-down either [-].
+MOST_DAMPED = 0.3
+#: What says at the end of a name that it has no unit.
+WITHOUT_UNIT = re.compile(r"[\[(] *[-1] *[\])]$")
 #: Axes of displacements; others are rotations.
 MOTIONS = 3
 #: A reading of a shape, by the name of its sensor: node, axis and value.
@@ -45,6 +52,57 @@ def draft_modes(draft: Draft, files: Mapping[str, MeasuredFile]) -> None:
             found = [shape.frequency for shape in modes]
             why = f"shapes with natural frequencies from {min(found):.4g} to {max(found):.4g} Hz"
             draft.notes.append(Note(file=name, columns=f"{len(modes)} shapes", role="modes", unit="", evidence=why))
+
+
+def draft_mode_table(draft: Draft, judged: JudgedTable) -> None:
+    """One mode without a shape per row of a table of natural frequencies.
+
+    Parameters
+    ----------
+    draft
+        Draft that grows.
+    judged
+        Table.
+    """
+    file, label = judged.table.file.path.name, judged.table.label
+    frequency = judged.of_role(Role.FREQUENCY)[0]
+    guess = judged.columns[frequency.name]
+    hertz = HERTZ.get(guess.unit, 1.0) * frequency.values
+    configuration = ask_configuration(draft, label)
+    damping, why = _damping_ratios(draft, judged)
+    named = sorted(judged.of_role(Role.MODE), key=lambda column: not column.words)
+    taken = {str(entry["name"]) for entry in draft.entries["mode"]}
+    for row, value in enumerate(hertz.tolist()):
+        number = value_of(named[0], row) if named else row + 1
+        called = number if isinstance(number, str) else f"{label} {number:g}"
+        if not (np.isfinite(value) and value > 0):
+            why_not = f"its natural frequency is {value:g} Hz: a [[mode]] has one above zero"
+            draft.left_out.append(f'{file}: the mode "{called}": {why_not}')
+            continue
+        entry: dict[str, Any] = {"name": _unique(called, taken), "configuration": configuration}
+        shown = f"{value:.9g} Hz"
+        entry["frequency"] = Marked(value=shown, assumed=guess.evidence) if guess.assumed else shown
+        if damping[row] > 0:
+            ratio = float(f"{damping[row]:.9g}")
+            entry["damping"] = Marked(value=ratio, assumed=why) if why else ratio
+        draft.entries["mode"].append(entry)
+
+
+def _damping_ratios(draft: Draft, judged: JudgedTable) -> tuple[NDArray[np.float64], str]:
+    """Damping ratios of the rows of a table [-], NaN without any, and why their unit was assumed."""
+    column = next(iter(judged.of_role(Role.DAMPING)), None)
+    if column is None:
+        return np.full(len(judged.table.columns[0].values), np.nan), ""
+    if column.unit or WITHOUT_UNIT.search(column.name):
+        return column.values / (100 if column.unit else 1), ""
+    largest = float(np.nanmax(column.values))
+    answer = draft.ask(
+        f'Is "{column.name}" of {judged.table.file.path.name} a ratio, or in percent?',
+        "percent" if largest > MOST_DAMPED else "ratio", f"the file says no unit, and it reaches {largest:g}",
+        "ratio", "percent",
+    )  # fmt: skip
+    why = answer.assumed and f"a damping {'in percent' if answer.value == 'percent' else 'ratio'}: {answer.assumed}"
+    return column.values / (100 if answer.value == "percent" else 1), why
 
 
 def _unusable(shape: MeasuredShape) -> str:

@@ -9,7 +9,7 @@ from correlation.file.column import Column
 from correlation.signal.record import note_rounded_time
 from study.campaign.column_role import MOTIONS, Role
 from study.campaign.draft import Draft, Run, plain
-from study.campaign.draft_frequency import add_test, ask_configuration, force_column
+from study.campaign.draft_frequency import add_test, ask_configuration, force_column, report_second_forces
 from study.campaign.drive_channel import mark_drive
 from study.campaign.level import named_set_point, number_beside
 from study.campaign.question import Marked
@@ -72,6 +72,7 @@ def draft_loops(draft: Draft, judged: JudgedTable) -> None:
 def draft_steady_states(draft: Draft, judged: JudgedTable, test: str) -> None:
     """Runs over time: one per combination of the settings."""
     add_test(draft, test)
+    report_second_forces(draft, judged)
     time, force = judged.of_role(Role.TIME)[0], force_column(judged)
     for rows in judged.rows():
         columns: dict[str, Any] = {"time": reading(draft, judged, time)}

@@ -24,7 +24,7 @@ from study.campaign.draft_frequency import (
     sensor_signs,
 )
 from study.campaign.draft_load_cell import draft_load_cells
-from study.campaign.draft_mode import draft_modes
+from study.campaign.draft_mode import draft_mode_table, draft_modes
 from study.campaign.draft_time import draft_loops, draft_record, draft_ring_downs, draft_steady_states
 from study.campaign.drive_channel import choose_drive
 from study.campaign.dwell import share_kind
@@ -224,6 +224,8 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
             draft_ring_downs(draft, table)
         elif table.kind is Kind.LOOP:
             draft_loops(draft, table)
+        elif table.kind is Kind.MODES:
+            draft_mode_table(draft, table)
         elif table.kind is Kind.RECORD:
             draft_record(draft, table)
         elif table.kind is Kind.TIDY:

@@ -43,6 +43,10 @@ def unused_columns(judged: JudgedTable) -> list[str]:
             sentences.append(f"{place}: {guess.evidence}")
         elif guess.evidence.startswith(UNKNOWN_UNIT):
             sentences.append(f"{place}: {guess.evidence}; write a unit such as um, m/s^2 or N in its header")
+        elif judged.kind is Kind.MODES:
+            sentences.append(
+                f"{place}: {guess.evidence}; [[mode]] has frequency, damping, their deviations and a shape"
+            )
     return sentences
 
 
@@ -63,7 +67,8 @@ def unused_file(file: MeasuredFile, tables: Sequence[JudgedTable]) -> str:
     if not file.columns or file.shapes:
         return "" if file.shapes or file.nodes or NOT_READ in file.facts else f"{name}: it has no columns"
     rows = max(len(column.values) for column in file.columns)
-    return f"{name}: it has {rows} {'row' if rows == 1 else 'rows'}, and a sweep or a history needs {FEWEST} or more"
+    needed = f"a sweep or a history needs {FEWEST} or more; write natural frequencies as [[mode]]"
+    return f"{name}: it has {rows} {'row' if rows == 1 else 'rows'}, and {needed}"
 
 
 def _notes(members: Sequence[JudgedTable]) -> list[Note]:

@@ -4,6 +4,9 @@ import re
 
 #: Words that say that a structure was measured without its contacts.
 FREE = {"free", "frei", "unjointed", "nocontact"}
+#: Words in a row that say that it had them. They count beside "free", too, since every ring-down is a free decay.
+WITH_CONTACTS = re.compile(r"\b(?:jointed|assembled|(?:with|mit) (?:joint|contact|kontakt))")
+WITHOUT_CONTACTS = re.compile(rf"\b(?:(?:{'|'.join(sorted(FREE))})\b|(?:without|no|ohne) (?:joint|contact|kontakt))")
 NUMBER = r"(?<![\d.])(\d+(?:[.,p]\d+)?)[ _]?"
 LEVEL_IN_NAME = re.compile(rf"{NUMBER}(?:N|newton|V|volt)(?![a-zA-Z])")
 FREQUENCY_IN_NAME = re.compile(rf"{NUMBER}(k?)Hz(?![a-z])", re.IGNORECASE)

@@ -12,6 +12,7 @@ from study.campaign.column_role import (
     MOTION_WORDS,
     MOTIONS,
     PRESSURE_WORDS,
+    RATIOS,
     Part,
     Recognised,
     Role,
@@ -19,6 +20,7 @@ from study.campaign.column_role import (
     recognise_column,
     recognise_force_symbol,
 )
+from study.campaign.mode_table import recognise_modes
 from study.campaign.set_point import changes_between_passes
 from study.campaign.table import Table, file_stem
 from study.campaign.time_history import SECONDS, WINDOWS, distortion, judge_history, turns_with
@@ -34,6 +36,7 @@ class Kind(Enum):
     LOOP = "force-displacement loops"
     STEADY_STATE = "steady states over time"
     RECORD = "time record"
+    MODES = "natural modes"
     NOT_USED = "not used"
 
 
@@ -91,8 +94,6 @@ class JudgedTable:
 OF_FILE = "the name of its file or group"
 #: Columns of the tidy tables of a campaign.
 TIDY = {"test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit"}
-#: Names of ratios to a force.
-RATIOS = {"frf", "h", "tf", "receptance", "mobility", "accelerance", "inertance", "compliance", "hfrf"}
 #: Words of the names of files that hold such ratios.
 FRF_FILES = {"frf", "frfs", "hammer"}
 LOOP_WORDS = {"loop", "loops", "hysteresis", "hyst", "damper", "friction", "cycle", "cyclic"}
@@ -117,6 +118,9 @@ def judge_table(table: Table) -> JudgedTable:
     """
     columns = {column.name: recognise_column(column, table.short_name(column)) for column in table.columns}
     columns = _time_stamps(table, _one_abscissa(table, _force_symbols(table, columns)))
+    if modes := recognise_modes(table, columns):
+        why = "natural frequencies, a row for each mode"
+        return JudgedTable(table=table, kind=Kind.MODES, evidence=why, columns={**columns, **modes})
     columns = _name_of_file(table, _unknown_response(table, columns))
     columns = _steps_of_level(table, columns)
     roles = {guess.role for guess in columns.values()}

@@ -128,7 +128,7 @@ def qualify(suspicions: Sequence[Suspicion]) -> str:
 
 def doubt(suspicions: Sequence[Suspicion]) -> str:
     """End of a headline: which measurements look wrong; empty if none does."""
-    where = list(dict.fromkeys(item.where for item in suspicions if not item.remark))
+    where = list(dict.fromkeys(place for item in suspicions if not item.remark for place in (item.where, *item.alike)))
     if not where:
         return ""
     return f", but some of these look wrong: {name_some(where, '; ')}"

@@ -2,6 +2,7 @@
 
 from correlation.campaign.measurement import Suspicion
 from study.alike import merge_alike, merge_suspicions
+from study.compare.sentence import doubt
 
 
 def test_sentences_that_differ_by_file_and_numbers_are_one() -> None:
@@ -37,6 +38,12 @@ def test_suspicions_keep_the_place_of_the_first() -> None:
     assert merged.where == "s_5.csv"
     assert merged.sentence.startswith("reaches 5 rad")
     assert "so in s_6.csv" in merged.sentence
+    assert merged.alike == ("s_6.csv",)
+
+
+def test_a_headline_counts_all_places_of_one_suspicion() -> None:
+    found = [Suspicion(where=f"s_{number}.csv", sentence=f"reaches {number} rad") for number in range(1, 7)]
+    assert doubt(merge_suspicions(found)).endswith("look wrong: s_1.csv; s_2.csv; s_3.csv and 3 more")
 
 
 def test_many_sentences_that_differ_by_names_in_quotes_are_one_with_the_first_names() -> None:

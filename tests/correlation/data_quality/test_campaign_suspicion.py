@@ -171,6 +171,8 @@ def test_missing_points_of_a_sensor_are_suspected() -> None:
     found = sentences(replace(made, measurement=left))
     assert found.count("values where others have") == 1
     assert '288 values where others have 306: were some left out? It concerns "slot" (harmonic 3)' in found
+    one = (table.sensor == 1) & (table.repeat == 2) & (table.level == 10.0)
+    assert sentences(replace(made, measurement=table.where(~one))).count(", in repeat 2 at 10 N") == 1
 
 
 def test_amplitudes_of_all_sensors_are_suspected_in_one_sentence() -> None:

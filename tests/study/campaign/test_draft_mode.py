@@ -5,11 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.data_type.mode import MeasuredMode
 from study.campaign.new_campaign import NewCampaign, draft_campaign, read_folder, write_manifest
 from study.campaign.question import Assumptions
+from study.campaign.table import split_tables
+from study.campaign.table_kind import Kind, judge_table
 
 NODES = {11: (0.0, 0.0, 0.0), 12: (0.1, 0.0, 0.0), 13: (0.2, 0.0, 0.0)}
 
@@ -91,3 +94,44 @@ def test_nodes_that_no_file_places_are_asked_for_once(tmp_path: Path) -> None:
     campaign, (mode,) = drafted(tmp_path, shape_55(2, [60.0, 1.0, 0.002, 0.0], shape))
     assert mode.sensors == ("11Z", "12Z")
     assert any("place = tip" in sentence for sentence in campaign.draft.assumptions())
+
+
+def drafted_table(folder: Path, text: str) -> tuple[NewCampaign, list[MeasuredMode]]:
+    (folder / "natural_frequencies.csv").write_text(text)
+    campaign = write_manifest(measured := read_folder(folder), draft_campaign(measured, Assumptions()))
+    return campaign, [datum for datum in read_campaign(folder).data if isinstance(datum, MeasuredMode)]
+
+
+@pytest.mark.parametrize(
+    ("head", "damping"),
+    [
+        ("mode,frequency [Hz],damping [%]", [0.7, 0.74, 0.93]),
+        ("mode,f_n (Hz),zeta (-)", [0.007, 0.0074, 0.0093]),
+        ("No.,frequency,damping ratio", [0.007, 0.0074, 0.0093]),
+        ("index,Eigenfrequenz,damping", [0.7, 0.74, 0.93]),
+    ],
+)
+def test_a_table_of_natural_frequencies_has_a_mode_in_each_row(tmp_path: Path, head: str, damping: list[float]) -> None:
+    rows = [f"{n},{f},{d}" for n, f, d in zip((1, 2, 3), (31.68, 88.75, 128.3), damping, strict=True)]
+    campaign, modes = drafted_table(tmp_path, "\n".join([head, *rows]) + "\n")
+    np.testing.assert_allclose([mode.frequency for mode in modes], [31.68, 88.75, 128.3])
+    np.testing.assert_allclose([mode.damping for mode in modes], [0.007, 0.0074, 0.0093])
+    assert [mode.name for mode in modes] == [f"natural_frequencies {number}" for number in (1, 2, 3)]
+    assert not campaign.draft.entries["run"]
+    assert not campaign.draft.left_out
+
+
+def test_modes_have_the_names_of_their_table_and_its_other_columns_are_left_out(tmp_path: Path) -> None:
+    text = "mode,name,frequency [kHz],MAC\n1,bending,0.03168,0.9\n2,torsion,0.08875,0.8\n3,none,0.0,0.7\n"
+    campaign, modes = drafted_table(tmp_path, text)
+    assert [(mode.name, round(mode.frequency, 6)) for mode in modes] == [("bending", 31.68), ("torsion", 88.75)]
+    assert [sentence for sentence in campaign.draft.left_out if '"MAC"' in sentence and "[[mode]]" in sentence]
+    assert [sentence for sentence in campaign.draft.left_out if '"none"' in sentence and "[[mode]]" in sentence]
+
+
+@pytest.mark.parametrize("head", ["index,frequency [Hz],acc_tip", "level [N],frequency [Hz],damping [%]"])
+def test_a_table_with_a_response_or_a_level_is_no_table_of_modes(tmp_path: Path, head: str) -> None:
+    rows = [f"{n},{30 + 1.1**n},{0.5 + 0.1 * np.sin(n)}" for n in range(1, 25)]
+    (tmp_path / "table.csv").write_text("\n".join([head, *rows]) + "\n")
+    (table,) = split_tables(read_folder(tmp_path).files["table.csv"])
+    assert judge_table(table).kind is not Kind.MODES

@@ -1,0 +1,54 @@
+"""Tables of natural frequencies: a row for each mode."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.file.column import Column
+from study.campaign.column_role import Recognised, Role, name_words
+from study.campaign.table import Table
+
+MODE_WORDS = {"mode", "modes", "eigenmode", "eigenform"}
+DAMPING_WORDS = {"damping", "zeta", "xi", "dämpfung", "daempfung", "dämpfungsgrad"}
+#: Units of a damping ratio; others are those of rates or of loss factors.
+RATIO_UNITS = {"", "percent"}
+#: What else may stand in such a table: what is known by name or unit of other columns is measured over the frequency.
+BESIDE = {Role.FREQUENCY, Role.ORDER, Role.REPEAT, Role.OTHER, Role.FOREIGN, Role.COHERENCE, Role.SENSOR}
+
+
+def recognise_modes(table: Table, columns: Mapping[str, Recognised]) -> dict[str, Recognised]:
+    """Columns of a table of natural frequencies that hold numbers, names and damping of modes; empty for other tables.
+
+    Parameters
+    ----------
+    table
+        Table.
+    columns
+        What its columns are by themselves.
+    """
+    frequency = next((one for one in table.columns if columns[one.name].role is Role.FREQUENCY), None)
+    if frequency is None or {guess.role for guess in columns.values()} - BESIDE:
+        return {}
+    others = [one for one in table.columns if one is not frequency]
+    words = {one.name: set(name_words(table.short_name(one))) for one in others}
+    count = next((one for one in others if _counts(one)), None)
+    damping = next((one for one in others if words[one.name] & DAMPING_WORDS and one.unit in RATIO_UNITS), None)
+    names = next((one for one in others if len(set(one.words)) == len(one.values)), None)
+    called = count is not None and words[count.name] & MODE_WORDS
+    steps = np.diff(frequency.values)
+    # Lines of a spectrum are counted, too; they have equal steps.
+    alone = count is not None and len(others) == 1 + (names is not None) and not np.allclose(steps, steps[0])
+    if not (called or alone or (damping is not None and bool((steps > 0).all()))):
+        return {}
+    roles = [(count, Role.MODE, "it counts the rows"), (names, Role.MODE, "its words differ from row to row")]
+    roles += [(damping, Role.DAMPING, "by its name")]
+    return {
+        one.name: replace(columns[one.name], role=role, evidence=why) for one, role, why in roles if one is not None
+    }
+
+
+def _counts(column: Column) -> bool:
+    """Whether values are whole numbers that rise by one from row to row."""
+    values = column.values
+    return not (column.words or np.iscomplexobj(values)) and bool(values[0] % 1 == 0 and (np.diff(values) == 1).all())
