@@ -2,14 +2,14 @@ r"""Rules that lead from refits to a verdict.
 
 An effect passes if the training data gain more by it than the detection threshold, less what the held-out data lose: an
 effect that fits noise makes these worse by as much as it gains. Effects are ranked by the density of all data, each by
-its own covariance. Effects so close to the best, by that density or by what they gain, that the data cannot distinguish
-them are named with it. It is named without doubt only if the held-out data confirm it. Then other laws are fitted in
-place of that of the best one: a force that has one is another force. And the remaining residual is examined. If another
-effect explains a good part of it, and both together leave no unknown force, both are missing; at one place both
-together are one force whose law is not known. If an unknown force explains a good part of the gain of the best one,
-that one only stands in for it, and none of the known effects is the cause. The same holds if a linear effect leaves an
-unknown force that is no known effect: a force that varies with the amplitude has a linear part, and what takes up this
-part may gain a great deal. An effect that varies with the amplitude as well is the known one that is nearest.
+its own covariance. Effects so close to the best that the data cannot distinguish them are named with it. It is named
+without doubt only if the held-out data confirm it. Then other laws are fitted in place of that of the best one: a force
+that has one is another force. And the remaining residual is examined. If another effect explains a good part of it, and
+both together leave no unknown force, both are missing; at one place both together are one force whose law is not known.
+If an unknown force explains a good part of the gain of the best one, that one only stands in for it, and none of the
+known effects is the cause. The same holds if a linear effect leaves an unknown force that is no known effect: a force
+that varies with the amplitude has a linear part, and what takes up this part may gain a great deal. An effect that
+varies with the amplitude as well is the known one that is nearest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -174,23 +174,13 @@ def support(refit: Refit) -> float:
     Falls of chi^2 tell whether an effect is there; those of two effects have covariances of their own, and do not say
     which of both it is.
     """
-    return fall(refit) if refit.cost is None else -refit.cost
-
-
-def fall(refit: Refit) -> float:
-    """Fall of -2 ln p of the training and the held-out data together by an effect [-]."""
-    return refit.gain + refit.held_gain
+    return refit.gain + refit.held_gain if refit.cost is None else -refit.cost
 
 
 def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
-    """Probability of each of several effects, one of which is the true one, beside the first of them, shape (n,) [-].
-
-    An effect is behind the first one by the density of all data or by their falls, whichever is less. The covariances
-    of densities are estimates, and those of falls have nothing in common: the data tell two effects apart where both
-    measures say the same.
-    """
-    behind = np.array([[of(refits[0]) - of(each) for each in refits] for of in (support, fall)]).min(axis=0)
-    weight = np.exp(-np.maximum(behind, 0.0) / 2)
+    """Probability of each of several effects, one of which is the true one, shape (n,) [-]."""
+    supports = np.array([support(each) for each in refits], dtype=np.float64)
+    weight = np.exp((supports - supports.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 
 
@@ -440,10 +430,8 @@ class _ChanceGate:
 
     def rank(self, best: Refit) -> dict[str, float]:
         """Probabilities by name: of the best effect, then of all others that pass, the largest first."""
-        effects = [best, *(each for each in self.passing if each is not best)]
-        shares = compute_probabilities(effects).tolist()
-        order = np.argsort([-share for share in shares], kind="stable").tolist()  # none has a larger one than the best
-        return {effects[number].name: shares[number] for number in order}
+        ranked = [best, *sorted((each for each in self.passing if each is not best), key=lambda each: -support(each))]
+        return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 
     def is_unexplained(self) -> bool:
         if not self.places:
