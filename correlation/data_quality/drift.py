@@ -48,9 +48,11 @@ def find_drift_suspicions(campaign: Campaign) -> Iterator[Suspicion]:
         repeats, values, *_ = arrange_by_repeat(
             campaign.measurement.where(campaign.measurement.test == number), sensors
         )
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # a reading of zero has no share
             size = np.log(np.abs(values))
-        share = np.where(np.isfinite(size).all(axis=2, keepdims=True), size - size.mean(axis=2, keepdims=True), np.nan)
+            share = np.where(
+                np.isfinite(size).all(axis=2, keepdims=True), size - size.mean(axis=2, keepdims=True), np.nan
+            )
         if len(repeats) < FEWEST_REPEATS:
             continue
         own = {place: found for place in range(len(sensors)) if (found := _find_own_factors(share, place))}
