@@ -17,7 +17,7 @@ from benchmarks.strangers.blueprint import Blueprint
 from benchmarks.strangers.hidden import Hidden
 from benchmarks.strangers.layout import Layout
 from benchmarks.strangers.measure import FREQUENCY_JITTER, PRELOAD_JITTER
-from benchmarks.strangers.response import Rows, points_of, predict
+from benchmarks.strangers.response import Rows, points_of
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model
@@ -71,7 +71,7 @@ class Signature:
                     rows += [(free, level, f, sensor.name, h) for f in grid.frequencies[::2] for h in harmonics]
         self.points = points_of(rows)
         self.predictor = Predictor(points=self.points)
-        self.base = predict(model, self.points)
+        self.base = self.predictor.predict(model)
         self.floor = self._floors(plan.force)
         motion = np.array([name not in self.cells for name in self.points.sensor.tolist()])
         phased = np.full(len(self.points), layout.sensors[0].has_phase) | ~motion
@@ -130,7 +130,7 @@ class Signature:
 
     def _read(self, effect: Hidden) -> Vector:
         """Features of the model with an effect."""
-        value = predict(effect.bound(self.model)(self.model), self.points, self.base).value
+        value = self.predictor.predict(effect.bound(self.model)(self.model), self.base).value
         late = np.array([effect.delay(name) for name in self.points.sensor.tolist()])
         turn = self.points.frequency * self.points.harmonic * late
         return self.features.of_values(value * np.exp(-2j * np.pi * turn))
@@ -142,7 +142,7 @@ class Signature:
         def at(share: Vector) -> tuple[Model, Prediction]:
             if share.tobytes() not in states:
                 model = self.unknowns.compose(self._values(share))
-                states[share.tobytes()] = model, predict(model, self.points, self.base)
+                states[share.tobytes()] = model, self.predictor.predict(model, self.base)
             return states[share.tobytes()]
 
         def residual(share: Vector) -> Vector:
