@@ -245,6 +245,10 @@ class Suspicion:
     headline: str = ""
     alike: tuple[str, ...] = ()
 
+    def lies_in(self, where: str) -> bool:
+        """Whether its place is a place, or a part of it: a test, and a repeat of that test."""
+        return f"{self.where},".startswith(f"{where},")
+
     def __str__(self) -> str:
         """``where: sentence``."""
         return f"{self.where}: {self.sentence}"

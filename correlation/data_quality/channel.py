@@ -43,7 +43,7 @@ def _signs(campaign: Campaign) -> Iterator[Suspicion]:
     turned = [*find_turned_runs(campaign)]
     yield from turned
     for suspicion in find_conjugate_repeats(campaign):
-        if not any(suspicion.where.startswith(f"{each.where},") for each in turned):
+        if not any(suspicion.lies_in(each.where) for each in turned):
             yield suspicion
 
 
