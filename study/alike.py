@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from study.some_names import MOST, name_some
+from geometry.some_names import MOST, name_some
 
 if TYPE_CHECKING:
     from correlation.campaign.measurement import Suspicion
@@ -95,3 +95,9 @@ def _with_count(members: Sequence[str], *, naming_all: bool = False) -> str:
     if others <= MOST or naming_all:
         return f"{first} (and so in {', '.join(list(dict.fromkeys(named))[1:])})"
     return f"{first} (and so in {others} more files, the last {named[-1]})"
+
+
+def name_wrong_places(suspicions: "Sequence[Suspicion]") -> str:
+    """The first places where measurements look wrong, and how many more there are; empty if none does."""
+    wrong = [each for each in suspicions if not each.remark]
+    return name_some(list(dict.fromkeys(place for each in wrong for place in (each.where, *each.alike))), "; ")

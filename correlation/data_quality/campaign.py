@@ -17,9 +17,8 @@ from correlation.data_quality.missing_level import find_missing_levels
 from correlation.data_quality.swapped_sensor import find_sensors_swapped_in_a_repeat
 from correlation.data_quality.zero_reading import find_zero_readings
 from correlation.row_group import group_rows
+from geometry.some_names import name_some
 
-#: Runs that a sentence names.
-MOST_RUNS = 3
 #: Levels must differ by this factor before their ratio says something about a channel [-].
 LEVEL_RATIO = 1.5
 #: A channel that goes with the level does so by at least this power of it; one that does not, by less [-].
@@ -59,8 +58,9 @@ def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     ]
     levels = list(find_missing_levels(campaign))
     # A test that holds several levels does not drift, nor do the gains of sensors that are swapped.
-    others = [f"{each.where.split(', ')[0]}," for each in (*levels, *find_sensors_swapped_in_a_repeat(campaign))]
-    drifts = [each for each in find_drift_suspicions(campaign) if not f"{each.where},".startswith((*others,))]
+    others, tests = [*levels, *find_sensors_swapped_in_a_repeat(campaign)], [test.name for test in campaign.tests]
+    spoiled = [where for where in map('test "{}"'.format, tests) if any(each.lies_in(where) for each in others)]
+    drifts = [each for each in find_drift_suspicions(campaign) if not any(each.lies_in(where) for where in spoiled)]
     return (*found, *find_channel_suspicions(campaign), *find_drive_suspicions(campaign), *levels, *drifts)
 
 
@@ -234,8 +234,7 @@ def _runs_that_lack(campaign: Campaign, table: Measurement, full: NDArray[np.int
     )
     fewer = runs.first[of_short < of_full]
     named = [f"repeat {table.repeat[row]} at {table.level[row]:.4g} {campaign.drive.unit}" for row in fewer]
-    some = ", ".join(named[:MOST_RUNS]) + (f" and {len(named) - MOST_RUNS} more" if len(named) > MOST_RUNS else "")
-    return f", in {some}" if named else ""
+    return f", in {name_some(named)}" if named else ""
 
 
 def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:

@@ -7,9 +7,9 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable, Item, Table
 
+from geometry.some_names import MOST, name_some
 from study.campaign.question import Answers, Marked, Question
 from study.campaign.table_kind import JudgedTable
-from study.some_names import MOST, name_some
 
 #: Entries of the manifest that hold data, and all of them, in the order in which they are written.
 DATA = ("run", "frf", "ring_down", "loop", "mode", "record")

@@ -12,10 +12,11 @@ from correlation.metric.misfit import Misfit, configuration, split_misfit, whole
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
+from geometry.some_names import name_some
+from study.alike import name_wrong_places
 from study.compare.data import DataComparison, without_comparison
 from study.compare.result import AGREES, DIFFERS, Compared
 from study.compare.section.overview import left_out
-from study.some_names import name_some
 
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
@@ -128,10 +129,8 @@ def qualify(suspicions: Sequence[Suspicion]) -> str:
 
 def doubt(suspicions: Sequence[Suspicion]) -> str:
     """End of a headline: which measurements look wrong; empty if none does."""
-    where = list(dict.fromkeys(place for item in suspicions if not item.remark for place in (item.where, *item.alike)))
-    if not where:
-        return ""
-    return f", but some of these look wrong: {name_some(where, '; ')}"
+    where = name_wrong_places(suspicions)
+    return f", but some of these look wrong: {where}" if where else ""
 
 
 def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:

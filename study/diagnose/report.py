@@ -14,6 +14,7 @@ from diagnosis.fit.unknown_gain import describe_gain
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
 from geometry.plain_number import percent, plain
+from study.alike import name_wrong_places
 from study.compare.report import side_by_side
 from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
@@ -23,7 +24,6 @@ from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
 from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
-from study.some_names import name_some
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -85,8 +85,8 @@ def in_words(result: Round) -> str:
 
 def headline(result: Round) -> str:
     """The verdict with strengths in units of their size, and which measurements look wrong."""
-    where = list(dict.fromkeys(each.where for each in result.wrong))
-    wrong = f" But some of these measurements look wrong: {name_some(where, '; ')}." if where else ""
+    where = name_wrong_places(result.suspicions)
+    wrong = f" But some of these measurements look wrong: {where}." if where else ""
     return f"{_name_effects(result)}{wrong}"
 
 

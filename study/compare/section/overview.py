@@ -7,11 +7,11 @@ import numpy as np
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.feature.observation import arrange_campaign
 from correlation.feature.settling import find_unsettled
+from geometry.some_names import name_some
 from study.compare.curve import Drawing
 from study.compare.result import Compared
 from study.compare.section.section import Section
 from study.page.table import Table
-from study.some_names import name_some
 
 
 def overview_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
