@@ -346,21 +346,20 @@ def _fit_with_model_error(
 ) -> tuple[Comparison, Fit]:
     """Fit, and the comparison with the model error that it leaves.
 
-    Where a fit without model error ends badly, another one begins with the error of the start, so that it need not
-    explain what it cannot; the more probable of both is taken. A start that is a fit already is not searched `anew`,
-    and begins with the error that it leaves.
+    A fit begins without model error. Another one begins with the error of the start, so that it need not explain what
+    it cannot, where the first ends badly, or where the start is a fit already and not to be searched `anew`. The more
+    probable of both is taken: by contacts that slip, either may end in a minimum that is not the least.
     """
     plain = allow_model_error(comparison, model, prediction, usual)
-    if not anew:
-        plain = update_model_error(plain, prediction)
     if usual:
-        fit = calibrate(plain, unknowns, values, prediction, quick=True)
-        found = [_settle(plain, fit)]
-        if anew and fit.chi2 > ASTRAY * fit.n_number:
-            wide = update_model_error(plain, prediction)
-            found.append(_settle(wide, calibrate(wide, unknowns, values, prediction, quick=True)))
-            start = fit_under_control(comparison, unknowns, values, usual).fit.values
-            found.append(_settle(wide, calibrate(wide, unknowns, start, prediction, quick=True)))
+        # A start that is a fit already is one of those that are decided by: a quick fit may end above its minimum.
+        fit = calibrate(plain, unknowns, values, prediction, quick=anew)
+        found, wide = [_settle(plain, fit)], update_model_error(plain, prediction)
+        astray = fit.chi2 > ASTRAY * fit.n_number
+        begins = [values] if _size(wide) != NO_ERROR and (astray or not anew) else []
+        if astray and anew:
+            begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
+        found += [_settle(wide, calibrate(wide, unknowns, each, prediction, quick=True)) for each in begins]
         plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
         if _size(plain) != NO_ERROR:
             return plain, calibrate(plain, unknowns, fit.values, fit.prediction, slopes=fit.jacobian, exact=True)
