@@ -29,7 +29,7 @@ class Sampling(NamedTuple):
     """Running sums of `project`: a run [k, l) of instants sums to row l less row k, shape (n + 1, nh)."""
     cosine_sum: Real
     sine_sum: Real
-    """Running sums of cos(m Omega t) and sin(m Omega t), m = 0 to 2 H, shape (n + 1, nh): `sum_products`."""
+    """Running sums of cos(m Omega t) and sin(m Omega t), m = 0 to 2 H, shape (n + 1, nh): `add_products`."""
 
 
 @lru_cache(maxsize=8)
@@ -54,28 +54,35 @@ def sampling(n_harmonic: int, n_sample: int) -> Sampling:
 
 
 @compiled
-def sum_products(sampling: Any, first: int, last: int) -> Any:
-    """Sum of the outer products of `project` and `instants` over the instants [first, last), shape (nh, nh).
+def add_sums(factor: float, sampling: Any, first: int, last: int, cosine: Any, sine: Any) -> None:
+    """Add a factor times the sums of cos(m Omega t) and sin(m Omega t) over the instants [first, last)."""
+    for m in range(len(cosine)):
+        cosine[m] += factor * (sampling.cosine_sum[last, m] - sampling.cosine_sum[first, m])
+        sine[m] += factor * (sampling.sine_sum[last, m] - sampling.sine_sum[first, m])
 
-    Products of sines and cosines are sums of them, so that no sum of nh x nh products is stored for each instant.
+
+@compiled
+def add_products(cosine: Any, sine: Any, n: int, result: Any) -> None:
+    """Add the sum of the outer products of `project` and `instants` over some instants, shape (nh, nh).
+
+    Products of sines and cosines are sums of them, so that no sum of nh x nh products is stored for each instant:
+    `cosine` and `sine` are the sums over these instants of n, maybe weighted (`add_sums`).
     """
-    nh, n = sampling.evaluate.shape
-    cosine = (sampling.cosine_sum[last] - sampling.cosine_sum[first]) / n
-    sine = (sampling.sine_sum[last] - sampling.sine_sum[first]) / n
-    result = np.empty((nh, nh))
-    result[0, 0] = cosine[0]
-    for j in range(1, (nh + 1) // 2):
-        c, s = 2 * j - 1, 2 * j
-        result[0, c], result[0, s] = cosine[j], sine[j]
-        result[c, 0], result[s, 0] = 2 * cosine[j], 2 * sine[j]
-        for k in range(1, j + 1):
-            a, b = 2 * k - 1, 2 * k
-            both, apart = cosine[j + k], cosine[j - k]
-            result[c, a] = result[a, c] = apart + both
-            result[s, b] = result[b, s] = apart - both
-            result[s, a] = result[a, s] = sine[j + k] + sine[j - k]
-            result[c, b] = result[b, c] = sine[j + k] - sine[j - k]
-    return result
+    c, s = cosine / n, sine / n
+    result[0, 0] += c[0]
+    for j in range(1, (len(c) + 1) // 2):
+        a, b = 2 * j - 1, 2 * j
+        result[0, a] += c[j]
+        result[0, b] += s[j]
+        result[a, 0] += 2 * c[j]
+        result[b, 0] += 2 * s[j]
+        for k in range(1, (len(c) + 1) // 2):
+            both, apart = j + k, abs(j - k)
+            difference = s[apart] if j > k else -s[apart]
+            result[a, 2 * k - 1] += c[apart] + c[both]
+            result[a, 2 * k] += s[both] - difference
+            result[b, 2 * k - 1] += s[both] + difference
+            result[b, 2 * k] += c[apart] - c[both]
 
 
 def real_from_complex(coefficients: Complex[Array, "*batch harmonic d"]) -> Float[Real, "*batch d nh"]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.joint_law.slider import slide, slider_slopes, state, tangent_jacobian
+from hbsolve.joint_law.slider import slider_slopes, tangent_jacobian, write_slider
 from hbsolve.joint_law.unilateral import normal_force, unilateral
 
 
@@ -27,17 +27,9 @@ def force(
     n_open = normal_force(u[n_tangent], kn, preload, gap, N, closed)
     v, D = u[n_tangent], reference[n_tangent]
     unilateral(n_tangent, v, closed, n_open, D, kn, preload, gap, 3, 1, 4, sampling, want, out)
-    event, sign = np.empty(n, np.int64), np.empty(n)
+    limit, event, sign = mu * N, np.empty(n, np.int64), np.empty(n)
     for d in range(n_tangent):
-        w = out.slider[d]
-        slide(u[d], mu * N, kt, start[d], by_multiplier[d], w, event, sign)
-        for k in range(n):
-            # The stretch of a stiff spring is lost in round-off: where it slips, its force is known.
-            if event[k] == k:
-                out.force[d, k] = sign[k] * mu * N[k] - reference[d] * u[d, k]
-            else:
-                out.force[d, k] = (kt - reference[d]) * u[d, k] - kt * w[k]
-            out.status[d, k] = state(k, event[k], closed[k])
+        write_slider(d, u[d], limit, kt, reference[d], start[d], by_multiplier[d], event, sign, closed, out)
         if want >= JACOBIAN:
             tangent_jacobian(
                 d, n_tangent, event, sign, closed, kt, reference[d], mu * kn, by_multiplier[d], sampling, out
@@ -48,7 +40,7 @@ def force(
             j, s = event[k], sign[k]
             if j < 0:
                 out.by_start[d, d, k] = -kt
-                out.by_parameter[0, d, k] = u[d, k] - w[k]
+                out.by_parameter[0, d, k] = u[d, k] - out.slider[d, k]
                 if not by_multiplier[d]:
                     continue
                 j = 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.joint_law.slider import slide, slider_slopes, state, tangent_jacobian
+from hbsolve.joint_law.slider import slider_slopes, tangent_jacobian, write_slider
 
 
 @compiled
@@ -17,22 +17,15 @@ def force(
     """One direction; see `hbsolve.joint_law.registry`."""
     kt, limit = parameters[0], parameters[1]
     n = u.shape[1]
-    event, sign, closed, w = np.empty(n, np.int64), np.empty(n), np.ones(n, np.int64), out.slider[0]
-    slide(u[0], np.full(n, limit), kt, start[0], by_multiplier[0], w, event, sign)
-    for k in range(n):
-        # The stretch of a stiff spring is lost in round-off: where it slips, its force is known.
-        if event[k] == k:
-            out.force[0, k] = sign[k] * limit - reference[0] * u[0, k]
-        else:
-            out.force[0, k] = (kt - reference[0]) * u[0, k] - kt * w[k]
-        out.status[0, k] = state(k, event[k], 1)
+    event, sign, closed = np.empty(n, np.int64), np.empty(n), np.ones(n, np.int64)
+    write_slider(0, u[0], np.full(n, limit), kt, reference[0], start[0], by_multiplier[0], event, sign, closed, out)
     if want >= JACOBIAN:
         tangent_jacobian(0, 0, event, sign, closed, kt, reference[0], 0.0, by_multiplier[0], sampling, out)
     if want >= PARAMETERS:
         for k in range(n):
             j = event[k]
             if j < 0 and not by_multiplier[0]:
-                out.by_parameter[0, 0, k] = u[0, k] - w[k]
+                out.by_parameter[0, 0, k] = u[0, k] - out.slider[0, k]
                 out.by_start[0, 0, k] = -kt
                 continue
             if j < 0:

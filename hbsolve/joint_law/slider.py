@@ -7,7 +7,8 @@ The slider of an instant was put there by the last slip before, at instant j wit
 .. math:: w = u_j - s \mu N_j / k_t,
 
 or has never moved. Two periods are enough: a period clips w to an interval, or leaves it at one value, and does the
-same the second time, so that the second period is periodic to the last digit.
+same the second time, so that the second period is periodic to the last digit. From the first slip that both share, the
+second is the first.
 
 References
 ----------
@@ -17,9 +18,11 @@ Siewert et al., J. Eng. Gas Turbines Power 132 (2010): the predictor-corrector.
 
 from typing import Any
 
+import numpy as np
+
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import SEPARATED, SLIP, STICK, TOUCH
-from hbsolve.sampling import sum_products
+from hbsolve.sampling import add_products, add_sums
 
 
 @compiled
@@ -35,15 +38,39 @@ def slide(
     z, j, s = start, -1, 0.0
     if by_multiplier:
         z, s = u[0] - start * r[0], start
-    for _ in range(2):
+    for period in range(2):
         for k in range(n):
-            if u[k] - z > r[k]:
-                z, j, s = u[k] - r[k], k, 1.0
-            elif u[k] - z < -r[k]:
-                z, j, s = u[k] + r[k], k, -1.0
+            low, high = u[k] - r[k], u[k] + r[k]
+            if z < low:
+                z, j, s = low, k, 1.0
+            elif z > high:
+                z, j, s = high, k, -1.0
+            if period and j == k and event[k] == k and sign[k] == s:
+                return
             w[k], event[k], sign[k] = z, j, s
         if j < 0:
-            break
+            return
+
+
+@compiled
+def write_slider(
+    tangent: int, u: Any, limit: Any, stiffness: float, reference: float, start: float, by_multiplier: int, event: Any,
+    sign: Any, closed: Any, out: Any,
+) -> None:  # fmt: skip
+    """March one tangent and write its force beyond D u, the slider and its state; arguments as of `slide`."""
+    w, force, status = out.slider[tangent], out.force[tangent], out.status[tangent]
+    slide(u, limit, stiffness, start, by_multiplier, w, event, sign)
+    before = event[-1]
+    for k in range(len(u)):
+        j = event[k]
+        # The stretch of a stiff spring is lost in round-off: where it slips, its force is known. A slider that is put
+        # to one place by every period only touches its limit there.
+        if j == k and j != before:
+            force[k] = sign[k] * limit[k] - reference * u[k]
+        else:
+            force[k] = (stiffness - reference) * u[k] - stiffness * w[k]
+        status[k] = state(k, j, closed[k])
+        before = j
 
 
 @compiled
@@ -87,24 +114,21 @@ def tangent_jacobian(
     `reference` is D, and `limit_by_v` mu k_n, or 0 for a constant limit.
     """
     n, nh = len(event), sampling.evaluate.shape[0]
+    own, across = tangent * nh, normal * nh
+    # Sums over all slip of products by the motion along the tangent and along the normal.
+    cosine, sine = np.zeros((2, nh)), np.zeros((2, nh))
     rows, k = 0, 0
     while k < n:
         first, j, s = k, event[k], sign[k]
-        if j == k:  # a run of slip: each instant is its own event
+        if j == k and k + 1 < n and event[k + 1] == k + 1:  # a run of slip: each instant is its own event
             is_closed = closed[k]
             while k < n and event[k] == k and sign[k] == s and closed[k] == is_closed:
                 k += 1
-            by_limit, products = s * limit_by_v if is_closed else 0.0, sum_products(sampling, first, k)
-            for a in range(nh):
-                row = out.jacobian[tangent, a]
-                by_u, by_v = row[tangent * nh : (tangent + 1) * nh], row[normal * nh : (normal + 1) * nh]
-                for b in range(nh):
-                    by_u[b] -= stiffness * products[a, b]
-                for b in range(nh if by_limit != 0.0 else 0):
-                    by_v[b] += by_limit * products[a, b]
+            add_sums(-stiffness, sampling, first, k, cosine[0], sine[0])
+            add_sums(s * limit_by_v if is_closed else 0.0, sampling, first, k, cosine[1], sine[1])
             rows = nh
             continue
-        while k < n and event[k] == j and event[k] != k:
+        while k < n and event[k] == j:
             k += 1
         if j < 0:
             if not by_multiplier:
@@ -116,13 +140,16 @@ def tangent_jacobian(
         for a in range(1 if whole else nh):
             weight = sampling.projected_sum[k, a] - sampling.projected_sum[first, a]
             row = out.jacobian[tangent, a]
-            by_u, by_v = row[tangent * nh : (tangent + 1) * nh], row[normal * nh : (normal + 1) * nh]
             for b in range(nh):
-                by_u[b] -= stiffness * weight * moved[b]
+                row[own + b] -= stiffness * weight * moved[b]
             for b in range(nh if by_limit != 0.0 else 0):
-                by_v[b] += by_limit * weight * moved[b]
+                row[across + b] += by_limit * weight * moved[b]
+    if rows > 1:
+        add_products(cosine[0], sine[0], n, out.jacobian[tangent, :, own : own + nh])
+        if limit_by_v != 0.0:
+            add_products(cosine[1], sine[1], n, out.jacobian[tangent, :, across : across + nh])
     if stiffness != reference:
         rows = nh
         for a in range(nh):
-            out.jacobian[tangent, a, tangent * nh + a] += stiffness - reference
+            out.jacobian[tangent, a, own + a] += stiffness - reference
     out.active[tangent] = rows

@@ -9,9 +9,11 @@ Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 6.
 
 from typing import Any
 
+import numpy as np
+
 from fe.compiled import compiled
 from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS
-from hbsolve.sampling import sum_products
+from hbsolve.sampling import add_products, add_sums
 
 
 @compiled
@@ -46,15 +48,16 @@ def unilateral(
             out.active[direction] = nh
             for a in range(nh):
                 out.jacobian[direction, a, own + a] = stiffness - reference
-        k = 0
-        while k < n:
-            if closed[k]:
-                k += 1
-                continue
-            first = k
-            while k < n and not closed[k]:
-                k += 1
-            out.jacobian[direction, :, own : own + nh] -= stiffness * sum_products(sampling, first, k)
+        if n_open:
+            cosine, sine = np.zeros(nh), np.zeros(nh)
+            k = 0
+            while k < n:
+                first = k
+                while k < n and closed[k] == closed[first]:
+                    k += 1
+                if not closed[first]:
+                    add_sums(-stiffness, sampling, first, k, cosine, sine)
+            add_products(cosine, sine, n, out.jacobian[direction, :, own : own + nh])
     if want >= PARAMETERS:
         for k in range(n):
             if closed[k]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.joint_arrays import joint_table
-from hbsolve.joint_law.registry import PARAMETERS, SEPARATED, SLIP, STICK
+from hbsolve.joint_law.registry import JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK
 from hbsolve.sampling import Sampling, sampling
 from reduction.jointed_system import (
     CubicSpring,
@@ -178,6 +178,22 @@ def test_the_start_matters_where_a_contact_sticks_and_is_forgotten_where_it_slip
     if joint.directions.shape[0] < 3 or joint is LAWS["two tangents"]:
         moving = joint_forces(motion_of(joint, "violent", 0), OMEGA, table, start, samples, PARAMETERS)
         assert not moving.by_start.any()
+
+
+@pytest.mark.parametrize("law", ["one tangent", "Jenkins"])
+def test_a_slider_that_was_dragged_to_rest_gives_no_harmonics(law: str) -> None:
+    """It touches its limit at one instant of each period: the force and its derivative are those of a stuck contact."""
+    joint = LAWS[law]
+    table, samples = joint_table([joint]), sampling(N_HARMONIC, N_SAMPLE)
+    x = motion_of(joint, "stuck", 0)
+    x[0, 0] = 1.0
+    forces = joint_forces(x, OMEGA, table, start_of(joint, 0, 0), samples, JACOBIAN)
+    assert (forces.slider[0] != start_of(joint, 0, 0).value[0]).all()
+    assert forces.coefficients[0, 0] != 0.0
+    assert not forces.coefficients[0, 1:].any()
+    assert forces.active[0] == 1
+    assert not forces.jacobian[0, 1:].any()
+    assert forces.jacobian[0, 0].any()
 
 
 def test_the_motions_hold_all_three_states() -> None:
