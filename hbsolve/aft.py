@@ -109,11 +109,12 @@ def _project(force: Any, sampling: Any) -> Any:
     coefficients = np.zeros((d, sampling.project.shape[1]))
     for i in range(d):
         coefficients[i, 0] = force[i, 0]
+        varies = False
         for k in range(1, n):
-            if force[i, k] != force[i, 0]:
-                varied[n_varied] = i
-                n_varied += 1
-                break
+            varies |= force[i, k] != force[i, 0]
+        if varies:
+            varied[n_varied] = i
+            n_varied += 1
     if n_varied:
         projected = np.dot(force[varied[:n_varied]], sampling.project)
         for i in range(n_varied):

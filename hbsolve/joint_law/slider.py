@@ -60,17 +60,17 @@ def write_slider(
     """March one tangent and write its force beyond D u, the slider and its state; arguments as of `slide`."""
     w, force, status = out.slider[tangent], out.force[tangent], out.status[tangent]
     slide(u, limit, stiffness, start, by_multiplier, w, event, sign)
+    # A slider that every period puts to the same place only touches its limit there.
     before = event[-1]
     for k in range(len(u)):
-        j = event[k]
-        # The stretch of a stiff spring is lost in round-off: where it slips, its force is known. A slider that is put
-        # to one place by every period only touches its limit there.
-        if j == k and j != before:
+        # The stretch of a stiff spring is lost in round-off: where it slips, its force is known.
+        if event[k] == k and before != k:
             force[k] = sign[k] * limit[k] - reference * u[k]
         else:
             force[k] = (stiffness - reference) * u[k] - stiffness * w[k]
-        status[k] = state(k, j, closed[k])
-        before = j
+        before = event[k]
+    for k in range(len(u)):
+        status[k] = state(k, event[k], closed[k])
 
 
 @compiled
@@ -114,7 +114,7 @@ def tangent_jacobian(
     `reference` is D, and `limit_by_v` mu k_n, or 0 for a constant limit.
     """
     n, nh = len(event), sampling.evaluate.shape[0]
-    own, across = tangent * nh, normal * nh
+    jacobian, own, across = out.jacobian[tangent], tangent * nh, normal * nh
     # Sums over all slip of products by the motion along the tangent and along the normal.
     cosine, sine = np.zeros((2, nh)), np.zeros((2, nh))
     rows, k = 0, 0
@@ -139,17 +139,16 @@ def tangent_jacobian(
         by_limit, moved = s * limit_by_v if closed[j] else 0.0, sampling.instants[j]
         for a in range(1 if whole else nh):
             weight = sampling.projected_sum[k, a] - sampling.projected_sum[first, a]
-            row = out.jacobian[tangent, a]
             for b in range(nh):
-                row[own + b] -= stiffness * weight * moved[b]
+                jacobian[a, own + b] -= stiffness * weight * moved[b]
             for b in range(nh if by_limit != 0.0 else 0):
-                row[across + b] += by_limit * weight * moved[b]
+                jacobian[a, across + b] += by_limit * weight * moved[b]
     if rows > 1:
-        add_products(cosine[0], sine[0], n, out.jacobian[tangent, :, own : own + nh])
+        add_products(cosine[0], sine[0], n, jacobian[:, own : own + nh])
         if limit_by_v != 0.0:
-            add_products(cosine[1], sine[1], n, out.jacobian[tangent, :, across : across + nh])
+            add_products(cosine[1], sine[1], n, jacobian[:, across : across + nh])
     if stiffness != reference:
         rows = nh
         for a in range(nh):
-            out.jacobian[tangent, a, own + a] += stiffness - reference
+            jacobian[a, own + a] += stiffness - reference
     out.active[tangent] = rows

@@ -39,8 +39,9 @@ def unilateral(
     n, nh = len(v), sampling.evaluate.shape[0]
     # Where the stiffness is D, a closed contact has the same force at all instants, to the last digit.
     beyond, at_zero = stiffness - reference, preload - stiffness * gap
+    force = out.force[direction]
     for k in range(n):
-        out.force[direction, k] = at_zero + beyond * v[k] if closed[k] else -reference * v[k]
+        force[k] = at_zero + beyond * v[k] if closed[k] else -reference * v[k]
     if want >= JACOBIAN:
         own = direction * nh
         # Open instants differ from the closed spring by -k_n, and the closed spring from D by k_n - D.
