@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from hbsolve.backbone.backbone import backbone
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.resonance import resonance_curve
+from hbsolve.energy import energy_balance
 from reduction.jointed_system import FrictionContact, JointedSystem, along, between
 
 M = np.eye(3)  # kg
@@ -21,6 +22,8 @@ balance = HarmonicBalance(system=system, n_harmonic=8, n_sample=1024)
 mode = backbone(balance, 1, 2e-4, 1.5e-2, step=0.05)
 levels = [0.05, 0.2, 0.4, 0.7, 1.0, 1.3, 1.6, 2.0, 2.5]  # N
 peaks = resonance_curve(balance, levels, 2, 2 * np.pi * 14, 2 * np.pi * 20)
+# What joints and damping take from a forced response in a period, over the energy that it stores.
+losses = [energy_balance(balance.at_level(level), peak.state) for level, peak in zip(levels, peaks, strict=True)]
 
 amplitude = mode.displacement(2)
 figure = Figure(figsize=(11, 4.4), layout="constrained", dpi=120)
@@ -28,6 +31,7 @@ left, middle, right = figure.subplots(1, 3)
 left.semilogx(1e3 * amplitude, mode.frequency, label="backbone")
 left.semilogx([1e3 * peak.amplitude for peak in peaks], [peak.frequency for peak in peaks], "o", label="forced peaks")
 middle.semilogx(1e3 * amplitude, 100 * mode.damping_ratio)
+middle.semilogx([1e3 * peak.amplitude for peak in peaks], [50 * loss.loss_factor for loss in losses], "o")
 right.loglog(1e3 * amplitude, mode.level(system.dynamic[1]))
 right.loglog([1e3 * peak.amplitude for peak in peaks], levels, "o")
 for axes, label in ((left, "frequency [Hz]"), (middle, "damping ratio [%]"), (right, "force at resonance [N]")):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from figure.response_curves import DrawnCurve, ResponseCurves, response_curves_figure
+from figure.response_curves import CurveMark, DrawnCurve, ResponseCurves, response_curves_figure
 from figure.style import png
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.detached import detached_curves
@@ -36,8 +36,12 @@ for level in (0.11, 0.15, 0.19):
     for number, branch in enumerate((main, *isolas[level])):
         stability = branch_stability(balance, branch)
         label = f"{level:g} N" + (f", isola {number}" if number else "")
+        marks = [
+            CurveMark(label=each.kind.label, parameter=each.state.frequency, response=each.state.coefficients[1, 0])
+            for each in stability.bifurcations
+        ]
         curves.append(DrawnCurve(label=label, parameter=branch.frequency, response=branch.output(0), group=level,
-                                 unstable=~stability.is_stable))  # fmt: skip
+                                 unstable=~stability.is_stable, marks=marks))  # fmt: skip
         print(f"{label}: {len(branch.frequency)} points, up to {branch.amplitude(0).max():.3f} m, "
               f"{branch.stop_message}")  # fmt: skip
 
