@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from hbsolve.backbone.backbone import Backbone, backbone
@@ -9,6 +11,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.resonance import resonance_curve
 from hbsolve.errors import BalanceError
 from reduction.jointed_system import (
+    BoucWenJoint,
     CubicSpring,
     FrictionContact,
     IwanJoint,
@@ -76,6 +79,33 @@ def test_a_slider_has_the_describing_function_of_one_harmonic() -> None:
     np.testing.assert_allclose(result.damping_ratio[slips], zeta, rtol=1e-4)
     stuck = k_t * amplitude < limit
     np.testing.assert_allclose(result.angular_frequency[stuck], np.sqrt(2.0), rtol=1e-8)
+
+
+def test_smooth_hysteresis_has_the_describing_function_of_one_harmonic() -> None:
+    """Bouc-Wen with n = 1, beta = 1/2: r = z / z_y grows as u / z_y below zero, and its rest 1 - r fades above."""
+    k, limit = 1.0, 0.3
+    joint = BoucWenJoint(name="j", direction=ONE, tangential_stiffness=k, limit_force=limit, exponent=1.0, shape=0.5)
+    result = backbone(HarmonicBalance(system=oscillator(joint), n_harmonic=2, n_sample=8192), 1, 0.01, 5.0)
+    place = result.displacement(0)
+    for index in np.linspace(0, len(place) - 1, 9).astype(int):
+        share = float(place[index]) * k / limit
+        # Over a branch from r = -a to a the displacement changes by a z_y - ln(1 - a) z_y, twice the amplitude.
+        a = brentq(lambda a, share=share: a - np.log(1 - a) - 2 * share, 0.0, 1 - 1e-15, xtol=1e-16)
+        zero = a - share
+
+        def force(x: float, zero: float = zero) -> float:
+            return x - zero if x < zero else -np.expm1(zero - x)
+
+        by_cosine = quad(
+            lambda t, share=share: -2 / np.pi * np.cos(t) * force(-share * np.cos(t)), 0, np.pi,
+            points=[np.arccos(-zero / share)], epsabs=1e-12,
+        )[0]  # fmt: skip
+        area = 2 * limit**2 / k * (-(a**2) / 2 - a - np.log(1 - a))
+        omega = np.sqrt((3 + limit * by_cosine / place[index]) / 2)
+        zeta = (area / (np.pi * omega * place[index] ** 2) + 0.05) / (2 * 2 * omega)
+        # Corners of the loop between instants: second order in their distance.
+        assert result.angular_frequency[index] == pytest.approx(omega, rel=1e-6)
+        assert result.damping_ratio[index] == pytest.approx(zeta, rel=1e-5)
 
 
 def test_dissipation_of_a_quadratic_damper_grows_with_the_amplitude() -> None:
