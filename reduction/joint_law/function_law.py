@@ -33,8 +33,8 @@ class _Disagreement(NamedTuple):
 class CompiledFunction:
     """A user's force with its derivatives as machine code at an address of this process.
 
-    ``step(u, velocity, state, parameters, out, derive)`` fills `out`, shape (3 + s + p, 1 + s): row 0 the force and
-    the new state; if `derive`, then their derivatives by u, velocity, each state and each parameter, a row each.
+    ``step(u, velocity, state, parameters, out, count)`` fills `out`, shape (3 + s + p, 1 + s): row 0 the force and
+    the new state, then their derivatives by the first `count` of u, velocity, each state, each parameter, a row each.
 
     Parameters
     ----------
@@ -83,10 +83,10 @@ class CompiledFunction:
         return (
             "\n    ".join(
                 [
-                    "def step(u, velocity, state, parameters, out, derive):",
+                    "def step(u, velocity, state, parameters, out, count):",
                     f"found = law(u, velocity, ({state}), ({parameters}))",
                     *filled("0", "value_of"),
-                    f"for c in range({2 + s + p} if derive else 0):",
+                    "for c in range(count):",
                     "    found = law(dual(u, 1.0 if c == 0 else 0.0), dual(velocity, 1.0 if c == 1 else 0.0), "
                     f"({seeded('state', 2, s)}), ({seeded('parameters', 2 + s, p)}))",
                     *(f"    {line}" for line in filled(f"(c + 1) * {1 + s}", "slope_of")),
@@ -109,7 +109,7 @@ class CompiledFunction:
             out,
         ]
         pointers = [item.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for item in arrays]
-        self._machine.ctypes(u, velocity, *pointers, int(derive))
+        self._machine.ctypes(u, velocity, *pointers, len(out) - 1 if derive else 0)
         return out
 
 

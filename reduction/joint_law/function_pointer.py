@@ -8,7 +8,7 @@ from numba.extending import intrinsic
 
 
 def _call_step(
-    _context: Any, _address: Any, u: Any, velocity: Any, state: Any, parameters: Any, out: Any, derive: Any
+    _context: Any, _address: Any, u: Any, velocity: Any, state: Any, parameters: Any, out: Any, count: Any
 ) -> Any:
     """One evaluation; `reduction.joint_law.function_law.CompiledFunction` describes the contiguous arrays."""
 
@@ -21,7 +21,7 @@ def _call_step(
         builder.call(builder.inttoptr(given[0], kind.as_pointer()), [*numbers, *arrays, last])
         return context.get_dummy_value()
 
-    return types.void(types.int64, u, velocity, state, parameters, out, derive), build
+    return types.void(types.int64, u, velocity, state, parameters, out, count), build
 
 
 call_step: Any = intrinsic(_call_step)
