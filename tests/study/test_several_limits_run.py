@@ -261,6 +261,8 @@ from pipeline.parallel import process_pool
 from study.limits import stored_search
 from study.limits.several.run import run_several_limits
 from study.run_context import Options, RunContext
+from study.sweep import limits as sweep_limits
+from study.sweep.run import run_sweep
 
 last, out, n_task = int(sys.argv[1]), Path(sys.argv[2]), 0
 keep = StoredTasks.__setitem__
@@ -278,28 +280,41 @@ if __name__ == "__main__":
     RunContext.draw = lambda *_: []
     # One process beside this one: each takes seconds to begin.
     stored_search.worker_pool = lambda modules, _: process_pool(modules, workers=1)
-    run_several_limits(Path("wedge.toml"), Options(quiet=True, cache=out / "cache").open(out))
+    sweep_limits.worker_pool = stored_search.worker_pool
+    run = Options(quiet=True, cache=out / "cache").open(out)
+    if sys.argv[3:]:
+        run_sweep(Path("wedge.toml"), sys.argv[3:], run)
+    else:
+        run_several_limits(Path("wedge.toml"), run)
 """
 
 
 @slow
-def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(at_home: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "table"),
+    [((), "wedge_limits.csv"), (("load[0].amplitude=1,2 N",), "wedge_sweep_limits.csv")],
+    ids=["limits", "sweep"],
+)
+def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(
+    at_home: Path, words: tuple[str, ...], table: str
+) -> None:
     wedge(at_home, WEDGE.format(samples=2, population=2) + 'objective = "all"\ncontact = "ground 2"\n')
     (at_home / "driver.py").write_text(DRIVER)
 
     def start(last: int, out: str) -> tuple[int, list[str]]:
-        words = [sys.executable, "driver.py", str(last), out]
-        done = subprocess.run(words, cwd=at_home, timeout=600, check=False, stdout=subprocess.PIPE, text=True)
+        command = [sys.executable, "driver.py", str(last), out, *words]
+        done = subprocess.run(command, cwd=at_home, timeout=600, check=False, stdout=subprocess.PIPE, text=True)
         return done.returncode, done.stdout.splitlines()
 
     code, whole = start(-1, "whole")
     assert code == 0
-    code, first = start(len(whole) // 2, "killed")
+    # Of a sweep the first point is finished then, and the second is not.
+    code, first = start(len(whole) * 3 // 4, "killed")
     assert code == -signal.SIGKILL
-    assert not (at_home / "killed" / "wedge_limits.csv").exists()
+    assert not (at_home / "killed" / table).exists()
     code, second = start(-1, "killed")
     assert code == 0
     assert sorted(first + second) == sorted(whole)
-    killed, plain = ((at_home / out / "wedge_limits.csv").read_bytes() for out in ("killed", "whole"))
+    killed, plain = ((at_home / out / table).read_bytes() for out in ("killed", "whole"))
     assert killed == plain
-    assert not (at_home / "killed" / ".wedge_limits.part").exists()
+    assert not list((at_home / "killed").glob(".*.part"))
