@@ -50,11 +50,13 @@ class FrequencySweepTable(CaseModel):
     histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
     seed: Annotated[int, Field(ge=0, strict=True)] = 0
     stability: Annotated[bool, Field(strict=True)] = False
+    branches: Annotated[bool, Field(strict=True)] = False
     isolas: Annotated[bool, Field(strict=True)] = True
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:
         _check_ends(self.first, self.last, self.step, " Hz")
+        _check_branches(self.stability, self.branches)
         return self
 
 
@@ -71,10 +73,12 @@ class LevelSweepTable(CaseModel):
         AfterValidator(require_different),
     ]
     stability: Annotated[bool, Field(strict=True)] = False
+    branches: Annotated[bool, Field(strict=True)] = False
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:
         _check_ends(self.first, self.last, self.step, "")
+        _check_branches(self.stability, self.branches)
         return self
 
 
@@ -139,4 +143,11 @@ def _check_ends(first: float, last: float, step: float | None, unit: str) -> Non
         raise ValueError(
             f"step = {step:g}{unit} gives a curve more than {MOST_POINTS} points: give one of at least "
             f"{abs(last - first) / MOST_POINTS:.2g}{unit}, or leave step out"
+        )
+
+
+def _check_branches(stability: bool, branches: bool) -> None:
+    if branches and not stability:
+        raise ValueError(
+            "branches = true follows curves from branch points, which stability finds: give stability = true"
         )

@@ -49,6 +49,8 @@ class SolveModel:
         Whether a level is the amplitude of the force itself [N].
     stability
         Whether the stability of each point is computed.
+    branches
+        Whether the branches that cross the curves at branch points are followed, which needs their stability.
     isolas
         Whether isolas are looked for beside the curves, which go over frequency.
     base
@@ -68,6 +70,7 @@ class SolveModel:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     in_newtons: bool = False
     stability: bool = False
+    branches: bool = False
     isolas: bool = False
     base: Complex[NDArray[np.complex128], "n r"] | None = None
     level_power: int = 0
@@ -121,6 +124,7 @@ def make_solve_model(read: ReadCase) -> SolveModel:
         if isinstance(sweep, ControlledSweepTable)
         else _curves(read, sweep, "N" if model.in_newtons else ""),
         stability=not isinstance(sweep, ControlledSweepTable) and sweep.stability,
+        branches=not isinstance(sweep, ControlledSweepTable) and sweep.branches,
         isolas=isinstance(sweep, FrequencySweepTable) and sweep.isolas,
     )
 

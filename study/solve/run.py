@@ -21,6 +21,7 @@ from study.case.model_doubt import warn_of_model
 from study.case.setup import read_case
 from study.kind.registry import Extras, open_case
 from study.run_context import RunContext
+from study.solve.crossing import find_crossing_branches, name_crossing_branch
 from study.solve.curve import response_curve
 from study.solve.detached import find_detached_curves, name_detached_curve
 from study.solve.error_warning import error_warning
@@ -55,7 +56,7 @@ class Solved:
     model, balance
         Model of the case, and its harmonic balance.
     curves
-        Curves in the order of the case, each followed by those that are detached from it.
+        Curves in the order of the case, each followed by those that are detached from it, and those that cross these.
     peaks
         One for each curve.
     files
@@ -128,7 +129,7 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
 
 
 def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[SolvedCurve]:
-    """One curve that the case asks for, and those that are detached from it."""
+    """One curve that the case asks for, those that are detached from it, and those that cross them."""
     assert run.output is not None
     curve = model.curves[number]
     inputs = (model.system, curve, model.harmonics, model.n_sample)
@@ -147,7 +148,24 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[
         ]
     if model.stability:
         solved = [_with_stability(item, place, run) for item in solved]
+    if model.branches:
+        crossing = [other for item in solved for other in _crossing(item, place, run)]
+        solved += [_with_stability(item, place, run) for item in crossing]
     return solved if model.tolerance is None else [_refined(item, place, run) for item in solved]
+
+
+def _crossing(item: SolvedCurve, place: str, run: RunContext) -> list[SolvedCurve]:
+    """Those that cross a curve at its branch points."""
+    model = item.model
+    assert item.stability is not None
+    with run.progress.step(f"branches of {place.partition(',')[0]}, {item.curve.label}"):
+        found = run.store.run(
+            find_crossing_branches, model.system, item.branch, item.stability, model.harmonics, model.n_sample
+        )
+    return [
+        SolvedCurve(curve=name_crossing_branch(item.curve, count), branch=other, model=model)
+        for count, other in enumerate(found, start=1)
+    ]
 
 
 def _refined(item: SolvedCurve, place: str, run: RunContext) -> SolvedCurve:

@@ -1,0 +1,38 @@
+"""Branches that cross one response curve at its branch points as a stage."""
+
+from dataclasses import replace
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.stability.branch_stability import Bifurcation, BranchStability
+from hbsolve.stability.crossing_branch import crossing_branches
+from pipeline.store import stage
+from reduction.jointed_system import JointedSystem
+from study.solve.curve import Curve
+
+
+@stage("crossing branches")
+def find_crossing_branches(
+    system: JointedSystem, branch: ResponseBranch, stability: BranchStability, harmonics: int, n_sample: int
+) -> tuple[ResponseBranch, ...]:
+    """Branches that leave a curve at its branch points, one to either side of each.
+
+    Parameters
+    ----------
+    system
+        With its loads at level 1.
+    branch
+        Points of the curve.
+    stability
+        Of the curve, with its bifurcations.
+    harmonics, n_sample
+        H, and samples per period, 0 for the solver's choice [-].
+    """
+    balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
+    points = [point for point in stability.bifurcations if point.kind is Bifurcation.BRANCH_POINT]
+    return tuple(found for point in points for found in crossing_branches(balance, branch, point))
+
+
+def name_crossing_branch(curve: Curve, number: int) -> Curve:
+    """The request of a curve with the label of the branch that crosses it and has this number."""
+    return replace(curve, label=f"{curve.label}, branch {number}")
