@@ -62,10 +62,11 @@ def solve_at(
     contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]
     pressed = [contact.name for contact in contacts if not contact.open_at_rest]
     unset = bool(pressed) and not sliders.value.any()
+    at_last = f"at |R| = {norm / scale:.1e} of the linear motion" if np.isfinite(norm) else "below this level"
     raise NoSteadyState(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
-        f"Newton's method from the start and from rest, and a ramp of the level, stopped at |R| = "
-        f"{norm / scale:.1e} of the linear motion" + (f'; "{pressed[0]}" is pressed before it moves' if unset else ""),
+        f"Newton's method from the start and from rest does not converge, and a ramp of the level stopped {at_last}"
+        + (f'; "{pressed[0]}" is pressed before it moves' if unset else ""),
         Failure.SLIDERS_UNSET if unset else Failure.NEWTON,
     )
 

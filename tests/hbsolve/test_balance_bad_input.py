@@ -579,6 +579,18 @@ def test_where_nothing_converges_the_message_says_what_to_try(
     assert re.match(r"no steady state was found at 0\.0795775 Hz, level 1: ", str(caught.value))
 
 
+def test_a_ramp_that_ends_below_the_level_has_no_residual_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    def found_at_rest(*given: object) -> tuple[object, float, int]:
+        return given[3], 1.0 if np.any(given[2] != at_rest) else 0.0, 0
+
+    made = balance()
+    at_rest = made.linear(made.at(0.5), 0.0)
+    for package in (hbsolve.solution, hbsolve.steady_state):
+        monkeypatch.setattr(package, "newton_at", found_at_rest)
+    with pytest.raises(NoSteadyState, match="a ramp of the level stopped below this level"):
+        steady_state(made, 0.5)
+
+
 ROTATED = np.array([[0.8, -0.6], [0.6, 0.8]])
 
 
