@@ -1,8 +1,8 @@
 """A user's own law: its compiled function is called instant by instant, and periods are marched until it repeats.
 
-What the joint remembers may need many periods to settle, so its derivative is carried through all of them, and that of
-the force through the last: it is exact for what was computed. A start by multiplier is a place between Coulomb's
-limits, which such a law does not have: it then begins with a state of zeros.
+What the joint remembers may need many periods to settle, so the derivative is carried through all of them: it is exact
+for what was computed. A start by multiplier is a place between Coulomb's limits, which such a law does not have: it
+then begins with a state of zeros.
 """
 
 from typing import Any
@@ -51,45 +51,24 @@ def force(
     """One direction; see `hbsolve.joint_law.registry`; `address` is that of a compiled function."""
     n, nh = u.shape[1], sampling.evaluate.shape[0]
     s, p = len(start), len(parameters)
+    derive, with_parameters = want >= JACOBIAN, want >= PARAMETERS
+    # Columns: coefficients of u, and, where they are wanted, parameters, starts, Omega.
+    width = nh + (p + s + 1 if with_parameters else 0)
+    count = (2 + s + (p if with_parameters else 0)) if derive else 0
+    S, moved, traces = np.zeros((s, width)), np.zeros((s, width)), np.zeros((n if derive else 1, width))
     result = np.zeros((3 + s + p, 1 + s))
     state, begin, largest = np.zeros(s), np.zeros(s), np.zeros(s)
     for i in range(s):
         if not by_multiplier[i]:
             state[i] = start[i]
-    first, periods = state.copy(), 0
-    while periods < (MAX_PERIOD if s else 1):
-        periods += 1
+            if with_parameters:
+                S[i, nh + p + i] = 1.0
+    for _ in range(MAX_PERIOD if s else 1):
         begin[:] = state
         for k in range(n):
-            call_step(address, u[0, k], velocity[0, k], state, parameters, result, 0)
-            out.force[0, k] = result[0, 0] - reference[0] * u[0, k]
-            status = STICK
-            for i in range(s):
-                if result[0, 1 + i] != state[i]:
-                    status = SLIP
-                state[i] = out.slider[i, k] = result[0, 1 + i]
-                largest[i] = max(largest[i], abs(state[i]))
-            out.status[:, k] = status
-        settled = True
-        for i in range(s):
-            if abs(state[i] - begin[i]) > SETTLED * largest[i]:
-                settled = False
-        if settled:
-            break
-    if want < JACOBIAN:
-        return
-    # Columns: coefficients of u, and, where they are wanted, parameters, starts, Omega.
-    with_parameters = want >= PARAMETERS
-    width, count = nh + (p + s + 1 if with_parameters else 0), 2 + s + (p if with_parameters else 0)
-    S, moved, traces = np.zeros((s, width)), np.zeros((s, width)), np.zeros((n, width))
-    for i in range(s if with_parameters else 0):
-        if not by_multiplier[i]:
-            S[i, nh + p + i] = 1.0
-    state[:] = first
-    for number in range(periods):
-        for k in range(n):
             call_step(address, u[0, k], velocity[0, k], state, parameters, result, count)
-            for r in range(0 if number == periods - 1 else 1, 1 + s):
+            out.force[0, k] = result[0, 0] - reference[0] * u[0, k]
+            for r in range(1 + s if derive else 0):
                 row = traces[k] if r == 0 else moved[r - 1]
                 by_u, by_velocity = result[1, r], omega * result[2, r]
                 for a in range(nh):
@@ -106,8 +85,23 @@ def force(
                     if result[3 + i, r] != 0.0:
                         for a in range(width):
                             row[a] += result[3 + i, r] * S[i, a]
-            S[:] = moved
-            state[:] = result[0, 1:]
+            if derive:
+                S[:] = moved
+            status = STICK
+            for i in range(s):
+                if result[0, 1 + i] != state[i]:
+                    status = SLIP
+                state[i] = out.slider[i, k] = result[0, 1 + i]
+                largest[i] = max(largest[i], abs(state[i]))
+            out.status[:, k] = status
+        settled = True
+        for i in range(s):
+            if abs(state[i] - begin[i]) > SETTLED * largest[i]:
+                settled = False
+        if settled:
+            break
+    if not derive:
+        return
     # A joint that is its linear reference at every instant, such as one that sticks, has no rows.
     if not np.array_equal(traces[:, :nh], reference[0] * sampling.instants):
         out.active[0] = nh
