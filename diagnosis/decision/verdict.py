@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
-from diagnosis.candidate.effect import INTERVAL
+from diagnosis.candidate.effect import INTERVAL, EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
@@ -192,8 +192,18 @@ def held_out_fall(before: Refit, after: Refit) -> str:
 
 
 def smallest_detectable(scores: Sequence[Score], threshold: float) -> dict[str, float]:
-    """Strength of each candidate, from its vanishing value, at which its expected gain is the threshold, by name."""
-    return {score.effect.name: threshold**0.5 * score.detectable for score in scores}
+    """Strength of each candidate, from its vanishing value, at which its expected gain is the threshold, by name.
+
+    Infinite where that lies beyond the bounds of the effect: at no strength that it may have.
+    """
+    return {
+        score.effect.name: _within(score.effect.parameters[0], threshold**0.5 * score.detectable) for score in scores
+    }
+
+
+def _within(parameter: EffectParameter, strength: float) -> float:
+    reach = max(parameter.upper - parameter.vanishes, parameter.vanishes - parameter.lower)
+    return strength if strength <= reach else np.inf
 
 
 def worth(value: float, half: float) -> int:

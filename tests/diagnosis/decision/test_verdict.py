@@ -115,16 +115,17 @@ def test_something_unknown_is_missing() -> None:
 def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
     """A strength of one standard deviation in all gains 1; gains grow with its square."""
     none = np.zeros(1)
-    score, unseen = (
+    score, unseen, faint = (
         Score(
             effect=effect(name, parameter), strength=parameter.vanishes, gain=0.0, size=size, absorbed=0.0,  # type: ignore[arg-type]
             direction=none, start=none, slope=none,
         )
-        for name, parameter, size in (("mass", MASS, 20.0), ("far", RATIO, 0.0))
+        for name, parameter, size in (("mass", MASS, 20.0), ("far", RATIO, 0.0), ("faint", MASS, 1e-9))
     )  # fmt: skip
-    found = smallest_detectable([score, unseen], 16.0)
+    found = smallest_detectable([score, unseen, faint], 16.0)
     assert found["mass"] == pytest.approx(4 * 0.01 / 20)
     assert found["far"] == float("inf")
+    assert found["faint"] == float("inf")  # beyond the bounds of the mass
 
 
 def test_a_number_has_the_digits_that_its_interval_leaves() -> None:
