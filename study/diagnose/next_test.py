@@ -18,8 +18,8 @@ from geometry.plain_number import plain
 
 #: Tests that report and page show.
 SHOWN = 8
-#: Probability below which no test is said to decide [-].
-LIKELY = 0.5
+#: Probabilities below which no test is said to decide, and no test is worth its time [-].
+LIKELY, HOPELESS = 0.5, 0.01
 #: Probability that a further sensor adds, to be shown [-].
 MORE = 0.02
 #: What a test of another mass or preload needs.
@@ -54,6 +54,8 @@ class NextStep:
             return ""
         best = self.advice.best
         share = _share(best.probability)
+        if best.probability < HOPELESS:
+            return "none of the further tests that were tried tells these apart"
         if best.probability < LIKELY:
             return f"no single further test decides; most likely does {self.describe(best.test)} (probability {share})"
         return f"measure {self.describe(best.test)}: that decides with probability {share}"

@@ -95,6 +95,7 @@ def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: Diagnosed) -> 
 def test_a_test_that_hardly_decides_is_not_said_to_decide() -> None:
     assert "30 %" in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
     assert "that decides" not in NextStep(advice=make_advice(0.3, 0.2, 0.1)).sentence
+    assert NextStep(advice=make_advice(1e-4, 1e-5, 0.0)).sentence.startswith("none of the further tests")
 
 
 def test_what_fails_leaves_one_sentence_and_the_diagnosis(
