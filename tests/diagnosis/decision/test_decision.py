@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.rules import (
     CREDIBLE,
@@ -373,7 +374,7 @@ def test_effects_with_covariances_of_their_own_are_ranked_by_the_density_of_all_
 
 
 def test_smallest_strengths_gain_the_limit() -> None:
-    parameter = SimpleNamespace(typical=0.01, vanishes=0.0, unit="kg")
+    parameter = EffectParameter(name="mass", unit="kg", lower=-0.1, upper=0.1, typical=0.01)
     effect: Any = SimpleNamespace(name="mass", parameters=(parameter,))
     none = np.zeros(1)
     score = Score(effect=effect, strength=0.0, gain=0.0, size=5.0, absorbed=0.0, direction=none, start=none, slope=none)
