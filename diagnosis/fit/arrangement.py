@@ -354,10 +354,10 @@ def _fit_with_model_error(
     if usual:
         # A start that is a fit already is one of those that are decided by: a quick fit may end above its minimum.
         fit = calibrate(plain, unknowns, values, prediction, quick=anew)
-        found, wide = [_settle(plain, fit)], update_model_error(plain, prediction)
-        astray = fit.chi2 > ASTRAY * fit.n_number
-        begins = [values] if _size(wide) != NO_ERROR and (astray or not anew) else []
-        if astray and anew:
+        astray = anew and fit.chi2 > ASTRAY * fit.n_number
+        wide = update_model_error(plain, prediction) if astray or not anew else plain
+        found, begins = [_settle(plain, fit)], [values] if _size(wide) != NO_ERROR else []
+        if astray:
             begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
         found += [_settle(wide, calibrate(wide, unknowns, each, prediction, quick=True)) for each in begins]
         plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
