@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Complex, Int
 from numpy.typing import NDArray
 
 from correlation.feature.jump import find_curve_jumps
@@ -146,6 +146,31 @@ def find_rows_between_jumps(observed: Observation, errors: tuple[JumpError, ...]
             between = (points.frequency > low) & (points.frequency < high) & np.isin(points.sweep, (0, each.sweep))
             between_jumps |= between & (points.free == each.free) & (points.level == each.level)
     return between_jumps
+
+
+def take_measured_branch(
+    observed: Observation, prediction: Prediction, sweeps: tuple[int, ...]
+) -> Complex[NDArray[np.complex128], " k"]:
+    """Predicted values of the branch that the structure was on, shape (k,).
+
+    Disturbances make a sweep jump before its branch ends. Between such a jump and the predicted one the sweep back has
+    the state in which the structure was, if the model has it at all: of both the one that is nearer, as a ratio.
+
+    Parameters
+    ----------
+    observed, prediction, sweeps
+        As for `compute_jump_errors`.
+    """
+    value = prediction.value.copy()
+    between = find_rows_between_jumps(observed, compute_jump_errors(observed, prediction, sweeps))
+    if len(prediction.by_sweep) < 2 or not between.any():
+        return value
+    states = prediction.by_sweep[:, between]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        far = np.abs(np.log(np.abs(states / observed.value[between])))
+    nearest = np.where(np.isnan(far), np.inf, far).argmin(axis=0)
+    value[between] = states[nearest, np.arange(states.shape[1])]
+    return value
 
 
 def list_swept_rows(observed: Observation, jump: Jump) -> tuple[Int[NDArray[np.int64], " n"], int]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import find_sweep_directions, split_held_out
+from correlation.metric.jump_error import compute_jump_errors
 from correlation.model import Model
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from correlation.noise.nuisance import Budget
@@ -180,6 +181,7 @@ class Arrangement:
             error=self.train.error(fit.prediction), held_error=held_out.error(settled.prediction),
             n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
             held_stated_chi2=_stated_chi2(held_out, settled.prediction),
+            held_jumps=compute_jump_errors(held_out.observed, settled.prediction, held_out.predictor.sweeps),
             held_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
         )  # fmt: skip
 

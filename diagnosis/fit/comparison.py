@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
+from correlation.metric.jump_error import take_measured_branch
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from correlation.noise.model_error import ModelError
@@ -88,9 +89,11 @@ class Comparison:
     def error(self, prediction: Prediction) -> float:
         """Error of the fundamentals of motion relative to what was measured, of each curve and over all [-].
 
-        Both are root mean squares. Without a phase moduli are compared.
+        Both are root mean squares. Without a phase moduli are compared. Between a measured and a predicted jump the
+        model is compared on the branch that the structure was on: the jump errs by its frequency.
         """
-        value, measured = prediction.value, self.observed.value
+        value = take_measured_branch(self.observed, prediction, self.predictor.sweeps)
+        measured = self.observed.value
         predicted = np.where(self.features.amplitude, np.abs(value), value)
         there = np.isfinite(value) & (self.shares > 0)
         relative = np.abs(predicted[there] / measured[there] - 1)

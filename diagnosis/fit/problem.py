@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.metric.jump_error import JumpError
 from diagnosis.candidate.effect import INTERVAL, Effect
 from diagnosis.fit.calibration import Data, Fit
 from diagnosis.fit.fit_parameter import Unknowns
@@ -71,6 +72,8 @@ class Refit:
         Held-out numbers [-].
     stated_chi2, held_stated_chi2
         Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
+    held_jumps
+        Jumps of the held-out sweeps between two steady states, measured and predicted.
     held_cost
         -2 ln of the density of the held-out data, their jitter integrated out, up to a constant [-].
     gain, held_gain
@@ -94,6 +97,7 @@ class Refit:
     n_held: int = 0
     stated_chi2: float | None = None
     held_stated_chi2: float | None = None
+    held_jumps: tuple[JumpError, ...] = ()
     held_cost: float = 0.0
     gain: float = 0.0
     held_gain: float = 0.0

@@ -5,6 +5,7 @@ from math import isfinite
 
 from diagnosis.decision.rules import errs_on_held_out
 from geometry.plain_number import plain
+from study.compare.report import describe_jump
 from study.diagnose.round import Round
 
 #: Standard deviations of its prior beyond which a calibration parameter is in doubt.
@@ -27,6 +28,7 @@ def list_doubts(result: Round) -> list[str]:
         *_unknown(result),
         *_harm(result),
         *_left(result),
+        *_jumps(result),
         *_strayed(result),
         *_model_error(result),
         *result.remarks,
@@ -62,6 +64,18 @@ def _left(result: Round) -> Iterator[str]:
         yield (
             f"With {result.best.name} the model still errs by {held_out} on the held-out data ({others} on the "
             "others): more is missing, or it stands in for something else."
+        )
+
+
+def _jumps(result: Round) -> Iterator[str]:
+    """Held-out jumps that the model has elsewhere: the held-out error does not contain them."""
+    jumps = (result.best or result.diagnosis.before).held_jumps
+    elsewhere = [jump for jump in jumps if abs(jump.frequency_error) > jump.frequency_deviation]
+    if elsewhere:
+        listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)
+        yield (
+            f"Jumps of the held-out data: {listed}. Between a measured and a predicted jump the held-out error is that "
+            "of the branch that the structure was on, if the model has it."
         )
 
 

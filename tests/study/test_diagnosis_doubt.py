@@ -1,5 +1,6 @@
 """Doubts of a diagnosis: what is named, and what is not."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Suspicion
+from correlation.metric.jump_error import JumpError
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
 from study.diagnose.doubt import list_doubts
@@ -28,7 +30,7 @@ def result(
         remarks=(), wrong=wrong,
         diagnosis=SimpleNamespace(
             before=SimpleNamespace(
-                held_misfit=1.0 + chi2, held_error=before, error=before, fit=fit, n_held=100,
+                held_misfit=1.0 + chi2, held_error=before, error=before, fit=fit, n_held=100, held_jumps=(),
             ),
             arrangement=SimpleNamespace(calibration=calibration, train=SHARES, held_out=SHARES),
             verdict=SimpleNamespace(model_error=error),
@@ -64,6 +66,19 @@ def test_a_parameter_far_from_the_case_is_named(value: float, words: str) -> Non
     assert words in doubt
 
 
+def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
+    jump = JumpError(
+        free=False, level=2.0, sweep=1, falls=True, frequency=42.3, frequency_deviation=0.02, predicted_frequency=42.6
+    )
+    found = result()
+    found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
+    found.diagnosis.before.held_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
+    (doubt,) = list_doubts(found)
+    assert "2 V, up-sweep: jumps down at 42.3 Hz, the model at 42.6 Hz (+0.3 Hz). Between" in doubt
+    # Within the step of the sweep the jump is where it was measured.
+    assert "1 V" not in doubt
+
+
 def test_what_the_model_errs_by_is_said() -> None:
     (doubt,) = list_doubts(result(error=ErrorSize(frequency=0.003)))
     assert "0.3 % in natural frequencies" in doubt
@@ -71,7 +86,7 @@ def test_what_the_model_errs_by_is_said() -> None:
 
 def test_a_large_held_out_error_that_is_left_is_said() -> None:
     fit = SimpleNamespace(values=np.array([1.0]))
-    best = SimpleNamespace(held_misfit=30.0, held_error=0.33, error=0.12, name="density of all", fit=fit)
+    best = SimpleNamespace(held_misfit=30.0, held_error=0.33, error=0.12, name="density of all", fit=fit, held_jumps=())
     (doubt,) = list_doubts(result(drawn=5.0, before=4.8, best=best))
     assert doubt.startswith(
         "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"

@@ -1,12 +1,14 @@
 """Jumps of measured and predicted sweeps: their frequencies are compared, and not the branches between them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.random_oscillators import Oscillator
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.jump_error import compute_jump_errors, find_rows_between_jumps
+from correlation.metric.jump_error import compute_jump_errors, find_rows_between_jumps, take_measured_branch
 from correlation.metric.peak_error import compute_peak_errors, find_unread_peaks
 from correlation.noise.covariance import Whitening
 from correlation.prediction import Jump, Points, Prediction
@@ -67,6 +69,27 @@ def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
     below = (points.frequency > down.frequency - 0.2) & (points.frequency < down.frequency)
     expected = (above & (points.sweep != -1)) | (below & (points.sweep != 1))
     np.testing.assert_array_equal(between, expected)
+
+
+@pytest.mark.parametrize("error", [-0.4, 0.4])
+def test_past_an_early_jump_the_model_is_read_on_the_other_branch_if_it_is_there(error: float) -> None:
+    of = observed((1, -1))
+    (up, _) = compute_jump_errors(of, prediction(of), (1, -1))
+    end = up.frequency + error
+    above, below = DUFFING.sweep(FORCE, of.points.frequency, 1), DUFFING.sweep(FORCE, of.points.frequency, -1)
+    # The upper branch of this model ends later than the structure left it, or earlier, in a state like the lower one.
+    first = np.where(of.points.frequency > end, below, np.where(of.points.frequency > up.frequency, 5 * below, above))
+    by_sweep = np.stack([first, below])
+    swept = np.where(of.points.sweep == 0, by_sweep.mean(axis=0), np.where(of.points.sweep == 1, first, below))
+    model = replace(prediction(of, Jump(False, 3.0, 1, end, True)), value=swept, by_sweep=by_sweep)
+    value = take_measured_branch(of, model, (1, -1))
+    between = find_rows_between_jumps(of, compute_jump_errors(of, model, (1, -1)))
+    assert between.sum() > 3
+    np.testing.assert_array_equal(value[between], below[between])
+    np.testing.assert_array_equal(value[~between], swept[~between])
+    off = np.abs(value[between] / of.value[between] - 1).max()
+    # Nothing takes the place of a branch that the model does not have.
+    assert (off < 1e-9) if error > 0 else (off > 0.5)
 
 
 @pytest.mark.parametrize("sweeps", [(1, -1), (1,), (-1,)])
