@@ -153,23 +153,35 @@ def take_measured_branch(
 ) -> Complex[NDArray[np.complex128], " k"]:
     """Predicted values of the branch that the structure was on, shape (k,).
 
-    Disturbances make a sweep jump before its branch ends. Between such a jump and the predicted one the sweep back has
-    the state in which the structure was, if the model has it at all: of both the one that is nearer, as a ratio.
+    Disturbances make a sweep jump before its branch ends. Past such a jump the model is read on the branch that the
+    structure jumped to: in the sweep back, or in the first state after its own jump if there is no sweep back. Where
+    the model jumps earlier than the structure, its last state before the jump stands for the branch that it lacks.
 
     Parameters
     ----------
     observed, prediction, sweeps
         As for `compute_jump_errors`.
     """
-    value = prediction.value.copy()
-    between = find_rows_between_jumps(observed, compute_jump_errors(observed, prediction, sweeps))
-    if len(prediction.by_sweep) < 2 or not between.any():
-        return value
-    states = prediction.by_sweep[:, between]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        far = np.abs(np.log(np.abs(states / observed.value[between])))
-    nearest = np.where(np.isnan(far), np.inf, far).argmin(axis=0)
-    value[between] = states[nearest, np.arange(states.shape[1])]
+    value, points = prediction.value.copy(), observed.points
+    for jump in compute_jump_errors(observed, prediction, sweeps) if prediction.by_sweep.size else ():
+        rows = np.flatnonzero(find_rows_between_jumps(observed, (jump,)))
+        if not len(rows):
+            continue
+        late = jump.frequency_error * jump.sweep > 0
+        number = sweeps.index(jump.sweep)
+        if late and len(sweeps) > 1:
+            value[rows] = prediction.by_sweep[1 - number, rows]
+            continue
+        # Beyond the jump of the model if it is late, before it if it is early.
+        beyond = (points.frequency - jump.predicted_frequency) * jump.sweep > 0
+        side = (points.free == jump.free) & (points.level == jump.level) & (beyond == late)
+        for row in rows:
+            own = np.flatnonzero(
+                side & (points.sensor == points.sensor[row]) & (points.harmonic == points.harmonic[row])
+            )
+            if len(own):
+                nearest = own[np.argmin(np.abs(points.frequency[own] - jump.predicted_frequency))]
+                value[row] = prediction.by_sweep[number, nearest]
     return value
 
 

@@ -75,7 +75,7 @@ def _jumps(result: Round) -> Iterator[str]:
         listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)
         yield (
             f"Jumps of the held-out data: {listed}. Between a measured and a predicted jump the held-out error is that "
-            "of the branch that the structure was on, if the model has it."
+            "of the branch that the structure was on."
         )
 
 
