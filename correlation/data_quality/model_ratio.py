@@ -1,12 +1,20 @@
 """Ratios of readings to a model."""
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Measurement
 from correlation.feature.observation import find_points
 from correlation.prediction import Points
+from correlation.row_group import group_medians, group_rows
+
+#: How many times its noise, or the median distance of the repeats from their median, a reading must be [-].
+CLEAR = 3.0
+#: Share of the readings of a sensor at a level that stand out, from which on they tell a ratio [-].
+MOST = 0.5
+#: Fewest repeats of a point that tell its scatter, one of which may be wrong.
+FEWEST = 3
 
 Values = Complex[NDArray[np.complex128], " n"]
 
@@ -14,7 +22,9 @@ Values = Complex[NDArray[np.complex128], " n"]
 def find_model_ratios(
     campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Measurement, Values]:
-    """Fundamentals that neither the sensor nor the model has zero, and their ratios to the model, shape (n,) [-].
+    """Fundamentals that stand out of their noise, and their ratios to the model, shape (n,) [-].
+
+    What is zero by the sensor or the model has no ratio.
 
     Parameters
     ----------
@@ -25,5 +35,22 @@ def find_model_ratios(
     """
     table, point = campaign.measurement, find_points(campaign, points)
     model = np.where(point >= 0, predicted[point], np.nan)
-    there = (table.harmonic == 1) & np.isfinite(model) & (model != 0) & (table.value != 0)
+    there = (table.harmonic == 1) & np.isfinite(model) & (model != 0) & _stands_out(campaign)
     return table.where(there), np.asarray(table.value[there] / model[there])
+
+
+def _stands_out(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
+    """Readings beyond their stated noise and the scatter of their repeats, where most of their kind are, shape (k,).
+
+    Of readings of noise alone the largest stand out as well.
+    """
+    table, size = campaign.measurement, np.abs(campaign.measurement.value)
+    stated = np.array([each.noise for each in campaign.sensors])[table.sensor]
+    point = group_rows([table.test, table.level, table.frequency, table.sweep, table.sensor, table.harmonic]).number
+    middle = group_medians(point, table.value.real) + 1j * group_medians(point, table.value.imag)
+    scatter = group_medians(point, np.abs(table.value - middle[point]))
+    lost = (np.bincount(point) >= FEWEST) & (np.abs(middle) <= CLEAR * scatter)
+    clear = (size > CLEAR * np.hypot(stated[:, 0] * size, stated[:, 1])) & ~lost[point]
+    kind = group_rows([table.test, table.level, table.sensor, table.harmonic]).number
+    share = np.bincount(kind, clear) / np.bincount(kind)
+    return np.asarray(clear & (share > MOST)[kind])

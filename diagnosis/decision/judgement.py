@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back
-from diagnosis.decision.rules import decide, passes, support
+from diagnosis.decision.rules import decide, find_untestable, passes, support
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.screening import Score
@@ -16,12 +16,23 @@ from diagnosis.unknown_force import UnknownForce
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Criteria:
-    """Basis of every judgement: candidates, their scores, detection thresholds, and a resonance that is far off."""
+    """Basis of every judgement.
+
+    Parameters
+    ----------
+    catalogue, scores, thresholds
+        Candidates, their scores, and the detection thresholds.
+    far
+        A resonance that is far off.
+    is_seen
+        Whether any motion stands out of its scatter.
+    """
 
     catalogue: Catalogue
     scores: Sequence[Score]
     thresholds: Thresholds
     far: FarResonance | AbsentPeak | None = None
+    is_seen: bool = True
 
 
 def judge(
@@ -48,6 +59,7 @@ def judge(
 
     ranked = sorted(finalists, key=rank)
     left, held_back = before.arrangement.left, list_held_back(before.refit.fit)
-    return ranked, decide(
+    verdict = decide(
         by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
     )
+    return ranked, find_untestable(verdict, by.is_seen)

@@ -283,6 +283,30 @@ def decide(
     )  # fmt: skip
 
 
+def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
+    """The verdict, or that nothing could be tested.
+
+    That nothing is missing says something only where an effect would have shown. And what is far off, where no motion
+    stands out of its scatter, is noise.
+
+    Parameters
+    ----------
+    verdict
+        Of the rules.
+    is_seen
+        Whether any motion stands out of its scatter.
+    """
+    why = ""
+    if not is_seen and verdict.finding in {Finding.NOTHING, Finding.NOT_CLOSE}:
+        why = "no motion stands out of the scatter between its repeats"
+    elif verdict.finding is Finding.NOTHING and not np.isfinite([*verdict.detectable.values()]).any():
+        why = "no effect would show in them at any strength that it may have"
+    if not why:
+        return verdict
+    reason = f"These measurements cannot tell whether anything is missing: {why}."
+    return replace(verdict, finding=Finding.NOT_TESTABLE, reason=reason)
+
+
 def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Sequence[Finalist]) -> list[str]:
     """Effects that change the data as the best does and were not fitted to the end, where all that were are named."""
     directions = {score.effect.name: score.direction for score in scores}

@@ -24,7 +24,7 @@ MOST_DIGITS = 6
 
 
 class Finding(Enum):
-    """The five verdicts."""
+    """The six verdicts."""
 
     MISSING = "missing"
     """One effect is missing."""
@@ -36,6 +36,8 @@ class Finding(Enum):
     """Something is missing, and none of the known effects is it."""
     NOT_CLOSE = "not close"
     """The model is too far from the measurements for what is missing to be told."""
+    NOT_TESTABLE = "not testable"
+    """No effect would show in these measurements."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

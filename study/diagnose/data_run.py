@@ -45,7 +45,7 @@ OWN_ADVICE = {
 }
 TONE = {
     Finding.MISSING: "missing", Finding.AMBIGUOUS: "ambiguous", Finding.NOTHING: "nothing", Finding.UNKNOWN: "missing",
-    Finding.NOT_CLOSE: "missing",
+    Finding.NOT_CLOSE: "missing", Finding.NOT_TESTABLE: "ambiguous",
 }  # fmt: skip
 
 

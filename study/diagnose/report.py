@@ -44,6 +44,10 @@ ADVICE = {
     Finding.NOTHING: "none; the case explains these measurements",
     Finding.NOT_CLOSE: "check supports, masses and loads of the case, and units and places of the sensors",
     Finding.UNKNOWN: "describe an effect of your own (docs/effects.md), or measure at other places and levels",
+    Finding.NOT_TESTABLE: (
+        "measure at higher levels, nearer to the resonances, at places that move more, or with more repeats; stickslip "
+        "plan tells what such tests would show (docs/plan.md)"
+    ),
 }
 
 
@@ -374,7 +378,7 @@ def _candidates(result: Round) -> Iterator[str]:
         mark = "*" if row.named else " "
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"
     yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
-    if result.diagnosis.verdict.finding is Finding.NOTHING:
+    if result.diagnosis.verdict.finding in {Finding.NOTHING, Finding.NOT_TESTABLE}:
         yield ""
         told = {
             "Smallest strengths that these tests would have detected:": [

@@ -83,6 +83,18 @@ def test_millimetres_in_one_test_are_named_with_their_evidence(f0: float) -> Non
         assert re.match(r"it reads (1,00\d|99\d) times what the model says, the other sensors .* 1 ti", found.sentence)
 
 
+@pytest.mark.parametrize("stated", [True, False])
+def test_readings_of_noise_raise_no_suspicion(stated: bool) -> None:
+    """Four runs in which noise is some hundred times the motion: its size has a ratio to any flat response."""
+    for seed in range(20):
+        made, random = campaign(), np.random.default_rng(seed)
+        table = made.measurement
+        real, imaginary = 2e-4 * random.standard_normal((2, len(table)))
+        noisy = replace(table, value=table.value + real + 1j * imaginary)
+        moving = [replace(each, noise=(0.01, 2e-4) if stated else (0.0, 0.0)) for each in made.sensors]
+        assert suspected(replace(made, measurement=noisy, sensors=tuple(moving)), 60.0, 0.3) == ()
+
+
 @pytest.mark.parametrize(
     ("factor", "sensor", "unit"),
     [(1e-3, 3, "kN instead of N"), (102.0, 3, "gf instead of N"), (1e6, 0, "um instead of m")],

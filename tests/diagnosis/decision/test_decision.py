@@ -18,6 +18,7 @@ from diagnosis.decision.rules import (
     STAND_IN,
     Leftover,
     decide,
+    find_untestable,
     misfit,
     passes,
     support,
@@ -133,6 +134,27 @@ def test_a_model_that_is_far_off_is_not_diagnosed() -> None:
     assert "30 % in the readings" in verdict.sentence
     # An effect beside which the model is still far off is not what is missing.
     assert decided(refit("mass", 100, 80), left=far).finding is Finding.NOT_CLOSE
+
+
+@pytest.mark.parametrize(
+    ("detectable", "is_seen", "words"),
+    [
+        ({"mass": 0.1}, True, ""),
+        ({"mass": 0.1, "spring": np.inf}, False, "no motion stands out"),
+        ({"mass": np.inf}, True, "at any strength"),
+    ],
+)
+def test_where_no_effect_would_show_nothing_is_no_answer(
+    detectable: dict[str, float], is_seen: bool, words: str
+) -> None:
+    verdict = find_untestable(replace(decided(), detectable=detectable), is_seen)
+    assert verdict.finding is (Finding.NOT_TESTABLE if words else Finding.NOTHING)
+    assert words in verdict.sentence
+    # What is found is found, and readings of noise are not far off.
+    missing = replace(decided(refit("mass", 100, 80)), detectable=detectable)
+    assert find_untestable(missing, is_seen) is missing
+    far = find_untestable(replace(decided(left=ErrorSize(reading=0.3)), detectable=detectable), is_seen)
+    assert far.finding is (Finding.NOT_CLOSE if is_seen else Finding.NOT_TESTABLE)
 
 
 def test_no_candidate_means_nothing_or_something_unknown() -> None:
