@@ -8,7 +8,18 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Axes, Figure, Headed, add_heading, add_legend, choose_family_colours, new_figure, open_box
+from figure.style import (
+    INK,
+    Axes,
+    Figure,
+    Headed,
+    add_heading,
+    add_legend,
+    choose_family_colours,
+    new_figure,
+    open_box,
+    use_log_scale,
+)
 
 Values = Float[NDArray[np.float64], " k"]
 
@@ -88,7 +99,7 @@ def backbone_figure(result: Backbones) -> Figure:
     left.set_ylabel("change of frequency [%]")
     right.set_ylabel("damping ratio [%]")
     for axes in (left, right):
-        axes.set_xscale("log")
+        use_log_scale(axes, "x")
         axes.set_xlabel(result.amplitude_label)
         open_box(axes)
     # One entry stands for the model of all modes.

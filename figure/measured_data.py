@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from correlation.data_type.registry import Panel
 from figure.registry import draws
-from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, add_legend, new_figure, open_box, use_log_scale
 
 COLUMNS = 2
 #: A title needs so much [inches].
@@ -55,7 +55,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.set_xlabel(panel.x_label)
     axes.set_ylabel(panel.y_label)
     if panel.log_x:
-        axes.set_xscale("log")
+        use_log_scale(axes, "x")
     if panel.log_y:
-        axes.set_yscale("log")
+        use_log_scale(axes, "y")
     open_box(axes)

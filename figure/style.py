@@ -44,6 +44,8 @@ LONGEST_LEGEND = 6
 LETTER, SIGN = 0.085, 0.75
 #: Width of a bold letter of a title, over its size [-].
 BOLD = 0.67
+#: Ratio of the ends of a logarithmic axis below which there are numbers between the decades, too [-].
+FEW_DECADES = 50.0
 #: Length of a tick [points].
 TICK = 3.5
 #: Heading above the axes: its height, and where its two lines stand [inches from the top and from the left].
@@ -84,6 +86,27 @@ def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
     axes.grid(axis=grid, color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_axisbelow(True)
+
+
+def use_log_scale(axes: Axes, along: Literal["x", "y"]) -> None:
+    """Make an axis logarithmic, with decimal numbers at 1, 2 and 5 where it spans little, and else at the decades."""
+    from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator
+
+    axes.set(**{f"{along}scale": "log"})
+    axis = axes.xaxis if along == "x" else axes.yaxis
+    power = LogFormatterMathtext()
+    power.set_axis(axis)
+
+    def write(value: float, place: int | None = None) -> str:
+        return f"{value:g}" if 1e-3 <= value < 1e4 else str(power(value, place))
+
+    def write_between(value: float, place: int | None = None) -> str:
+        low, high = axis.get_view_interval()
+        return write(value, place) if high < FEW_DECADES * low else ""
+
+    axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(write))
+    axis.set_minor_formatter(FuncFormatter(write_between))
 
 
 def draw_ticks(panels: Sequence[Axes], named: Sequence[Axes]) -> None:

@@ -15,6 +15,7 @@ from correlation.data_type.registry import DATA_TYPES, Datum, Features, Panel
 from correlation.errors import CampaignError
 from correlation.model import Model
 from figure.measured_data import MeasuredData
+from geometry.plain_number import plain
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -129,8 +130,8 @@ def _number(item: DataComparison, row: int) -> str:
     clear = abs(features.value[row]) > CLEAR * features.deviation[row]
     relative = f" ({item.predicted[row] / features.value[row] - 1:+.2%})" if clear else ""
     return (
-        f"{features.label[row]}: measured {features.value[row]:.5g} +- {features.deviation[row]:.2g}{unit}, "
-        f"model {item.predicted[row]:.5g}{unit}{relative}"
+        f"{features.label[row]}: measured {plain(features.value[row], 5)} +- {plain(features.deviation[row])}{unit}, "
+        f"model {plain(item.predicted[row], 5)}{unit}{relative}"
     )
 
 
@@ -208,8 +209,8 @@ def _rows(item: DataComparison) -> list[list[str]]:
     return [
         [
             item.name, side, label, "" if features.unit[row] == "-" else features.unit[row],
-            f"{features.value[row]:.5g}", f"{features.deviation[row]:.2g}",
-            *(f"{number:.{digits}g}" if np.isfinite(number) else "" for number, digits in
+            plain(features.value[row], 5), plain(features.deviation[row]),
+            *(plain(number, digits) if np.isfinite(number) else "" for number, digits in
               ((item.predicted[row], 5), (item.error[row], 3))),
         ]
         for row, label in enumerate(features.label)

@@ -235,12 +235,15 @@ def _curves(decay: FreeDecay, predicted: NDArray[np.float64]) -> list[BackboneCu
         rows = chosen_rows(mode)
         own, first = table[first : first + len(rows)], first + len(rows)
         reference = float(np.median(mode.frequency))
+        # A curve is drawn where it is compared: beyond it may lead anywhere.
+        there = slice(rows[0], rows[-1] + 1)
+        frequency, damping = mode.frequency[there], mode.damping_ratio[there]
         curves.append(
             BackboneCurve(
-                label=f"{decay.name}, {reference:.4g} Hz", amplitude=mode.amplitude, frequency=mode.frequency,
-                frequency_deviation=np.hypot(mode.frequency_deviation, LEAST_FREQUENCY * mode.frequency),
-                damping=mode.damping_ratio,
-                damping_deviation=np.hypot(mode.damping_deviation, LEAST_DAMPING * np.abs(mode.damping_ratio)),
+                label=f"{decay.name}, {reference:.4g} Hz", amplitude=mode.amplitude[there], frequency=frequency,
+                frequency_deviation=np.hypot(mode.frequency_deviation[there], LEAST_FREQUENCY * frequency),
+                damping=damping,
+                damping_deviation=np.hypot(mode.damping_deviation[there], LEAST_DAMPING * np.abs(damping)),
                 reference=reference,
             )
         )  # fmt: skip

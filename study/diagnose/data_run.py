@@ -287,7 +287,8 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
         title=found.setup.title,
         campaign=found.campaign.title,
         summary=Summary(
-            tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,), next=found.advice,
+            tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,),
+            next=f"Next: {found.advice}.",
             cards=(
                 ("held-out error, calibrated [standard deviations]", f"{verdict.before.held_error:.3g}"),
                 *((f"held-out error with {each.name}", f"{each.held_error:.3g}") for each in verdict.effects),
