@@ -1,6 +1,7 @@
 """Passes of a stepped sine over the frequencies: where they begin, and which readings in them are repeats."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -10,6 +11,9 @@ from correlation.campaign.measurement import number_frequencies
 
 Real = Float[NDArray[np.float64], " n"]
 Whole = Int[NDArray[np.int64], " n"]
+
+#: Sweeps that differ by this factor over so many neighbouring frequencies are on two branches.
+BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
 
 #: Words of a sweep as files have them, in small letters.
 SWEEP_WORDS = {
@@ -61,6 +65,50 @@ def number_stated_passes(frequency: Real, sweep: Whole) -> Whole:
     step = np.diff(number_frequencies(frequency))
     begins = (np.diff(sweep) != 0) | (step * sweep[1:] < 0)
     return np.cumsum(np.concatenate([[0], begins])).astype(np.int64)
+
+
+def name_branches(sweep: Whole, of_pass: Whole, level: Real, frequency: Real, size: Real) -> Whole:
+    """Sweeps with those of branches that a table lists one after the other, shape (n,).
+
+    Tables of published curves list all branches by rising frequency. Where two passes of a level go one way, overlap
+    in a part of either and differ there, the one that begins lower was swept up, and the other one down.
+
+    Parameters
+    ----------
+    sweep, of_pass
+        Sweep and number of the pass of each row by the order of the rows, shape (n,).
+    level, frequency
+        Shape (n,) [unit of the drive, Hz].
+    size
+        Amplitude of a motion, shape (n,) [any unit]; NaN where it was not read.
+    """
+    named = sweep.copy()
+    passes = [np.flatnonzero((of_pass == number) & np.isfinite(size)) for number in np.unique(of_pass)]
+    for one, other in pairwise(rows[np.argsort(frequency[rows])] for rows in passes if len(rows) > 1):
+        if sweep[one[0]] == sweep[other[0]] and level[one[0]] == level[other[0]]:
+            lower, upper = sorted((one, other), key=lambda rows: tuple(frequency[rows[[0, -1]]]))
+            shifted = frequency[lower[0]] < frequency[upper[0]] and frequency[lower[-1]] < frequency[upper[-1]]
+            if shifted and _differ(frequency[lower], size[lower], frequency[upper], size[upper]):
+                named[lower], named[upper] = 1, -1
+    return named
+
+
+def turn_order(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> Whole:
+    """Order of measurement with that of passes turned round which a table lists against their sweep, shape (n,)."""
+    turned = order.copy()
+    for number in np.unique(of_pass):
+        rows = np.flatnonzero(of_pass == number)
+        if (frequency[rows[-1]] - frequency[rows[0]]) * sweep[rows[0]] < 0:
+            turned[rows] = turned[rows[::-1]]
+    return turned
+
+
+def _differ(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
+    """Whether two curves, by rising frequency, differ over some neighbouring frequencies that both have."""
+    beside = np.interp(frequency, other, other_size, left=np.nan, right=np.nan)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        apart = np.abs(np.log(size / beside)) > np.log(BRANCH_FACTOR)
+    return bool(np.convolve(apart, np.ones(BRANCH_POINTS), mode="valid").max(initial=0.0) >= BRANCH_POINTS)
 
 
 def count_repeats(frequency: Real, sweep: Whole, level: Real) -> Whole:

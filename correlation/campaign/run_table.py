@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows
 from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
-from correlation.campaign.passes import SWEEP_WORDS, count_repeats, find_passes, number_stated_passes
+from correlation.campaign.passes import (
+    SWEEP_WORDS,
+    count_repeats,
+    find_passes,
+    name_branches,
+    number_stated_passes,
+    turn_order,
+)
 from correlation.campaign.run_entry import BY_ORDER, RunEntry
 from correlation.campaign.signal_entry import SignalEntry
 from correlation.errors import CampaignError
@@ -104,14 +111,8 @@ def read_run_rows(
     order = _whole(entry, file, "order") if "order" in entry.own else first + np.arange(len(frequency))
     force = _force(entry, file, units)
     level = _level(entry, file, force, of_pass, units)
-    given = "repeat" in entry.own
-    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
-    states = _States(
-        frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
-        sweep=sweep, repeat=repeat,
-    )  # fmt: skip
     turn = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
-    tables: list[Measurement] = []
+    read: list[tuple[NDArray[np.bool_], int, int, Complex[NDArray[np.complex128], " n"]]] = []
     suspicions: list[Suspicion] = []
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
@@ -137,8 +138,42 @@ def read_run_rows(
                 value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn[there] ** signal.harmonic
             if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
-            tables.append(_rows(states.where(there), number, signal.harmonic, value, test))
+            read.append((there, number, signal.harmonic, value))
+    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
+        named = name_branches(sweep, of_pass, level, frequency, _size(read, len(frequency)))
+        if (named != sweep).any():
+            suspicions.append(_tell_branches(entry, level[named != sweep]))
+            order = turn_order(order, of_pass, frequency, named)
+        sweep = named
+    given = "repeat" in entry.own
+    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
+    states = _States(
+        frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
+        sweep=sweep, repeat=repeat,
+    )  # fmt: skip
+    tables = [_rows(states.where(there), number, harmonic, value, test) for there, number, harmonic, value in read]
     return join_rows(tables), tuple(suspicions)
+
+
+def _size(
+    read: Sequence[tuple[NDArray[np.bool_], int, int, Complex[NDArray[np.complex128], " n"]]], n_row: int
+) -> Real:
+    """Amplitudes of the first fundamental that was read, shape (n_row,); NaN where there is none."""
+    size = np.full(n_row, np.nan)
+    for there, _, harmonic, value in read:
+        if harmonic == 1:
+            size[there] = np.abs(value)
+            break
+    return size
+
+
+def _tell_branches(entry: RunEntry, levels: Real) -> Suspicion:
+    listed = ", ".join(f"{level:g}" for level in np.unique(levels))
+    return Suspicion(
+        where=entry.file, remark=True,
+        sentence=f"two passes at the level {listed} differ where they overlap: they are read as branches, the one that "
+        "begins at lower frequencies as swept up, the other one as swept down; name a column of sweeps if they are not",
+    )  # fmt: skip
 
 
 def _present(

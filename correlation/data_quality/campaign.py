@@ -25,6 +25,8 @@ LEVEL_RATIO = 1.5
 SCALES, STAYS = 0.5, 0.2
 #: Imaginary parts of a resonance are about twice the real ones; degrees are far more than metres [-].
 IMAGINARY_RATIO = 3.0
+#: Share of the rows of most runs at the same levels from which on rows are a run, and no states read twice [-].
+A_RUN = 0.5
 #: Up to this share of many repeats agree by chance in the digits that were written [-].
 BY_CHANCE = 0.01
 
@@ -161,13 +163,16 @@ def _copies(campaign: Campaign, dead: Bool[NDArray[np.bool_], " k"]) -> Iterator
 
 
 def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
+    """Runs without a level that other runs of their sweep have; a few states that were read twice are no run."""
     for number, test in enumerate(campaign.tests):
         table = campaign.measurement.where(campaign.measurement.test == number)
-        levels = np.unique(table.level)
         runs = table.where(group_rows([table.repeat, table.sweep]).first)
         for repeat, sweep in zip(runs.repeat, runs.sweep, strict=True):
-            there = np.unique(table.level[(table.repeat == repeat) & (table.sweep == sweep)])
-            missing = np.setdiff1d(levels, there)
+            like, own = table.sweep == sweep, (table.sweep == sweep) & (table.repeat == repeat)
+            there = np.unique(table.level[own])
+            others = table.where(like & ~own & np.isin(table.level, there))
+            usual = np.bincount(others.repeat).max(initial=0)
+            missing = np.setdiff1d(table.level[like], there) if own.sum() > A_RUN * usual else np.zeros(0)
             if len(missing):
                 listed = ", ".join(f"{level:.4g}" for level in missing)
                 yield Suspicion(

@@ -110,9 +110,12 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
             first.append(int(values[0]))
             ratio.append(float(np.median(logarithm[values])))
             spread.append(float(np.quantile(np.hypot(logarithm[values] - ratio[-1], turned[values]), MOST)))
-    kept = table.where(np.array(first, dtype=np.int64))
+    kept, ratios = table.where(np.array(first, dtype=np.int64)), np.array(ratio)
+    if not campaign.drive.calibrated and len(ratios):
+        # All readings together may be any factor off.
+        ratios -= np.median(ratios)
     return _Runs(
-        test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=np.array(ratio),
+        test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=ratios,
         spread=np.array(spread),
     )  # fmt: skip
 

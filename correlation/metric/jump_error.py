@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Complex, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.feature.jump import find_curve_jumps
@@ -122,19 +122,29 @@ def _rising(observed: Observation, chosen: Bool[NDArray[np.bool_], " k"]) -> Int
 
 
 def _ends(observed: Observation, own: Int[NDArray[np.int64], " n"], other: Int[NDArray[np.int64], " m"]) -> list[int]:
-    """Steps of a sweep into, out of or between states with two branches, far larger than those of the other sweep."""
+    """Steps of a sweep into, out of or between states with two branches, far larger than those of the other sweep.
+
+    That one may have been read at other frequencies. On one side of a jump the sweeps are on different branches.
+    """
     points, value = observed.points, observed.value
     split, change = points.sweep[own] != 0, np.abs(np.diff(value[own]))
-    jumps = np.zeros(len(change), dtype=bool)
-    for step in np.flatnonzero(split[1:] | split[:-1]):
-        low, high = own[step], own[step + 1]
-        ends = [other[points.frequency[other] == points.frequency[row]] for row in (low, high)]
-        if all(len(end) for end in ends):
-            beside = abs(value[ends[1][0]] - value[ends[0][0]])
-            jumps[step] = change[step] > max(LEAST * max(abs(value[low]), abs(value[high])), ALONE * beside)
+    beside = _read_between(points.frequency[other], value[other], points.frequency[own])
+    size, apart = np.abs(value[own]), np.abs(value[own] - beside)
+    large = change > np.maximum(LEAST * np.maximum(size[1:], size[:-1]), ALONE * np.abs(np.diff(beside)))
+    jumps = (split[1:] | split[:-1]) & large & (np.maximum(apart[1:], apart[:-1]) > change / 2)
     # After a jump a response settles for some steps: the largest of them is the jump.
     near = [change[max(step - SETTLED, 0) : step + SETTLED + 1].max() for step in range(len(change))]
     return [int(step) for step in np.flatnonzero(jumps & (change >= near))]
+
+
+def _read_between(
+    frequency: Float[NDArray[np.float64], " m"], value: Complex[NDArray[np.complex128], " m"],
+    at: Float[NDArray[np.float64], " n"],
+) -> Complex[NDArray[np.complex128], " n"]:  # fmt: skip
+    """Values of a curve at some frequencies, those between its own on a line, shape (n,); NaN beyond its ends."""
+    if not len(frequency):
+        return np.full(len(at), np.nan, dtype=np.complex128)
+    return np.asarray(np.interp(at, frequency, value, left=np.nan, right=np.nan))
 
 
 def find_rows_between_jumps(observed: Observation, errors: tuple[JumpError, ...]) -> Bool[NDArray[np.bool_], " k"]:

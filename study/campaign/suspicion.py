@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from correlation.campaign.passes import SWEEP_WORDS
+from correlation.campaign.passes import BRANCH_FACTOR, BRANCH_POINTS, SWEEP_WORDS
 from study.campaign.column_role import Role
 from study.campaign.draft_frequency import (
     complex_force,
@@ -21,8 +21,6 @@ from study.campaign.time_history import FLAT, share_near_limit
 
 Series = Float[NDArray[np.float64], " n"]
 
-#: Sweeps that differ by this factor over so many neighbouring frequencies are on two branches.
-BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
 #: A force that varies by this factor within one pass is not the same level everywhere.
 FORCE_FACTOR = 1.3
 #: A share of samples at the largest value from which a channel is taken to clip [-].

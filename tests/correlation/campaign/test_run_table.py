@@ -156,6 +156,32 @@ def test_a_sweep_that_begins_anew_has_no_point_of_the_other_direction() -> None:
     assert number.tolist() == [0, 0, 0, 1, 1, 1]
 
 
+@pytest.mark.parametrize("factor", [5.0, 1.0])
+@pytest.mark.parametrize("falling", [False, True])
+def test_branches_that_a_table_lists_one_after_the_other_are_sweeps(
+    tmp_path: Path, factor: float, falling: bool
+) -> None:
+    """The upper branch of a softening resonance is listed by rising frequency, and was swept down; or either first."""
+    lower = [(10, 1.0), (11, 1.1), (12, 1.2), (13, 1.3), (14, 1.5)]
+    upper = [(11.5, 1.15 * factor), (12.5, 1.25 * factor), (13.5, 1.4 * factor), (15, 1.2), (16, 1.0)]
+    listed = [*upper[::-1], *lower[::-1]] if falling else [*lower, *upper]
+    write(tmp_path, "f,a,p\n" + "".join(f"{f},{a},0\n" for f, a in listed), "level = 3.0", AMPLITUDES)
+    campaign = read_campaign(tmp_path)
+    table = campaign.measurement
+    by_order = np.argsort(table.order)
+    way = table.sweep[by_order]
+    told = [each for each in campaign.suspicions if "read as branches" in each.sentence]
+    if factor == 1.0:
+        assert len(np.unique(way)) == 1
+        assert not told
+        return
+    assert len(told) == 1
+    frequency = table.frequency[by_order]
+    assert frequency[way == 1].tolist() == [f for f, _ in lower]
+    assert frequency[way == -1].tolist() == [f for f, _ in upper[::-1]]
+    assert (table.repeat == 1).all()
+
+
 SWEEPS_OF_TWO_LEVELS = [(10, 1, "up"), (11, 2, "up"), (12, 3, "up"), (12, 3, "down"), (11, 2, "down"), (10, 1, "down")]
 
 

@@ -83,6 +83,13 @@ def test_millimetres_in_one_test_are_named_with_their_evidence(f0: float) -> Non
         assert re.match(r"it reads (1,00\d|99\d) times what the model says, the other sensors .* 1 ti", found.sentence)
 
 
+def test_under_a_drive_of_unknown_scale_a_channel_is_wrong_beside_the_others_alone() -> None:
+    volts = replace(campaign(), drive=Drive(unit="V", calibrated=False))
+    assert suspected(spoilt(volts, 0.012)) == ()
+    (found,) = suspected(spoilt(spoilt(volts, 0.012), 1e3, test=1, sensor=2))
+    assert found.where == 'test "again", sensor "mid"'
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_readings_of_noise_raise_no_suspicion(stated: bool) -> None:
     """Four runs in which noise is some hundred times the motion: its size has a ratio to any flat response."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut
+from correlation.campaign.run_table import join_rows
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, arrange_campaign, split_held_out, take_training_part
 from correlation.model import Model
@@ -44,6 +45,19 @@ def test_both_sweeps_are_averaged_where_they_agree(campaign: Campaign) -> None:
     # A mean of two numbers.
     np.testing.assert_allclose(seen.repeat, 1.02 * arrange_campaign(campaign).repeat, rtol=1e-15)
     assert not seen.points.sweep.any()
+
+
+def test_a_state_that_was_read_in_one_sweep_alone_is_of_that_sweep(campaign: Campaign) -> None:
+    table = campaign.measurement
+    jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
+    other = replace(table, frequency=table.frequency * 1.001, sweep=np.full(len(table), -1))
+    both = join_rows([replace(table, sweep=np.ones(len(table))), other.where(jointed)])
+    points = arrange_campaign(replace(campaign, measurement=both)).points
+    of_first = np.isin(points.frequency, table.frequency)
+    np.testing.assert_array_equal(points.sweep, np.where(of_first, 1, -1))
+    # Where all were swept one way, nothing else could have been.
+    alone = arrange_campaign(replace(campaign, measurement=replace(table, sweep=np.ones(len(table)))))
+    assert not alone.points.sweep.any()
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3e-5, 0.5e-5, 0.77e-5])

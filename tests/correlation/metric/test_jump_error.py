@@ -51,6 +51,25 @@ def test_measured_jumps_lie_where_the_sweeps_leave_their_branches(sweeps: tuple[
         assert np.isnan(each.predicted_frequency)
 
 
+def test_measured_jumps_are_found_where_the_sweeps_were_read_at_other_frequencies() -> None:
+    grids = {1: GRID, -1: GRID + 0.4 * (GRID[1] - GRID[0])}
+    rows = [(f, way, v) for way, at in grids.items() for f, v in zip(at, DUFFING.sweep(FORCE, at, way), strict=True)]
+    frequency, sweep, value = (np.array(column) for column in zip(*rows, strict=True))
+    k = len(rows)
+    points = Points(
+        free=np.zeros(k, dtype=bool), level=np.full(k, 3.0), frequency=frequency, sensor=np.full(k, "tip"),
+        harmonic=np.ones(k, dtype=int), sweep=sweep.astype(int),
+    )  # fmt: skip
+    ones = np.ones((k, 1), dtype=bool)
+    of = Observation(points=points, repeat=value[:, None], motion=ones[:, 0], taken=ones)
+    errors = compute_jump_errors(of, prediction(of), (1, -1))
+    assert [(each.sweep, each.falls) for each in errors] == [(1, True), (-1, False)]
+    for each in errors:
+        curve = np.abs(DUFFING.sweep(FORCE, grids[each.sweep], each.sweep))
+        step = int(np.argmax(np.abs(np.diff(curve))))
+        assert each.frequency == pytest.approx(grids[each.sweep][step : step + 2].mean(), abs=1e-9)
+
+
 def test_points_between_a_measured_and_a_predicted_jump_are_found() -> None:
     of = observed((1, -1))
     (up, down) = compute_jump_errors(of, prediction(of), (1, -1))
