@@ -164,6 +164,8 @@ LOAD_CELL_NAME = re.compile(r"(?:R|LC|load[ _]?cell)[ _]?[1-9](?![0-9])", re.IGN
 RATIO = re.compile(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?")
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
+#: How the evidence of the parts of a lock-in amplifier ends.
+QUADRATURE = "have both signs: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
 #: Words in brackets at the end of a name, such as a unit.

@@ -68,6 +68,8 @@ class Draft:
         Tables that stand once: drive, convention, units.
     entries
         Tables that stand several times, by their kind; values are plain, `Marked`, or tables of such.
+    motions
+        What sensors measure by their phases, by their names.
     notes
         What was understood.
     suspicions
@@ -80,6 +82,7 @@ class Draft:
     answers: Answers
     single: dict[str, dict[str, Any]] = field(default_factory=dict)
     entries: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {kind: [] for kind in ENTRIES})
+    motions: dict[str, Marked] = field(default_factory=dict)
     notes: list[Note] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

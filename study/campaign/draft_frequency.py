@@ -19,7 +19,7 @@ from study.campaign.level import (
     number_beside,
     number_passes,
 )
-from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, judge_phase, opposite_sign
+from study.campaign.phase_convention import PhaseEvidence, judge_phase
 from study.campaign.question import Marked
 from study.campaign.run_name import WITH_CONTACTS, WITHOUT_CONTACTS
 from study.campaign.sensor_draft import (
@@ -293,61 +293,6 @@ def add_test(draft: Draft, test: str) -> None:
     """Add a test unless it is there."""
     if draft.named("test", test) is None:
         draft.entries["test"].append({"name": test, "configuration": ask_configuration(draft, test)})
-
-
-def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
-    """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
-
-    Where the file says that the sensor is at the force this is the sign of its readings. Elsewhere the shape may be the
-    cause, also with one sensor: that is a suspicion.
-
-    Parameters
-    ----------
-    draft
-        Draft that gets the suspicions.
-    tables
-        Stepped sines and frequency responses.
-    time_sign
-        Sign of i Omega t.
-
-    Returns
-    -------
-    -1 by the names of `phase_evidence`, with the evidence.
-    """
-    clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
-    at_force: set[tuple[str, str]] = set()
-    for judged in tables:
-        force = force_column(judged)
-        if force is not None and judged.columns[force.name].quantity == "acceleration":
-            continue  # to a shaken base all motions have another phase
-        for name, column, evidence in phase_evidence(judged):
-            if direction_sign(column) < 0:
-                continue  # the file says the sign
-            quantity = judged.columns[column.name].quantity
-            same_point = column.response is None or column.reference is None or is_driving_point(column)
-            if evidence.stands_out and quantity in AT_RESONANCE and same_point:
-                clear.setdefault((name, quantity), []).append(evidence)
-                at_force |= {(name, quantity)} if is_driving_point(column) else set()
-    signs: dict[str, Marked] = {}
-    for (name, quantity), items in clear.items():
-        opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
-        if 3 * len(opposite) < 2 * len(items):
-            continue
-        at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in opposite])):.0f} degrees"
-        peaks = f"{len(opposite)} of {len(items)} peaks"
-        why = f"its phase is about {at_peak} at {peaks}, opposite to {quantity} at the force"
-        if (name, quantity) in at_force:
-            signs[name] = Marked(value=-1, assumed=why)
-        else:
-            remedy = "is it beyond a node of the shape, or mounted the other way round? then add sign = -1"
-            draft.suspicions.append(f'sensor "{name}": {why}: {remedy}')
-    return signs
-
-
-def is_driving_point(column: Column) -> bool:
-    """Whether a function has its response where its reference is."""
-    response, reference = column.response, column.reference
-    return response is not None and reference is not None and response.node == reference.node is not None
 
 
 def _level(draft: Draft, judged: JudgedTable, rows: Mapping[str, Any], force: Column | None) -> dict[str, Any]:

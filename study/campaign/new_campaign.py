@@ -21,7 +21,6 @@ from study.campaign.draft_frequency import (
     draft_stepped_sine,
     responses_with_phases,
     says_free,
-    sensor_signs,
 )
 from study.campaign.draft_load_cell import draft_load_cells
 from study.campaign.draft_mode import draft_mode_table, draft_modes
@@ -32,6 +31,7 @@ from study.campaign.note import list_notes, unused_columns, unused_file
 from study.campaign.question import Answers
 from study.campaign.readable import keep_readable, nothing_left
 from study.campaign.repeat import mark_settling, number_repeats
+from study.campaign.resonance_phase import sensor_motions, sensor_signs
 from study.campaign.run_name import naming_scheme
 from study.campaign.suspicion import list_suspicions
 from study.campaign.table import file_stem, split_tables
@@ -210,6 +210,7 @@ def _draft_tables(draft: Draft, judged: Sequence[JudgedTable]) -> None:
     time_sign = draft_conventions(draft, [*stepped, *responses]) if stepped or responses else 1
     with_frequency = [table for table in [*stepped, *responses] if table.kind is not Kind.STEADY_STATE]
     signs = sensor_signs(draft, with_frequency, time_sign)
+    draft.motions = sensor_motions(with_frequency, time_sign)
     tests = _test_names(stepped)
     for table in judged:
         if table.kind is Kind.STEPPED_SINE:

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 #: Phase of the response to a force at a resonance, where the sensor sits at the force [rad], for e^{+i Omega t}.
 AT_RESONANCE = {"displacement": -np.pi / 2, "velocity": 0.0, "acceleration": np.pi / 2}
+#: Largest distance from such a phase at which the quantity is told [rad].
+NEAR = np.radians(30)
 #: A phase that changes by less over the frequencies tells nothing [rad].
 LEAST_CHANGE = 0.8
 #: A peak must stand out by this factor over the median response to tell a sign [-].
@@ -26,11 +28,15 @@ class PhaseEvidence:
         Phase at the largest response [rad].
     stands_out
         Whether the largest response is a clear peak.
+    is_passed
+        Whether the largest response has others on either side, so that the phase there is that of a resonance if it
+        changes.
     """
 
     change: float
     at_peak: float
     stands_out: bool
+    is_passed: bool = False
 
     @property
     def time_sign(self) -> int:
@@ -69,6 +75,7 @@ def judge_phase(
         change=float(turns[stretch].sum()),
         at_peak=float(np.angle(values[peak])),
         stands_out=bool(size[peak] > PEAK * np.median(size) and 0 < peak < len(size) - 1),
+        is_passed=0 < peak < len(size) - 1,
     )
 
 
@@ -88,3 +95,21 @@ def opposite_sign(evidence: PhaseEvidence, quantity: str, time_sign: int) -> boo
         return False
     away = np.angle(np.exp(1j * (time_sign * evidence.at_peak - AT_RESONANCE[quantity])))
     return bool(abs(away) > np.radians(120))
+
+
+def name_motion(evidence: PhaseEvidence, time_sign: int) -> str:
+    """The quantity that has this phase at a resonance, where the sensor is at the force; empty if none is near.
+
+    Parameters
+    ----------
+    evidence
+        Phases.
+    time_sign
+        Sign of i Omega t.
+    """
+    away = {
+        quantity: abs(float(np.angle(np.exp(1j * (time_sign * evidence.at_peak - phase)))))
+        for quantity, phase in AT_RESONANCE.items()
+    }
+    nearest = min(away, key=lambda quantity: away[quantity])
+    return nearest if away[nearest] < NEAR else ""

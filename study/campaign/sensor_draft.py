@@ -9,7 +9,7 @@ from correlation.campaign.signal_entry import COUNT
 from correlation.file.column import Column, Node
 from correlation.file.decibel import SCALE
 from correlation.file.format.wav import holds_counts
-from study.campaign.column_role import MOTION_WORDS, MOTIONS, Part, Recognised, Role
+from study.campaign.column_role import MOTION_WORDS, MOTIONS, QUADRATURE, Part, Recognised, Role
 from study.campaign.draft import Draft, plain
 from study.campaign.question import Marked
 from study.campaign.table_kind import JudgedTable
@@ -48,6 +48,8 @@ def sensor_name(judged: JudgedTable, column: Column) -> str:
     if guess.stem and guess.quantity in MOTIONS and not set(guess.stem.split()) & MOTION_WORDS[guess.quantity]:
         # A case may have a sensor "tip" of another quantity.
         return f"{guess.stem} {guess.quantity}"
+    if guess.stem.replace(" ", "").isdigit():
+        return f"response {guess.stem}"
     return guess.stem or guess.quantity or "response"
 
 
@@ -105,7 +107,8 @@ def ask_quantity(draft: Draft, name: str, guess: Recognised) -> str | Marked:
     """What a sensor measures."""
     if guess.quantity in {*MOTIONS, LOAD_CELL}:
         return Marked(value=guess.quantity, assumed=guess.evidence) if guess.assumed else guess.quantity
-    return draft.ask(f'What does "{name}" measure?', "displacement", "its unit and its name do not say it", *MOTIONS)
+    likely = draft.motions.get(name, Marked(value="displacement", assumed="its unit and its name do not say it"))
+    return draft.ask(f'What does "{name}" measure?', str(likely.value), likely.assumed, *MOTIONS)
 
 
 def reading(
@@ -128,6 +131,8 @@ def reading(
     entry: dict[str, Any] = {}
     if guess.part is Part.REAL and phase is not None:
         entry = {"real": column.name, "imag": phase.name}
+        if guess.evidence.endswith(QUADRATURE):
+            entry["real"] = Marked(value=column.name, assumed=guess.evidence)
     elif phase is not None:
         entry = {"amplitude": column.name, "phase": phase.name}
         if not phase.unit:

@@ -1,0 +1,104 @@
+"""What the phases at the peaks say of sensors: signs, and motions that neither a unit nor a name says."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from correlation.file.column import Column
+from study.campaign.draft import Draft
+from study.campaign.draft_frequency import force_column, phase_evidence
+from study.campaign.phase_convention import AT_RESONANCE, PhaseEvidence, name_motion, opposite_sign
+from study.campaign.question import Marked
+from study.campaign.sensor_draft import direction_sign
+from study.campaign.table_kind import JudgedTable
+
+
+def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
+    """Signs of sensors whose phases at the peaks are opposite to those of a sensor at the force.
+
+    Where the file says that the sensor is at the force this is the sign of its readings. Elsewhere the shape may be the
+    cause, also with one sensor: that is a suspicion.
+
+    Parameters
+    ----------
+    draft
+        Draft that gets the suspicions.
+    tables
+        Stepped sines and frequency responses.
+    time_sign
+        Sign of i Omega t.
+
+    Returns
+    -------
+    -1 by the names of `phase_evidence`, with the evidence.
+    """
+    clear: dict[tuple[str, str], list[PhaseEvidence]] = {}
+    at_force: set[tuple[str, str]] = set()
+    for judged in tables:
+        for name, column, evidence in _under_force(judged):
+            if direction_sign(column) < 0:
+                continue  # the file says the sign
+            quantity = judged.columns[column.name].quantity
+            same_point = column.response is None or column.reference is None or is_driving_point(column)
+            if evidence.stands_out and quantity in AT_RESONANCE and same_point:
+                clear.setdefault((name, quantity), []).append(evidence)
+                at_force |= {(name, quantity)} if is_driving_point(column) else set()
+    signs: dict[str, Marked] = {}
+    for (name, quantity), items in clear.items():
+        opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
+        if 3 * len(opposite) < 2 * len(items):
+            continue
+        at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in opposite])):.0f} degrees"
+        peaks = f"{len(opposite)} of {len(items)} peaks"
+        why = f"its phase is about {at_peak} at {peaks}, opposite to {quantity} at the force"
+        if (name, quantity) in at_force:
+            signs[name] = Marked(value=-1, assumed=why)
+        else:
+            remedy = "is it beyond a node of the shape, or mounted the other way round? then add sign = -1"
+            draft.suspicions.append(f'sensor "{name}": {why}: {remedy}')
+    return signs
+
+
+def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, Marked]:
+    """Motions of sensors of unknown quantity whose phases at the peaks are those of one at the force.
+
+    Parameters
+    ----------
+    tables
+        Stepped sines and frequency responses.
+    time_sign
+        Sign of i Omega t.
+
+    Returns
+    -------
+    Quantities by the names of `phase_evidence`, with the evidence.
+    """
+    clear: dict[str, list[PhaseEvidence]] = {}
+    for judged in tables:
+        for name, column, evidence in _under_force(judged):
+            is_resonance = evidence.is_passed and evidence.time_sign == time_sign
+            if is_resonance and judged.columns[column.name].quantity in {"", "voltage"}:
+                clear.setdefault(name, []).append(evidence)
+    found: dict[str, Marked] = {}
+    for name, items in clear.items():
+        motions = [name_motion(item, time_sign) for item in items]
+        motion = max(AT_RESONANCE, key=motions.count)
+        if 3 * motions.count(motion) >= 2 * len(items):
+            at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in items])):.0f} degrees"
+            peaks = f"{motions.count(motion)} of {len(items)} peaks"
+            why = f"its phase is about {at_peak} at {peaks}, as that of {motion} at the force"
+            found[name] = Marked(value=motion, assumed=why)
+    return found
+
+
+def _under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
+    """Phases of the sensors of a table; none to a shaken base, to which all motions have another phase."""
+    force = force_column(judged)
+    if force is None or judged.columns[force.name].quantity != "acceleration":
+        yield from phase_evidence(judged)
+
+
+def is_driving_point(column: Column) -> bool:
+    """Whether a function has its response where its reference is."""
+    response, reference = column.response, column.reference
+    return response is not None and reference is not None and response.node == reference.node is not None
