@@ -93,7 +93,7 @@ def advise(
         return None
     confirms = len(verdict.effects) == 1 and not verdict.laws
     tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps, held_out=confirms)
-    tests = list_tests(tested, candidates[0].model, _find_peak(arrangement, tested))
+    tests = list_tests(tested, candidates[0].model, find_peak(arrangement, tested))
     if confirms:
         tests = _hold_out(tests, campaign)
     return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error))
@@ -162,7 +162,7 @@ def _hold_out(tests: Sequence[NextTest], campaign: Campaign) -> list[NextTest]:
     return [replace(each, is_held_out=True) for each in able]
 
 
-def _find_peak(arrangement: Arrangement, tested: Tested) -> Float[NDArray[np.float64], " n"]:
+def find_peak(arrangement: Arrangement, tested: Tested) -> Float[NDArray[np.float64], " n"]:
     """Largest measured motion at each frequency at the highest level, shape (n,)."""
     observed = arrangement.train.observed
     points = observed.points

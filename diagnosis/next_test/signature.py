@@ -84,7 +84,7 @@ class SignatureCurve:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _InSetUp:
+class InSetUp:
     """The set-up of a test as an effect without parameters, with its further sensors."""
 
     set_up: SetUp
@@ -147,7 +147,7 @@ class SetUpSignatures:
         """
         (set_up,) = {test.set_up for test in tests}
         places = tuple(dict.fromkeys(test.place for test in tests if test.place is not None))
-        tested = _InSetUp(set_up=set_up, places=places, quantity=sources.quantity)
+        tested = InSetUp(set_up=set_up, places=places, quantity=sources.quantity)
         every = join_tables([test.make_points() for test in tests])
         points = every.where(np.sort(group_rows(_columns(every)).first))
         predictor = Predictor(points=points, sweeps=set_up.sweeps)
@@ -227,7 +227,7 @@ class SetUpSignatures:
         return features, patterns.widen(whitening, self.sources.model_error)
 
 
-def _predict_change(predictor: Predictor, tested: _InSetUp, model: Model, prediction: Prediction) -> Readings:
+def _predict_change(predictor: Predictor, tested: InSetUp, model: Model, prediction: Prediction) -> Readings:
     """Change of the readings from a prediction to that of another model; zero where either has no state."""
     return np.nan_to_num(predictor.predict(tested.apply(model, [])).value - prediction.value)
 

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
-from diagnosis.decision.verdict import Verdict
+from diagnosis.decision.verdict import Finding
+from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.missing_law.place_law import MissingLaw
 from diagnosis.next_test.advise import Advice, RankedTest, advise
 from diagnosis.next_test.list_tests import AGAIN
 from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.visibility import VisibleTest, find_visible_test
 from geometry.plain_number import plain
 
 #: Tests that report and page show.
@@ -41,15 +43,21 @@ class NextStep:
         Unit of the levels.
     reason
         Why the advice could not be computed; empty where it was, or where there is nothing to separate.
+    visible
+        The test that shows most effects, where the measurements show none.
     """
 
     advice: Advice | None
     unit: str = "N"
     reason: str = ""
+    visible: VisibleTest | None = None
 
     @property
     def sentence(self) -> str:
         """Advice in words; empty if there is none."""
+        if self.visible is not None:
+            count = f"{len(self.visible.seen)} of {self.visible.n_effect}"
+            return f"measure {self.describe(self.visible.test)}: {count} effects of typical strength would show there"
         if self.advice is None:
             return ""
         best = self.advice.best
@@ -93,6 +101,8 @@ class NextStep:
     @property
     def document(self) -> dict[str, Any] | None:
         """For JSON; None where there is nothing to separate."""
+        if self.visible is not None:
+            return {"sentence": self.sentence, "test": self.visible.test.title, "would_show": [*self.visible.seen]}
         if self.advice is None:
             return {"reason": self.reason} if self.reason else None
         names = self.advice.names
@@ -103,12 +113,14 @@ class NextStep:
         }
 
 
-def find_next_step(
-    campaign: Campaign, arrangement: Arrangement, verdict: Verdict, law: MissingLaw | None
-) -> NextStep:  # fmt: skip
+def find_next_step(campaign: Campaign, diagnosis: Diagnosis[Arrangement], law: MissingLaw | None) -> NextStep:
     """Advice on the next test; what fails there costs nothing of the diagnosis."""
-    unit = campaign.drive.unit
+    unit, arrangement, verdict = campaign.drive.unit, diagnosis.arrangement, diagnosis.verdict
     try:
+        if verdict.finding is Finding.NOT_TESTABLE:
+            return NextStep(
+                advice=None, unit=unit, visible=find_visible_test(campaign, arrangement, diagnosis.catalogue)
+            )
         return NextStep(advice=advise(campaign, arrangement, verdict, law), unit=unit)
     except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
         return NextStep(advice=None, unit=unit, reason=f"what to measure next could not be computed: {error}")

@@ -150,7 +150,7 @@ def advice(result: Round) -> str:
     if result.next_step.sentence and verdict.finding is Finding.AMBIGUOUS:
         effect = verdict.effects[0].name
         return MEASURE.format(measure=result.next_step.sentence, effect=effect)
-    if result.next_step.sentence and verdict.finding is Finding.UNKNOWN:
+    if result.next_step.sentence and verdict.finding in {Finding.UNKNOWN, Finding.NOT_TESTABLE}:
         return result.next_step.sentence
     if verdict.finding is Finding.UNKNOWN and verdict.laws:
         return LAW

@@ -163,9 +163,7 @@ def diagnose_case(
         )
         drawn = run_step("as drawn", lambda: diagnosis.arrangement.tested_as_drawn(setup.model))
         law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
-        next_step = run_step(
-            "next test", lambda: find_next_step(campaign, diagnosis.arrangement, diagnosis.verdict, law)
-        )
+        next_step = run_step("next test", lambda: find_next_step(campaign, diagnosis, law))
     return Round(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
         law=describe_law(law), next_step=next_step,

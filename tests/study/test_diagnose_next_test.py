@@ -106,8 +106,26 @@ def test_what_fails_leaves_one_sentence_and_the_diagnosis(
 
     monkeypatch.setattr(next_test, "advise", fail)
     found = diagnosed.last
-    step = find_next_step(found.campaign, found.diagnosis.arrangement, found.diagnosis.verdict, None)
+    step = find_next_step(found.campaign, found.diagnosis, None)
     assert step.advice is None
     assert "the structure is not supported" in step.reason
     assert step.reason in in_words(replace(found, next_step=step))
     assert step.reason in str(document(replace(found, next_step=step))["next_test"])
+
+
+def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses: TwoMasses) -> None:
+    """Noise of half the largest motion: some effects would show at twice the highest level."""
+    case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
+    campaign = read_campaign(folder)
+    table, random = campaign.measurement, np.random.default_rng(1)
+    noise = 0.5 * np.abs(table.value).max() * random.standard_normal((2, len(table)))
+    drowned = replace(campaign, measurement=replace(table, value=table.value + noise[0] + 1j * noise[1]))
+    found = diagnose_file(case, drowned, folder, silent_run())
+    assert found.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
+    words = in_words(found.last)
+    assert "cannot tell whether anything is missing: no motion stands out of the scatter" in words
+    step = found.last.next_step
+    assert step.visible is not None
+    assert "measure a higher level" in step.sentence
+    assert step.sentence in words
+    assert document(found.last)["next_test"]["would_show"] == [*step.visible.seen]

@@ -1,0 +1,87 @@
+"""Where measurements show no effect: the further test in which most effects of typical strength would show."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from correlation.campaign.measurement import Campaign
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import EffectError
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.next_test.advise import find_peak
+from diagnosis.next_test.list_tests import Tested, list_tests
+from diagnosis.next_test.next_test import NextTest
+from diagnosis.next_test.plan import plan_tests
+from diagnosis.next_test.planned_noise import PlannedNoise
+from diagnosis.next_test.signature import InSetUp
+from hbsolve.errors import ModelError
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VisibleTest:
+    """A test with the effects that would show in it.
+
+    Parameters
+    ----------
+    test
+        Test.
+    seen
+        Names of the effects that would be named at their typical strength.
+    n_effect
+        Number of effects [-].
+    """
+
+    test: NextTest
+    seen: tuple[str, ...]
+    n_effect: int
+
+
+def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue) -> VisibleTest | None:
+    """Find the test that shows most effects; of those that show as many the one that takes least.
+
+    Parameters
+    ----------
+    campaign
+        Measurements so far.
+    arrangement
+        Arrangement of them.
+    catalogue
+        Effects.
+
+    Returns
+    -------
+    The test; None where none shows any.
+    """
+    tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps)
+    listed = list_tests(tested, arrangement.fit.model, find_peak(arrangement, tested))
+    tests = [each for each in listed if each.fits_campaign]
+    noise = PlannedNoise.of_campaign(arrangement.train)
+    quantity = next((each.quantity for each in campaign.sensors if each.line is None), "displacement")
+
+    def choose(some: Sequence[NextTest]) -> VisibleTest | None:
+        seen = [_see(each, arrangement, catalogue, noise, quantity) for each in some]
+        best = min(seen, key=lambda each: (-len(each.seen), each.test.minutes), default=None)
+        return best if best is not None and best.seen else None
+
+    bare = choose([each for each in tests if each.place is None])
+    names = {bare.test.name} if bare is not None else {each.name for each in tests[:1]}
+    sensor = choose([each for each in tests if each.place is not None and each.name in names])
+    if bare is None or sensor is None:
+        return bare or sensor
+    return sensor if len(sensor.seen) > len(bare.seen) else bare
+
+
+def _see(
+    test: NextTest, arrangement: Arrangement, catalogue: Catalogue, noise: PlannedNoise, quantity: str
+) -> VisibleTest:
+    """Effects that a test would show; none where the model has no state in it."""
+    places = () if test.place is None else (test.place,)
+    model = InSetUp(set_up=test.set_up, places=places, quantity=quantity).apply(arrangement.fit.model, ())
+    names: tuple[str, ...] = ()
+    try:
+        plan = plan_tests(
+            [test], model, arrangement.calibration, replace(arrangement.budget, refined=()), noise, catalogue
+        )
+        names = tuple(score.effect.name for score in plan.seen if plan.relative(score) <= 1)
+    except (EffectError, ModelError):
+        pass
+    return VisibleTest(test=test, seen=names, n_effect=len(catalogue.candidates))
