@@ -21,7 +21,7 @@ MAX_PERIOD = 100
 #: A state has settled when a period changes it by less than this part of its largest value: round-off of a period.
 SETTLED = 1e-13
 #: A period that forgets less than this part of the state has no cycle that 16 digits tell.
-STILL = 1e-6
+STILL = 1e-7
 #: A slider that follows the motion by more than this share slips.
 FOLLOWS = 0.5
 
