@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back
-from diagnosis.decision.rules import decide, find_untestable, passes, support
+from diagnosis.decision.evidence import passes, support
+from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.screening import Score

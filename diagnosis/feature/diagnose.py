@@ -12,7 +12,7 @@ from correlation.model import Model
 from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.decision.rules import find
+from diagnosis.decision.gate import find
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features

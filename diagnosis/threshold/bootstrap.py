@@ -24,7 +24,7 @@ from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import compute_evidence, compute_spread
+from diagnosis.decision.evidence import compute_evidence, compute_spread
 from diagnosis.diagnose import USUAL, Choice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.decision.rules import find
+from diagnosis.decision.gate import find
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score

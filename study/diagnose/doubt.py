@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import isfinite
 
-from diagnosis.decision.rules import errs_on_held_out
+from diagnosis.decision.evidence import errs_on_held_out
 from geometry.plain_number import plain
 from study.compare.report import describe_jump
 from study.diagnose.round import Round

@@ -14,7 +14,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.rules import support
+from diagnosis.decision.evidence import support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import Added

@@ -10,24 +10,17 @@ import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
+from diagnosis.decision.chance_gate import CREDIBLE, KNOWN, STAND_IN
+from diagnosis.decision.evidence import DECISIVE, passes, support
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.rules import (
-    CREDIBLE,
-    DECISIVE,
-    KNOWN,
-    STAND_IN,
-    Leftover,
-    decide,
-    find_untestable,
-    misfit,
-    passes,
-    support,
-)
+from diagnosis.decision.leftover import Leftover
+from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from diagnosis.threshold.detection_threshold import Thresholds
+from diagnosis.unknown_force import misfit
 
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0

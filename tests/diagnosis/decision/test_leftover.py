@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision import rules
-from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, with_effect
+from diagnosis.decision import leftover
+from diagnosis.decision.leftover import CHECKED, Leftover, find_leftover, with_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, quick_fit, refit
@@ -158,10 +158,10 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(rules, "compute_suited_gains", lambda *_: np.array([promised]))
-    monkeypatch.setattr(rules, "screen", lambda _, effects: [each.number for each in effects])
-    monkeypatch.setattr(rules, "quick_fit", fit)
-    monkeypatch.setattr(rules, "find_unknown_forces", lambda _: [])
+    monkeypatch.setattr(leftover, "compute_suited_gains", lambda *_: np.array([promised]))
+    monkeypatch.setattr(leftover, "screen", lambda _, effects: [each.number for each in effects])
+    monkeypatch.setattr(leftover, "quick_fit", fit)
+    monkeypatch.setattr(leftover, "find_unknown_forces", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(
         fit=SimpleNamespace(chi2=chi2), cost=chi2, cost_with_error_left=lambda fit: fit.chi2,

@@ -1,0 +1,184 @@
+"""The gate of steady states: gains compared with what chance gives, in training and held-out data."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import chdtri
+
+from correlation.model import Model
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import Effect
+from diagnosis.decision.evidence import DECISIVE, compute_probabilities, compute_spread, compute_stated, passes, support
+from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
+from diagnosis.decision.leftover import Leftover, find_force_beside, find_leftover, with_effect
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.problem import UNEXPLAINED, Refit
+from diagnosis.step import RunStep
+from diagnosis.threshold.detection_threshold import Thresholds
+from diagnosis.unknown_force import UnknownForce, misfit
+
+#: Probability that one of the effects that are named is the true one, if one of those that pass is.
+CREDIBLE = 0.95
+#: Share of the gain of the best effect that others may gain beyond the threshold, and of the error that it may leave.
+STAND_IN = 0.15
+#: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
+#: well: it is then the next effect to be named.
+KNOWN = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class ChanceGate:
+    """Gains compared with the detection thresholds, in training and held-out data."""
+
+    arrangements: Mapping[str, Arrangement]
+    catalogue: Catalogue
+    places: Sequence[UnknownForce]
+    thresholds: Thresholds
+    run_step: RunStep
+    before: Refit
+    refuted: float
+    """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
+    passing: Sequence[Refit]
+    """Effects that pass."""
+    left: dict[str, Leftover] = field(default_factory=dict)
+    """What is left beside effects that were asked for, by name."""
+    together: dict[str, Refit] = field(default_factory=dict)
+    """Effects that are missing as well, by the name of the first one."""
+    fitted: dict[str, list[FittedLaw]] = field(default_factory=dict)
+    """Laws that were fitted in place of those of effects, by the names of these."""
+    laws: dict[str, FittedLaw] = field(default_factory=dict)
+    """Laws that forces turned out to have in place of those of effects, by the names of these."""
+
+    @property
+    def further(self) -> Refit | None:
+        """An effect that is missing beside the one that was asked for."""
+        return next(iter(self.together.values()), None)
+
+    def passes(self, refit: Refit) -> bool:
+        """Whether an effect is significant."""
+        return passes(refit, self.thresholds)
+
+    def explains(self, refit: Refit) -> bool:
+        """Whether an effect leaves little enough, alone or with a further one, and has the law of its force."""
+        law = self._find_another_law(refit)
+        if law is not None:
+            self.laws[refit.name] = law
+            return False
+        others = [each for each in self.catalogue.candidates if each.name != refit.name]
+        rest = self.run_step(
+            f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
+            lambda: find_leftover(with_effect(self.arrangements[refit.name], refit), others, self.thresholds.gain),
+        )
+        self.left[refit.name] = rest
+        assert refit.effect is not None
+        linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
+        stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
+        return not stands_in or self._explains_with(refit, rest.further)
+
+    def _fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
+        """Laws that the force of an effect may have instead, fitted."""
+        if not has_other_laws(refit.effect):
+            return []
+        if refit.name not in self.fitted:
+            arrangement = self.arrangements[refit.name]
+            self.fitted[refit.name] = self.run_step(
+                f"other laws of {refit.name}",
+                lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
+            )
+        return self.fitted[refit.name]
+
+    def _find_another_law(self, refit: Refit) -> FittedLaw | None:
+        """The law of a force, if it is another one than the effect's."""
+        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
+        return find_better(self._fit_other_laws(refit), chance)
+
+    def is_confirmed(self, refit: Refit) -> bool:
+        """Whether the held-out data speak for an effect, or for it and the one that is missing as well."""
+        more = 0.0 if self.further is None else self.further.held_gain
+        return bool(refit.held_gain + more >= DECISIVE)
+
+    def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
+        """Laws that the data do not refute in place of that of an effect."""
+        return find_rivals(self._fit_other_laws(refit), DECISIVE)
+
+    def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
+        """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
+        chance = self.thresholds.gain
+        refit = next((each for each in refits if each.gain > chance * compute_spread(each)), None)
+        law = None if refit is None else self._find_another_law(refit)
+        if refit is None or law is None:
+            return False
+        if not (refit.held_gain + law.held_gain > 0 and law.refit.held_error < self.before.held_error):
+            return False
+        self.laws[refit.name] = law
+        return True
+
+    def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
+        """Whether an effect and a further one explain together what either does not."""
+        if further is None or not passes(further, self.thresholds) or _share_place(refit, further):
+            return False
+        force = self.run_step(
+            f"force beside {refit.name} and {further.name}",
+            lambda: find_force_beside(with_effect(self.arrangements[refit.name], refit), further),
+        )
+        if force - self.thresholds.misfit > STAND_IN * (refit.gain + further.gain):
+            return False
+        self.together[refit.name] = further
+        return True
+
+    def choose(self, passed: Sequence[Refit]) -> list[Refit]:
+        """The best effect, and others until one of them is the true one with the probability `CREDIBLE`."""
+        ranked = self.rank(passed[0])
+        count = 1 + int(np.searchsorted(np.cumsum([*ranked.values()]), CREDIBLE))
+        by_name = {each.name: each for each in self.passing}
+        return [by_name[name] for name in ranked][:count]
+
+    def rank(self, best: Refit) -> dict[str, float]:
+        """Probabilities by name: of the best effect, then of all others that pass, the largest first."""
+        ranked = [best, *sorted((each for each in self.passing if each is not best), key=lambda each: -support(each))]
+        return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
+
+    def is_unexplained(self) -> bool:
+        """Whether an unknown force explains more than chance does."""
+        if not self.places:
+            return False
+        left = compute_spread(self.before, self.places[0].gain)
+        return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
+
+
+def is_linear(effect: Effect, model: Model) -> bool:
+    """Whether an effect changes no joint of a model, so that it acts alike at all amplitudes."""
+    changed = effect.apply(model, [parameter.typical for parameter in effect.parameters])
+    before, after = model.system.joints, changed.system.joints
+    return len(before) == len(after) and all(one is other for one, other in zip(before, after, strict=True))
+
+
+def _share_place(refit: Refit, other: Refit) -> bool:
+    """Whether two effects act at one place."""
+    places = [place_of(each.name) for each in (refit, other)]
+    return bool(places[0]) and places[0] == places[1]
+
+
+def place_of(name: str) -> str:
+    """Place of an effect by its name; empty for one that acts at none."""
+    return name.partition(" at ")[2]
+
+
+def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
+    """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
+    unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
+    beyond = max(rest.gain - thresholds.gain, unknown)
+    is_left = compute_stated(refit) > UNEXPLAINED
+    if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
+        return True
+    return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, before)
+
+
+def _explains_nearly_all(refit: Refit, before: Refit) -> bool:
+    """Whether an effect leaves less than the share `STAND_IN` of an error that noise and stated errors do not explain.
+
+    Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
+    """
+    was, left = compute_stated(before), compute_stated(refit)
+    return was > UNEXPLAINED and left - 1 < STAND_IN**2 * (was - left)

@@ -1,0 +1,99 @@
+"""What is left beside an effect: the gain of further effects, and places of unknown forces."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from diagnosis.candidate.effect import Effect
+from diagnosis.error_share import compute_suited_gains
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.calibration import Fit
+from diagnosis.fit.finalist import is_worse
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import quick_fit
+from diagnosis.screening import screen
+from diagnosis.unknown_force import UnknownForce, find_unknown_forces, misfit
+
+#: Largest number of effects whose linear gain is checked by a fit.
+CHECKED = 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Leftover:
+    """Gain that remains beside an effect.
+
+    Parameters
+    ----------
+    gain
+        Fall of chi^2 by the best further effect: linear, or by a fit where the linear one exceeds the threshold.
+    name
+        Name of this effect.
+    places
+        Places where an unknown force would explain the rest, best first.
+    known
+        Largest gain of a known effect by the covariances of `places`, to first order.
+    further
+        That effect beside the first one, where it was fitted.
+    """
+
+    gain: float
+    name: str
+    places: tuple[UnknownForce, ...]
+    known: float
+    further: Refit | None = None
+
+
+def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
+    """Arrangement of the same measurements with an effect added to the model."""
+    assert refit.effect is not None
+    fit = refit.fit
+    slopes = arrangement.train.slopes(fit.unknowns, fit.values, fit.model, fit.prediction)
+    jacobian = np.concatenate([slopes, np.diag(1 / fit.unknowns.prior)])
+    return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
+
+
+def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
+    """Gain that remains once an effect is added, see `with_effect`.
+
+    Parameters
+    ----------
+    arrangement
+        Arrangement with the effect.
+    effects
+        Candidates; the best few whose linear gain exceeds `worth` are fitted, since the linear gain of an effect on
+        contacts that begin to slip may be far too large.
+    worth
+        Gain that matters [-].
+    """
+    by_covariance = compute_suited_gains(arrangement, effects)
+    gains, fits = by_covariance.max(axis=0, initial=0.0), dict[int, Fit]()
+    promising = [number for number in np.argsort(-gains).tolist() if gains[number] > worth]
+    for place, number in enumerate(promising):
+        if place < CHECKED:
+            (score,) = screen(arrangement, [effects[number]])
+            fits[number] = quick_fit(arrangement, score)
+            gains[number] = arrangement.cost - arrangement.cost_with_error_left(fits[number])
+        else:
+            gains[number] = worth
+    best = int(np.argmax(gains)) if len(gains) else -1
+    further = None
+    if best in fits:
+        tested = arrangement.tested(effects[best], fits[best])
+        alone = arrangement.tested(None, arrangement.fit)
+        further = replace(
+            tested, gain=float(gains[best]), held_gain=alone.held_cost - tested.held_cost,
+            worsens=is_worse(tested, alone),
+        )  # fmt: skip
+    return Leftover(
+        gain=float(gains[best]) if best >= 0 else 0.0,
+        name=effects[best].name if best >= 0 else "",
+        places=tuple(find_unknown_forces(arrangement)),
+        known=float(by_covariance.max(initial=0.0)),
+        further=further,
+    )
+
+
+def find_force_beside(arrangement: Arrangement, refit: Refit) -> float:
+    """Excess gain of an unknown force beside an effect that is added to those of an arrangement."""
+    return max((misfit(place) for place in find_unknown_forces(with_effect(arrangement, refit))), default=0.0)
