@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
-from study.campaign.new_campaign import draft_campaign, read_folder, write_manifest
-from study.campaign.question import Assumptions
+from tests.study.campaign.drafted_folder import drafted
 
 FREQUENCY = np.linspace(98.0, 102.0, 41)
 #: Of a force of one, for e^{+i Omega t}.
@@ -30,14 +29,13 @@ def _write(folder: Path, names: tuple[str, str], response: np.ndarray) -> None:
 def test_x_and_y_are_parts_of_a_motion_that_its_phase_tells(tmp_path: Path, motion: str) -> None:
     response = MOTIONS[motion] * DISPLACEMENT
     _write(tmp_path, ("X1 [V]", "Y1 [V]"), response)
-    draft = draft_campaign(measured := read_folder(tmp_path), Assumptions())
-    write_manifest(measured, draft)
+    made, _ = drafted(tmp_path)
     campaign = read_campaign(tmp_path)
     (sensor,) = campaign.sensors
     assert sensor.name == "response 1"
     assert not sensor.calibrated
     assert sensor.quantity == (motion or "displacement")
-    told = [line for line in draft.assumptions() if "as that of" in line]
+    told = [line for line in made.draft.assumptions() if "as that of" in line]
     assert len(told) == bool(motion)
     table = campaign.measurement
     for level in (0.1, 0.2):
@@ -48,5 +46,5 @@ def test_x_and_y_are_parts_of_a_motion_that_its_phase_tells(tmp_path: Path, moti
 
 def test_x_and_y_without_a_sign_are_two_axes(tmp_path: Path) -> None:
     _write(tmp_path, ("X [um]", "Y [um]"), np.abs(DISPLACEMENT) * (1 + 0.3j))
-    write_manifest(measured := read_folder(tmp_path), draft_campaign(measured, Assumptions()))
+    drafted(tmp_path)
     assert len(read_campaign(tmp_path).sensors) == 2
