@@ -1,7 +1,8 @@
 """Rows of a run: steady states from the columns of any measured file, in SI and in the convention of a campaign."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -112,12 +113,47 @@ def read_run_rows(
     force = _force(entry, file, units)
     level = _level(entry, file, force, of_pass, units)
     turn = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
-    read: list[tuple[NDArray[np.bool_], int, int, Complex[NDArray[np.complex128], " n"]]] = []
     suspicions: list[Suspicion] = []
+    read = list(_read_signals(entry, file, sensors, units, turn, suspicions))
+    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
+        named = name_branches(sweep, of_pass, level, frequency, _size(read, len(frequency)))
+        if (named != sweep).any():
+            suspicions.append(_tell_branches(entry, level[named != sweep]))
+            order = turn_order(order, of_pass, frequency, named)
+        sweep = named
+    given = "repeat" in entry.own
+    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
+    states = _States(
+        frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
+        sweep=sweep, repeat=repeat,
+    )  # fmt: skip
+    tables = [_rows(states.where(one.there), one.sensor, one.harmonic, one.value, test) for one in read]
+    return join_rows(tables), tuple(suspicions)
+
+
+class _Signal(NamedTuple):
+    """Values of a harmonic of a sensor."""
+
+    there: NDArray[np.bool_]
+    """Which rows of the file have one."""
+    sensor: int
+    harmonic: int
+    value: Complex[NDArray[np.complex128], " n"]
+
+
+def _read_signals(
+    entry: RunEntry,
+    file: MeasuredFile,
+    sensors: Sequence[MeasuredSensor],
+    units: RunUnits,
+    turn: Complex[NDArray[np.complex128], " n"],
+    suspicions: list[Suspicion],
+) -> Iterator[_Signal]:
+    """Values of all sensors in the rows of a file, and what looks wrong in them; phases count from `turn`."""
     for number, sensor in enumerate(sensors):
         for signal in entry.signals.get(sensor.name, ()):
             _require(
-                all(len(file.column(name).values) == len(frequency) for name in signal.columns.values()),
+                all(len(file.column(name).values) == len(turn) for name in signal.columns.values()),
                 signal.problem("its column is not as long as that of the frequency"),
             )
             present, there, found = _present(entry, file, signal)
@@ -138,31 +174,15 @@ def read_run_rows(
                 value = (np.conj(value) if units.time_sign < 0 else value) * units.peak * turn[there] ** signal.harmonic
             if signal.harmonic and not sensor.has_phase:
                 value = np.abs(value).astype(np.complex128)
-            read.append((there, number, signal.harmonic, value))
-    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
-        named = name_branches(sweep, of_pass, level, frequency, _size(read, len(frequency)))
-        if (named != sweep).any():
-            suspicions.append(_tell_branches(entry, level[named != sweep]))
-            order = turn_order(order, of_pass, frequency, named)
-        sweep = named
-    given = "repeat" in entry.own
-    repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat
-    states = _States(
-        frequency=frequency, level=level, force=np.abs(force) if force is not None else level, order=order,
-        sweep=sweep, repeat=repeat,
-    )  # fmt: skip
-    tables = [_rows(states.where(there), number, harmonic, value, test) for there, number, harmonic, value in read]
-    return join_rows(tables), tuple(suspicions)
+            yield _Signal(there, number, signal.harmonic, value)
 
 
-def _size(
-    read: Sequence[tuple[NDArray[np.bool_], int, int, Complex[NDArray[np.complex128], " n"]]], n_row: int
-) -> Real:
+def _size(read: Sequence[_Signal], n_row: int) -> Real:
     """Amplitudes of the first fundamental that was read, shape (n_row,); NaN where there is none."""
     size = np.full(n_row, np.nan)
-    for there, _, harmonic, value in read:
-        if harmonic == 1:
-            size[there] = np.abs(value)
+    for one in read:
+        if one.harmonic == 1:
+            size[one.there] = np.abs(one.value)
             break
     return size
 
