@@ -17,23 +17,12 @@ from diagnosis.unknown_force import UnknownForce
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Criteria:
-    """Basis of every judgement.
-
-    Parameters
-    ----------
-    catalogue, scores, thresholds
-        Candidates, their scores, and the detection thresholds.
-    far
-        A resonance that is far off.
-    is_seen
-        Whether any motion stands out of its scatter.
-    """
+    """Basis of every judgement: candidates, their scores, detection thresholds, and a resonance that is far off."""
 
     catalogue: Catalogue
     scores: Sequence[Score]
     thresholds: Thresholds
     far: FarResonance | AbsentPeak | None = None
-    is_seen: bool = True
 
 
 def judge(
@@ -63,4 +52,4 @@ def judge(
     verdict = decide(
         by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
     )
-    return ranked, find_untestable(verdict, by.is_seen)
+    return ranked, find_untestable(verdict, bool(before.arrangement.train.shares.any()))
