@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.hidden_effects_score import Share
-from benchmarks.strangers.score import CLEAR, Record, is_first, kind_of, named, same
+from benchmarks.strangers.score import CLEAR, NO_ALARM, Record, is_first, kind_of, named
 from figure.confusion import ConfusionMatrix, confusion_figure
 from figure.style import INK, LIMITS, PALE, add_title, new_figure, open_box, png
 
@@ -26,9 +26,12 @@ class Bin(NamedTuple):
 
 
 def list_bins(records: Sequence[Record]) -> list[Bin]:
-    """Effects that first rounds name, by their probability."""
+    """Effects that first rounds name, by their probability.
+
+    Right is the hidden one itself: what is the same has a share of its own.
+    """
     told = [
-        (probability, each["name"] in same(record))
+        (probability, each["name"] in {effect["name"] for effect in record["effects"]})
         for record in records
         for each, probability in zip(named(record), record["rounds"][0].get("probabilities", ()), strict=False)
     ]
@@ -82,5 +85,5 @@ def _is_right(record: Record) -> bool:
     """Whether the first round tells what it should."""
     finding, effects = record["rounds"][0]["finding"], record["effects"]
     if not effects:
-        return bool(finding == NOTHING)
+        return finding in NO_ALARM
     return bool(finding == "unknown") if not effects[0]["known"] else is_first(record)
