@@ -104,9 +104,7 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
         "threshold": verdict.threshold,
         "misfit": max((misfit(each) for each in diagnosis.places), default=0.0),
         "misfit_threshold": diagnosis.thresholds.misfit,
-        "train_chi2": before.fit.chi2 / before.fit.n_number,
-        "held_chi2": before.held_chi2,
-        "held_error": before.held_error,
+        "before": _judged(before),
     }
 
 
@@ -128,9 +126,20 @@ def _fitted(refit: Refit) -> dict[str, Any]:
         "half": INTERVAL * refit.deviation,
         "gain": refit.gain,
         "held_gain": refit.held_gain,
-        "held_chi2": float(refit.held_chi2),
-        "chi2": float(refit.fit.chi2 / refit.fit.n_number),
         "finite": bool(np.isfinite([refit.strength, refit.deviation]).all()),
+        **_judged(refit),
+    }
+
+
+def _judged(refit: Refit) -> dict[str, Any]:
+    """How well a fit describes training and held-out data: by the model error of its own, by noise, and in per cent."""
+    return {
+        "chi2": float(refit.fit.chi2 / refit.fit.n_number),
+        "held_chi2": float(refit.held_chi2),
+        "stated_chi2": refit.stated_chi2,
+        "held_stated_chi2": refit.held_stated_chi2,
+        "error": float(refit.error),
+        "held_error": float(refit.held_error),
     }
 
 
