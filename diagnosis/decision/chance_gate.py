@@ -22,6 +22,8 @@ from diagnosis.unknown_force import UnknownForce, misfit
 CREDIBLE = 0.95
 #: Share of the gain of the best effect that others may gain beyond the threshold, and of the error that it may leave.
 STAND_IN = 0.15
+#: Rise of a relative error that is none: an effect on forces moves it, too [-].
+ERROR_ROUNDED = 0.01
 #: Share of the gain of an unknown force beside the best effect from which on a known one explains it, to first order as
 #: well: it is then the next effect to be named.
 KNOWN = 0.5
@@ -94,9 +96,17 @@ class ChanceGate:
         return find_better(self._fit_other_laws(refit), chance)
 
     def is_confirmed(self, refit: Refit) -> bool:
-        """Whether the held-out data speak for an effect, or for it and the one that is missing as well."""
+        """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
+
+        They do by their density, if their misfit by noise and stated errors does not rise, nor their relative error
+        where noise does not explain it.
+        """
         more = 0.0 if self.further is None else self.further.held_gain
-        return bool(refit.held_gain + more >= DECISIVE)
+        best = self.further or refit
+        misfit = max(best.held_misfit, 1.0)
+        rises = misfit > max(self.before.held_misfit, 1.0)
+        rises |= misfit > 1.0 and best.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
+        return bool(refit.held_gain + more >= DECISIVE and not rises)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""

@@ -82,6 +82,9 @@ def decide(
     laws = gate.find_rival_laws(effects[0]) if effects else []
     if finding is Finding.MISSING and (laws or not gate.is_confirmed(effects[0])):
         finding = Finding.AMBIGUOUS
+    if finding is Finding.NOTHING and held_back:
+        # What a parameter has taken up as far as its prior lets it go may be an effect.
+        finding = Finding.UNKNOWN
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
     found = finding is Finding.UNKNOWN and not gate.laws and gate.is_unexplained()

@@ -260,6 +260,30 @@ def test_held_out_data_confirm_two_effects_together(held: float, finding: Findin
     assert verdict.further is rest.further
 
 
+@pytest.mark.parametrize(
+    ("misfit_after", "error_after", "finding"),
+    [
+        (1.5, 0.09, Finding.MISSING),
+        (2.1, 0.09, Finding.AMBIGUOUS),  # by noise they are further off
+        (1.5, 0.11, Finding.AMBIGUOUS),
+        (0.9, 0.11, Finding.MISSING),  # noise explains the error
+    ],
+)
+def test_held_out_data_confirm_nothing_that_makes_them_worse(
+    misfit_after: float, error_after: float, finding: Finding
+) -> None:
+    before = replace(BEFORE, held_stated_chi2=2.0)
+    better = replace(refit("mass", 100, 50), held_stated_chi2=misfit_after, held_error=error_after)
+    assert decided(better, before=before).finding is finding
+    alone = replace(refit("mass", 100, 50), held_stated_chi2=2.5, held_error=0.2)
+    rest = Leftover(
+        gain=150, name="gap", places=(), known=150,
+        further=replace(refit("gap", 150, 60), held_stated_chi2=misfit_after, held_error=error_after),
+    )  # fmt: skip
+    # Beside an effect that is missing as well, both count together.
+    assert decided(alone, before=before, rest=rest).finding is finding
+
+
 def test_what_chance_leaves_makes_no_stand_in() -> None:
     """A weak effect explains 25; others may leave more than a third of it by chance, up to the limits."""
     weak = refit("mass", 25, 20)
@@ -308,10 +332,11 @@ def test_a_parameter_that_its_prior_holds_back_leaves_nothing_to_name() -> None:
     verdict = decided(refit("mass", LIMITS.gain - 5, 10), places=(there,), held_back=["kt x 1.5", "E x 1.05"])
     assert (verdict.finding, verdict.place, verdict.held_back) == (Finding.UNKNOWN, None, ["kt x 1.5", "E x 1.05"])
     assert "kt x 1.5 and E x 1.05 are as far as a fit may go" in verdict.sentence
-    # With an effect that explains the data its own fit counts, and nothing is to be named without a misfit.
+    # With an effect that explains the data its own fit counts; and without one not even a small misfit is nothing.
     assert decided(refit("mass", 100, 80), held_back=["kt x 1.5"]).held_back == ()
+    # Nor is nothing missing where a parameter has taken up all that it may.
     nothing = decided(refit("mass", 5, 5), held_back=["kt x 1.5"])
-    assert (nothing.finding, nothing.held_back) == (Finding.NOTHING, ())
+    assert (nothing.finding, nothing.held_back) == (Finding.UNKNOWN, ["kt x 1.5"])
 
 
 def test_an_unknown_force_is_no_more_than_an_effect_that_held_out_data_speak_against() -> None:
