@@ -12,6 +12,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import DECISIVE, compute_probabilities, compute_spread, compute_stated, passes, support
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
 from diagnosis.decision.leftover import Leftover, find_force_beside, find_leftover, with_effect
+from diagnosis.effect import EFFECTS
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.step import RunStep
@@ -99,14 +100,14 @@ class ChanceGate:
         """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
 
         They do by their density, if their misfit by noise and stated errors does not rise, nor their relative error
-        where noise does not explain it.
+        where noise does not explain it; and of nothing that takes mass or stiffness away, as errors of a model do.
         """
         more = 0.0 if self.further is None else self.further.held_gain
         best = self.further or refit
         misfit = max(best.held_misfit, 1.0)
         rises = misfit > max(self.before.held_misfit, 1.0)
         rises |= misfit > 1.0 and best.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
-        return bool(refit.held_gain + more >= DECISIVE and not rises)
+        return bool(refit.held_gain + more >= DECISIVE and not rises and not any(map(takes_away, (refit, best))))
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
@@ -162,6 +163,12 @@ def is_linear(effect: Effect, model: Model) -> bool:
     changed = effect.apply(model, [parameter.typical for parameter in effect.parameters])
     before, after = model.system.joints, changed.system.joints
     return len(before) == len(after) and all(one is other for one, other in zip(before, after, strict=True))
+
+
+def takes_away(refit: Refit) -> bool:
+    """Whether an effect takes a part away from the structure that the model has."""
+    kinds = {kind.name for kind in EFFECTS if kind.is_addition}
+    return refit.effect is not None and refit.effect.kind in kinds and refit.strength < 0
 
 
 def _share_place(refit: Refit, other: Refit) -> bool:

@@ -37,6 +37,8 @@ class EffectKind:
         Whether it acts through stick and slip alone, so that its derivative may have the wrong sign.
     has_two_sides
         Whether it is fitted from both sides of its vanishing value: chi^2 may have a least value on either.
+    is_addition
+        Whether it adds a part to the structure, so that a negative strength takes away what the model has.
     is_alike
         Function that decides whether effects of two meshes are the same; by their names by default.
     other_laws
@@ -53,6 +55,7 @@ class EffectKind:
     order: int = 100
     is_rugged: bool = False
     has_two_sides: bool = False
+    is_addition: bool = False
     is_alike: Callable[[Effect, Effect], bool] | None = None
     other_laws: OtherLaws | None = None
 

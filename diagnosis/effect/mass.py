@@ -67,5 +67,6 @@ EFFECTS.register(
     EffectKind(
         name=KIND, acts_on="places that move", physics=PointMass.physics, signature=PointMass.signature,
         parameters={"mass": ("kg", "kg m^2")}, candidates=candidates, order=2,
+        is_addition=True,
     )
 )  # fmt: skip

@@ -77,5 +77,6 @@ EFFECTS.register(
         name=KIND, acts_on="places that move, and pairs of bodies", physics=LinearSpring.physics,
         signature=LinearSpring.signature,
         parameters={"stiffness": ("N/m", "N m")}, candidates=candidates, order=1,
+        is_addition=True,
     )
 )  # fmt: skip

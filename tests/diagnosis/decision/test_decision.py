@@ -30,7 +30,7 @@ LIMITS = Thresholds(gain=20.0, misfit=30.0)
 NO_EFFECT = Leftover(gain=0.0, name="", places=(), known=0.0)
 
 
-def refit(name: str, fall: float, held_fall: float, n_number: int = 1000) -> Refit:
+def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, strength: float = 1.0) -> Refit:
     def apply(model: Any, values: list[float]) -> Any:
         """As kinds do: a spring of a law of its own changes the joints, a mass does not."""
         del values
@@ -39,7 +39,7 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000) -> Ref
     parameter = SimpleNamespace(unit="kg", typical=1.0)
     kind = name.partition(" ")[0]
     effect: Any = SimpleNamespace(name=name, kind=kind, parameters=(parameter,), apply=apply) if name else None
-    fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number)
+    fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number, values=np.array([strength]))
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
         effect=effect, fit=fit, held_chi2=held, n_held=N_HELD, error=0.1, held_error=0.1, gain=fall, held_gain=held_fall
@@ -282,6 +282,14 @@ def test_held_out_data_confirm_nothing_that_makes_them_worse(
     )  # fmt: skip
     # Beside an effect that is missing as well, both count together.
     assert decided(alone, before=before, rest=rest).finding is finding
+
+
+@pytest.mark.parametrize(("name", "finding"), [("mass", Finding.AMBIGUOUS), ("cubic", Finding.MISSING)])
+def test_what_takes_mass_away_is_named_with_doubt(name: str, finding: Finding) -> None:
+    """A model errs like that; a force that softens does not."""
+    assert decided(refit(f"{name} at tip", 100, 80)).finding is Finding.MISSING
+    verdict = decided(refit(f"{name} at tip", 100, 80, strength=-1.0))
+    assert verdict.finding is finding
 
 
 def test_what_chance_leaves_makes_no_stand_in() -> None:
