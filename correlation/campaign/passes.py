@@ -14,7 +14,6 @@ Whole = Int[NDArray[np.int64], " n"]
 
 #: Sweeps that differ by this factor over so many neighbouring frequencies are on two branches.
 BRANCH_FACTOR, BRANCH_POINTS = 1.25, 3
-
 #: Words of a sweep as files have them, in small letters.
 SWEEP_WORDS = {
     "up": 1, "forward": 1, "rising": 1, "auf": 1, "aufwärts": 1, "down": -1, "backward": -1, "falling": -1, "ab": -1,

@@ -119,7 +119,7 @@ def read_run_rows(
         named = name_branches(sweep, of_pass, level, frequency, _size(read, len(frequency)))
         if (named != sweep).any():
             suspicions.append(_tell_branches(entry, level[named != sweep]))
-            order = turn_order(order, of_pass, frequency, named)
+            order = order if "order" in entry.own else turn_order(order, of_pass, frequency, named)
         sweep = named
     given = "repeat" in entry.own
     repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat

@@ -104,9 +104,9 @@ class ChanceGate:
         """
         more = 0.0 if self.further is None else self.further.held_gain
         best = self.further or refit
-        misfit = max(best.held_misfit, 1.0)
-        rises = misfit > max(self.before.held_misfit, 1.0)
-        rises |= misfit > 1.0 and best.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
+        left = max(best.held_misfit, 1.0)
+        rises = left > max(self.before.held_misfit, 1.0)
+        rises |= left > 1.0 and best.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
         return bool(refit.held_gain + more >= DECISIVE and not rises and not any(map(takes_away, (refit, best))))
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:

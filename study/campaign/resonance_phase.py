@@ -48,9 +48,7 @@ def sensor_signs(draft: Draft, tables: Sequence[JudgedTable], time_sign: int) ->
         opposite = [item for item in items if opposite_sign(item, quantity, time_sign)]
         if 3 * len(opposite) < 2 * len(items):
             continue
-        at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in opposite])):.0f} degrees"
-        peaks = f"{len(opposite)} of {len(items)} peaks"
-        why = f"its phase is about {at_peak} at {peaks}, opposite to {quantity} at the force"
+        why = f"{_tell_phase(opposite, len(items), time_sign)}, opposite to {quantity} at the force"
         if (name, quantity) in at_force:
             signs[name] = Marked(value=-1, assumed=why)
         else:
@@ -83,12 +81,17 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
     for name, items in clear.items():
         motions = [name_motion(item, time_sign) for item in items]
         motion = max(AT_RESONANCE, key=motions.count)
-        if 3 * motions.count(motion) >= 2 * len(items):
-            at_peak = f"{np.degrees(time_sign * np.median([item.at_peak for item in items])):.0f} degrees"
-            peaks = f"{motions.count(motion)} of {len(items)} peaks"
-            why = f"its phase is about {at_peak} at {peaks}, as that of {motion} at the force"
+        own = [item for item, told in zip(items, motions, strict=True) if told == motion]
+        if 3 * len(own) >= 2 * len(items):
+            why = f"{_tell_phase(own, len(items), time_sign)}, as that of {motion} at the force"
             found[name] = Marked(value=motion, assumed=why)
     return found
+
+
+def _tell_phase(items: Sequence[PhaseEvidence], n_peak: int, time_sign: int) -> str:
+    """Phase at some of the peaks, in words."""
+    at_peak = np.degrees(time_sign * np.median([item.at_peak for item in items]))
+    return f"its phase is about {at_peak:.0f} degrees at {len(items)} of {n_peak} peaks"
 
 
 def _under_force(judged: JudgedTable) -> Iterator[tuple[str, Column, PhaseEvidence]]:
