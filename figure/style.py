@@ -90,11 +90,11 @@ def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
 
 def use_log_scale(axes: Axes, along: Literal["x", "y"]) -> None:
     """Make an axis logarithmic, with decimal numbers at 1, 2 and 5 where it spans little, and else at the decades."""
-    from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator
+    from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator
 
     axes.set(**{f"{along}scale": "log"})
     axis = axes.xaxis if along == "x" else axes.yaxis
-    power = LogFormatterMathtext()
+    power = LogFormatterSciNotation()
     power.set_axis(axis)
 
     def write(value: float, place: int | None = None) -> str:

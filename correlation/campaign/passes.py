@@ -69,8 +69,10 @@ def number_stated_passes(frequency: Real, sweep: Whole) -> Whole:
 def name_branches(sweep: Whole, of_pass: Whole, level: Real, frequency: Real, size: Real) -> Whole:
     """Sweeps with those of branches that a table lists one after the other, shape (n,).
 
-    Tables of published curves list all branches by rising frequency. Where two passes of a level go one way, overlap
-    in a part of either and differ there, the one that begins lower was swept up, and the other one down.
+    Tables of published curves list all branches by rising frequency. Where two passes of a level go one way and overlap
+    in a part of either, in which one is above the other by a factor that varies, the one that begins lower was swept
+    up, and the other one down. Two sweeps through a resonance that has shifted cross, and those at two forces differ by
+    one factor.
 
     Parameters
     ----------
@@ -87,8 +89,9 @@ def name_branches(sweep: Whole, of_pass: Whole, level: Real, frequency: Real, si
         if sweep[one[0]] == sweep[other[0]] and level[one[0]] == level[other[0]]:
             lower, upper = sorted((one, other), key=lambda rows: tuple(frequency[rows[[0, -1]]]))
             shifted = frequency[lower[0]] < frequency[upper[0]] and frequency[lower[-1]] < frequency[upper[-1]]
-            if shifted and _differ(frequency[lower], size[lower], frequency[upper], size[upper]):
-                named[lower], named[upper] = 1, -1
+            if shifted and _are_branches(frequency[lower], size[lower], frequency[upper], size[upper]):
+                for rows, way in ((lower, 1), (upper, -1)):
+                    named[of_pass == of_pass[rows[0]]] = way
     return named
 
 
@@ -102,12 +105,26 @@ def turn_order(order: Whole, of_pass: Whole, frequency: Real, sweep: Whole) -> W
     return turned
 
 
-def _differ(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
+def differ(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
     """Whether two curves, by rising frequency, differ over some neighbouring frequencies that both have."""
+    apart = np.abs(_ratio(frequency, size, other, other_size)) > np.log(BRANCH_FACTOR)
+    return bool(np.convolve(apart, np.ones(BRANCH_POINTS), mode="valid").max(initial=0.0) >= BRANCH_POINTS)
+
+
+def _are_branches(frequency: Real, size: Real, other: Real, other_size: Real) -> bool:
+    """Whether one of two curves that differ is above the other at all that both have, by a factor that varies."""
+    ratio = _ratio(frequency, size, other, other_size)
+    ratio = ratio[np.isfinite(ratio)]
+    if not len(ratio) or (ratio.min() < 0 < ratio.max()) or np.ptp(ratio) < np.log(BRANCH_FACTOR):
+        return False
+    return differ(frequency, size, other, other_size)
+
+
+def _ratio(frequency: Real, size: Real, other: Real, other_size: Real) -> Real:
+    """Logarithm of the ratio of two curves at the frequencies of the first; NaN where the other one has none."""
     beside = np.interp(frequency, other, other_size, left=np.nan, right=np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
-        apart = np.abs(np.log(size / beside)) > np.log(BRANCH_FACTOR)
-    return bool(np.convolve(apart, np.ones(BRANCH_POINTS), mode="valid").max(initial=0.0) >= BRANCH_POINTS)
+        return np.asarray(np.log(size / beside))
 
 
 def count_repeats(frequency: Real, sweep: Whole, level: Real) -> Whole:

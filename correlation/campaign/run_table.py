@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurable import LEAST, MOST, REMEDY, is_beyond
 from correlation.campaign.measured_files import MeasuredFiles, take_rows, with_rows
-from correlation.campaign.measurement import SWEEPS, MeasuredSensor, Measurement, Suspicion
+from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, MeasuredSensor, Measurement, Suspicion
 from correlation.campaign.passes import (
     SWEEP_WORDS,
     count_repeats,
@@ -115,11 +115,12 @@ def read_run_rows(
     turn = np.ones(len(frequency), dtype=np.complex128) if force is None else np.exp(-1j * np.angle(force))
     suspicions: list[Suspicion] = []
     read = list(_read_signals(entry, file, sensors, units, turn, suspicions))
-    if entry.sweep == BY_ORDER and "sweep" not in entry.own:
-        named = name_branches(sweep, of_pass, level, frequency, _size(read, len(frequency)))
+    if entry.sweep == BY_ORDER and not {"sweep", "order"} & {*entry.own}:
+        motions = [one for one in read if sensors[one.sensor].quantity != CONTACT_FORCE]
+        named = name_branches(sweep, of_pass, level, frequency, _size(motions, len(frequency)))
         if (named != sweep).any():
             suspicions.append(_tell_branches(entry, level[named != sweep]))
-            order = order if "order" in entry.own else turn_order(order, of_pass, frequency, named)
+            order = turn_order(order, of_pass, frequency, named)
         sweep = named
     given = "repeat" in entry.own
     repeat = _whole(entry, file, "repeat") if given else count_repeats(frequency, sweep, level) + entry.repeat

@@ -112,8 +112,8 @@ def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.comp
             spread.append(float(np.quantile(np.hypot(logarithm[values] - ratio[-1], turned[values]), MOST)))
     kept, ratios = table.where(np.array(first, dtype=np.int64)), np.array(ratio)
     if not campaign.drive.calibrated and len(ratios):
-        # All readings together may be any factor off.
-        ratios -= np.median(ratios)
+        # All readings together may be any factor off; of two groups the smaller values count as right.
+        ratios -= np.quantile(ratios, 0.5, method="lower")
     return _Runs(
         test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=ratios,
         spread=np.array(spread),

@@ -21,6 +21,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
+from correlation.campaign.passes import differ
 from correlation.feature.curve import CurveSet, list_curves
 from correlation.feature.jump import find_curve_jumps
 from correlation.noise.smoothness import estimate_curve_noise
@@ -51,6 +52,8 @@ class Branches:
         Standard deviation of each reading by noise, shape (c, n); NaN where curves are too short to tell.
     split
         States of which the sweeps measured different branches, shape (n,).
+    alone
+        States that were read in one sweep alone, at a level with different branches, shape (n,).
     out
         Readings that cannot be averaged with the others of their sweep, shape (c, n): of another branch than most
         repeats, or of a state without a majority.
@@ -59,6 +62,7 @@ class Branches:
     curves: CurveSet
     noise: Float[NDArray[np.float64], "c n"]
     split: Bool[NDArray[np.bool_], " n"]
+    alone: Bool[NDArray[np.bool_], " n"]
     out: Bool[NDArray[np.bool_], "c n"]
 
     @property
@@ -86,24 +90,24 @@ def separate(curves: CurveSet) -> Branches:
     for state in np.flatnonzero(find_scattered(curves, split) & ~out.any(axis=0)).tolist():
         for rows in ways if split[state] else [np.arange(len(out))]:
             out[rows, state] = find_minority(curves.value[rows, state], noise[rows, state], scattered=True)
-    return Branches(curves=curves, noise=noise, split=split, out=out)
+    return Branches(curves=curves, noise=noise, split=split, alone=_find_alone(curves, split), out=out)
 
 
 def mark_readings(
     campaign: Campaign, branches: Sequence[Branches]
 ) -> tuple[Bool[NDArray[np.bool_], " k"], Bool[NDArray[np.bool_], " k"]]:
-    """Which rows of a campaign are of a state with two branches, and which cannot be averaged, shape (k,) each."""
+    """Which rows of a campaign are of a branch of their sweep, and which cannot be averaged, shape (k,) each."""
     table = campaign.measurement
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
     split, out = np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
     for each in branches:
-        if not (each.split.any() or each.out.any()):
+        if not (each.split.any() or each.alone.any() or each.out.any()):
             continue
         of = each.curves
         rows = np.flatnonzero((free == of.free) & (table.level == of.level))
         state = find_states(of.frequency, table.frequency[rows])
         rows, state = rows[state >= 0], state[state >= 0]
-        split[rows] = each.split[state]
+        split[rows] = (each.split | each.alone)[state]
         number = {key: curve for curve, key in enumerate(zip(of.sweep.tolist(), of.repeat.tolist(), strict=True))}
         keys = zip(table.sweep[rows].tolist(), table.repeat[rows].tolist(), strict=True)
         curve = np.array([number.get(key, -1) for key in keys], dtype=np.int64)
@@ -197,6 +201,18 @@ def _find_split(
     size = np.fmax(*(np.abs(np.where(np.isfinite(value[rows]), value[rows], 0)).max(axis=0) for rows in (up, down)))
     clear = np.abs(mean) > CLEAR * np.sqrt(curves.parts * variance)
     return np.asarray(known.any(axis=0) & clear & (np.abs(mean) > MATTERS * size))
+
+
+def _find_alone(curves: CurveSet, split: Bool[NDArray[np.bool_], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+    """States that were read in one sweep alone, if the sweeps measured different branches anywhere, shape (n,)."""
+    ways = [curves.sweep == way for way in (1, -1)]
+    up, down = (np.isfinite(curves.value[rows]).any(axis=0) for rows in ways)
+    if not (up.any() and down.any()):
+        return np.zeros(len(split), dtype=bool)
+    first, back = (np.abs(_mean(curves.value[rows])[0]) for rows in ways)
+    frequency = curves.frequency
+    apart = split.any() or differ(frequency[up], first[up], frequency[down], back[down])
+    return np.asarray((up != down) & apart)
 
 
 def _row(curves: CurveSet, way: int, repeat: int) -> int:

@@ -108,22 +108,16 @@ class Observation(RowTable):
 
 @lru_cache(maxsize=2)  # several parts of one comparison ask
 def arrange_campaign(campaign: Campaign) -> Observation:
-    """Arrange a whole campaign.
-
-    A state with two branches has a row for each sweep (`correlation.feature.branch`), and one that was read in one
-    sweep alone is of that sweep.
-    """
+    """Arrange a whole campaign; a state with two branches has a row for each sweep (`correlation.feature.branch`)."""
     table = campaign.measurement
     split, out = mark_readings(campaign, find_branches(campaign))
     out = out | find_unsettled(campaign)
+    sweep = np.where(split, table.sweep, 0)
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     frequency = table.frequency
     state_columns = [free_test[table.test], table.level, number_frequencies(frequency)]
-    state = group_rows(state_columns).number
-    up, down = (np.bincount(state, table.sweep == way)[state] > 0 for way in (1, -1))
-    alone = (up != down) & (len(find_sweep_directions(campaign)) > 1)
-    sweep = np.where(split | alone, table.sweep, 0)
     first, row = group_rows([*state_columns, sweep, table.sensor, table.harmonic])
+    state = group_rows(state_columns).number
     _, column = np.unique(table.repeat, return_inverse=True)
     value = np.where(out, np.nan, table.value)
     shape = (len(first), int(column.max(initial=0)) + 1)

@@ -180,8 +180,11 @@ def take_measured_branch(
         late = jump.frequency_error * jump.sweep > 0
         number = sweeps.index(jump.sweep)
         if late and len(sweeps) > 1:
-            value[rows] = prediction.by_sweep[1 - number, rows]
-            continue
+            back = prediction.by_sweep[1 - number, rows]
+            # Where the sweep back is on the same branch, or nowhere, the model has no other one that is known.
+            other = np.abs(back - prediction.by_sweep[number, rows]) > LEAST * np.abs(back)
+            value[rows[other]] = back[other]
+            rows = rows[~other]
         # Beyond the jump of the model if it is late, before it if it is early.
         beyond = (points.frequency - jump.predicted_frequency) * jump.sweep > 0
         side = (points.free == jump.free) & (points.level == jump.level) & (beyond == late)

@@ -9,6 +9,7 @@ from scipy.special import chdtri
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
+from diagnosis.decision.closeness import list_held_back
 from diagnosis.decision.evidence import DECISIVE, compute_probabilities, compute_spread, compute_stated, passes, support
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
 from diagnosis.decision.leftover import Leftover, find_force_beside, find_leftover, with_effect
@@ -100,14 +101,16 @@ class ChanceGate:
         """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
 
         They do by their density, if their misfit by noise and stated errors does not rise, nor their relative error
-        where noise does not explain it; and of nothing that takes mass or stiffness away, as errors of a model do.
+        where noise does not explain it; and of nothing that takes mass or stiffness away, as errors of a model do, or
+        that needs a calibration parameter at the end of its prior.
         """
         more = 0.0 if self.further is None else self.further.held_gain
         best = self.further or refit
         left = max(best.held_misfit, 1.0)
         rises = left > max(self.before.held_misfit, 1.0)
         rises |= left > 1.0 and best.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
-        return bool(refit.held_gain + more >= DECISIVE and not rises and not any(map(takes_away, (refit, best))))
+        strained = list_held_back(best.fit) or any(map(takes_away, (refit, best)))
+        return bool(refit.held_gain + more >= DECISIVE and not rises and not strained)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""

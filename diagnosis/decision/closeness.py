@@ -148,7 +148,7 @@ def _list_curves(
         own = seen & (points.free == free)
         own &= points.level == points.level[own].min()
         own &= points.sensor == points.sensor[own][np.argmax(size[own])]
-        own &= points.sweep == points.sweep[own][0]
+        own &= np.isin(points.sweep, (0, points.sweep[own][np.argmax(size[own])] or 1))
         rows = np.flatnonzero(own)[np.argsort(points.frequency[own])]
         yield bool(free), rows, size[rows]
 

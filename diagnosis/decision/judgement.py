@@ -52,4 +52,5 @@ def judge(
     verdict = decide(
         by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
     )
-    return ranked, find_untestable(verdict, bool(before.arrangement.train.shares.any()))
+    train = before.arrangement.train
+    return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))

@@ -129,9 +129,10 @@ def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
         Whether any motion stands out of its scatter.
     """
     why = ""
-    if not is_seen and verdict.finding in {Finding.NOTHING, Finding.NOT_CLOSE}:
-        why = "no motion stands out of the scatter between its repeats"
-    elif verdict.finding is Finding.NOTHING and not np.isfinite([*verdict.detectable.values()]).any():
+    detectable = np.array([*verdict.detectable.values()])
+    if not is_seen and (verdict.finding in {Finding.NOTHING, Finding.NOT_CLOSE} or verdict.held_back):
+        why = "no motion stands out of its scatter"
+    elif verdict.finding is Finding.NOTHING and len(detectable) and not np.isfinite(detectable).any():
         why = "no effect would show in them at any strength that it may have"
     if not why:
         return verdict

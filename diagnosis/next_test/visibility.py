@@ -38,6 +38,9 @@ class VisibleTest:
 def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: Catalogue) -> VisibleTest | None:
     """Find the test that shows most effects; of those that show as many the one that takes least.
 
+    Further sensors are tried in the best test without one, and in all tests where none of these shows anything: each
+    costs as much time as a test.
+
     Parameters
     ----------
     campaign
@@ -63,7 +66,7 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
         return best if best is not None and best.seen else None
 
     bare = choose([each for each in tests if each.place is None])
-    names = {bare.test.name} if bare is not None else {each.name for each in tests[:1]}
+    names = {bare.test.name} if bare is not None else {each.name for each in tests}
     sensor = choose([each for each in tests if each.place is not None and each.name in names])
     if bare is None or sensor is None:
         return bare or sensor

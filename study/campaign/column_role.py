@@ -165,7 +165,7 @@ RATIO = re.compile(r"\(?(.+?)\)?/\(?(m?N|kN|lbf|kgf|V)\)?")
 #: Place of a channel in an array: H(:,2), acc[0].
 INDEX = re.compile(r"[(\[](?::,)?(\d+)[,\d]*(?:,:)?[)\]]$")
 #: How the evidence of the parts of a lock-in amplifier ends.
-QUADRATURE = "have both signs: in phase, and in quadrature"
+QUADRATURE = "are signed: in phase, and in quadrature"
 #: Why a column is not used though it is a channel.
 NO_VALUE, UNKNOWN_UNIT = "it has no value in any row", "nothing is known of its unit"
 #: Words in brackets at the end of a name, such as a unit.

@@ -90,7 +90,8 @@ def sensor_motions(tables: Sequence[JudgedTable], time_sign: int) -> dict[str, M
 
 def _tell_phase(items: Sequence[PhaseEvidence], n_peak: int, time_sign: int) -> str:
     """Phase at some of the peaks, in words."""
-    at_peak = np.degrees(time_sign * np.median([item.at_peak for item in items]))
+    # Phases beside 180 degrees have either sign.
+    at_peak = np.degrees(time_sign * np.angle(sum(np.exp(1j * item.at_peak) for item in items)))
     return f"its phase is about {at_peak:.0f} degrees at {len(items)} of {n_peak} peaks"
 
 

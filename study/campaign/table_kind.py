@@ -257,8 +257,13 @@ def _quadratures(table: Table, columns: Mapping[str, Recognised]) -> dict[str, R
     for real in parts:
         other = tuple("y" if word == "x" else word for word in words[real.name])
         partner = [one for one in parts if "x" in words[real.name] and words[one.name] == other]
+        third = tuple("z" if word == "x" else word for word in words[real.name])
         alike = partner and columns[partner[0].name].unit == columns[real.name].unit
-        if alike and any((one.values < 0).any() and (one.values > 0).any() for one in (real, partner[0])):
+        if (
+            alike
+            and third not in words.values()
+            and any((one.values < 0).any() and (one.values > 0).any() for one in (real, partner[0]))
+        ):
             why = f'"{real.name}" and "{partner[0].name}" {QUADRATURE}'
             stem = " ".join(word for word in words[real.name] if word != "x")
             for part, column in ((Part.REAL, real), (Part.IMAGINARY, partner[0])):

@@ -123,7 +123,7 @@ def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses:
     found = diagnose_file(case, drowned, folder, silent_run())
     assert found.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
     words = in_words(found.last)
-    assert "cannot tell whether anything is missing: no motion stands out of the scatter" in words
+    assert "cannot tell whether anything is missing: no motion stands out of its scatter" in words
     step = found.last.next_step
     assert step.visible is not None
     assert "measure a higher level" in step.sentence

@@ -182,6 +182,18 @@ def test_branches_that_a_table_lists_one_after_the_other_are_sweeps(
     assert (table.repeat == 1).all()
 
 
+@pytest.mark.parametrize("way", ["shifted", "stronger"])
+def test_a_second_pass_through_a_resonance_is_no_branch(tmp_path: Path, way: str) -> None:
+    """Its resonance is 0.3 % higher, or its force is a third larger."""
+    rows = []
+    for number, frequency in enumerate((np.linspace(90, 110, 41), np.linspace(92, 112, 41))):
+        ratio = frequency / (100.3 if number and way == "shifted" else 100.0)
+        size = (4 / 3 if number and way == "stronger" else 1.0) / np.abs(1 - ratio**2 + 0.01j * ratio)
+        rows += [f"{f},{a},0\n" for f, a in zip(frequency.tolist(), size.tolist(), strict=True)]
+    table = read(tmp_path, "f,a,p\n" + "".join(rows), "level = 3.0", AMPLITUDES)
+    assert (table.sweep == 1).all()
+
+
 SWEEPS_OF_TWO_LEVELS = [(10, 1, "up"), (11, 2, "up"), (12, 3, "up"), (12, 3, "down"), (11, 2, "down"), (10, 1, "down")]
 
 

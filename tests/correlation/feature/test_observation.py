@@ -50,11 +50,15 @@ def test_both_sweeps_are_averaged_where_they_agree(campaign: Campaign) -> None:
 def test_a_state_that_was_read_in_one_sweep_alone_is_of_that_sweep(campaign: Campaign) -> None:
     table = campaign.measurement
     jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
-    other = replace(table, frequency=table.frequency * 1.001, sweep=np.full(len(table), -1))
-    both = join_rows([replace(table, sweep=np.ones(len(table))), other.where(jointed)])
-    points = arrange_campaign(replace(campaign, measurement=both)).points
-    of_first = np.isin(points.frequency, table.frequency)
-    np.testing.assert_array_equal(points.sweep, np.where(of_first, 1, -1))
+    for factor in (1.0, 2.0):
+        other = replace(
+            table, frequency=table.frequency * 1.001, sweep=np.full(len(table), -1), value=factor * table.value
+        )
+        both = join_rows([replace(table, sweep=np.ones(len(table))), other.where(jointed)])
+        points = arrange_campaign(replace(campaign, measurement=both)).points
+        # Where the sweeps do not differ the mean of both is as good; and the free structure has one state.
+        way = np.where(np.isin(points.frequency, table.frequency), 1, -1)
+        np.testing.assert_array_equal(points.sweep, np.where(points.free | (factor == 1.0), 0, way))
     # Where all were swept one way, nothing else could have been.
     alone = arrange_campaign(replace(campaign, measurement=replace(table, sweep=np.ones(len(table)))))
     assert not alone.points.sweep.any()

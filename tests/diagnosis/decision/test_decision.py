@@ -39,7 +39,8 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
     parameter = SimpleNamespace(unit="kg", typical=1.0)
     kind = name.partition(" ")[0]
     effect: Any = SimpleNamespace(name=name, kind=kind, parameters=(parameter,), apply=apply) if name else None
-    fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number, values=np.array([strength]))
+    unknowns = SimpleNamespace(n_start=0, names=(name,), parameters=(parameter,), prior=np.full(1, np.inf))
+    fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number, values=np.array([strength]), unknowns=unknowns)
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
         effect=effect, fit=fit, held_chi2=held, n_held=N_HELD, error=0.1, held_error=0.1, gain=fall, held_gain=held_fall
@@ -290,6 +291,17 @@ def test_what_takes_mass_away_is_named_with_doubt(name: str, finding: Finding) -
     assert decided(refit(f"{name} at tip", 100, 80)).finding is Finding.MISSING
     verdict = decided(refit(f"{name} at tip", 100, 80, strength=-1.0))
     assert verdict.finding is finding
+
+
+def test_what_needs_a_parameter_at_the_end_of_its_prior_is_named_with_doubt() -> None:
+    found = refit("density of all", 100, 80)
+    modulus = SimpleNamespace(is_at_bound=lambda value: value >= 1.05)
+    for value, finding in ((1.02, Finding.MISSING), (1.05, Finding.AMBIGUOUS)):
+        unknowns = SimpleNamespace(
+            n_start=0, names=("E", "density"), parameters=(modulus, modulus), prior=np.array([0.01, np.inf])
+        )
+        fit: Any = SimpleNamespace(**{**vars(found.fit), "unknowns": unknowns, "values": np.array([value, 0.96])})
+        assert decided(replace(found, fit=fit)).finding is finding
 
 
 def test_what_chance_leaves_makes_no_stand_in() -> None:
