@@ -100,17 +100,20 @@ class ChanceGate:
     def is_confirmed(self, refit: Refit) -> bool:
         """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
 
-        They do by their density, if their misfit by noise and stated errors does not rise, nor their relative error
-        where noise does not explain it; and of nothing that takes mass or stiffness away, as errors of a model do, or
-        that needs a calibration parameter at the end of its prior.
+        They do by their density, if neither alone nor with the other one their misfit by noise and stated errors rises,
+        nor their relative error where noise does not explain it; and of nothing that takes mass or stiffness away, as
+        errors of a model do, or that needs a calibration parameter at the end of its prior.
         """
-        more = 0.0 if self.further is None else self.further.held_gain
-        best = self.further or refit
-        left = max(best.held_misfit, 1.0)
-        rises = left > max(self.before.held_misfit, 1.0)
-        rises |= left > 1.0 and best.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
-        strained = list_held_back(best.fit) or any(map(takes_away, (refit, best)))
-        return bool(refit.held_gain + more >= DECISIVE and not rises and not strained)
+        both = [refit, *self.together.values()]
+        rises = any(map(self._rises, both))
+        strained = list_held_back(both[-1].fit) or any(map(takes_away, both))
+        return bool(sum(each.held_gain for each in both) >= DECISIVE and not rises and not strained)
+
+    def _rises(self, refit: Refit) -> bool:
+        """Whether held-out data are further off with an effect."""
+        left = max(refit.held_misfit, 1.0)
+        unexplained = left > 1.0 and refit.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
+        return unexplained or left > max(self.before.held_misfit, 1.0)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""

@@ -276,13 +276,12 @@ def test_held_out_data_confirm_nothing_that_makes_them_worse(
     before = replace(BEFORE, held_stated_chi2=2.0)
     better = replace(refit("mass", 100, 50), held_stated_chi2=misfit_after, held_error=error_after)
     assert decided(better, before=before).finding is finding
-    alone = replace(refit("mass", 100, 50), held_stated_chi2=2.5, held_error=0.2)
-    rest = Leftover(
-        gain=150, name="gap", places=(), known=150,
-        further=replace(refit("gap", 150, 60), held_stated_chi2=misfit_after, held_error=error_after),
-    )  # fmt: skip
-    # Beside an effect that is missing as well, both count together.
-    assert decided(alone, before=before, rest=rest).finding is finding
+    good = replace(refit("mass", 100, 50), held_stated_chi2=1.5, held_error=0.08)
+    # Nor that does so beside an effect that is missing as well, or alone.
+    for first, other in ((good, better), (better, good)):
+        further = replace(refit("gap", 150, 60), held_stated_chi2=other.held_stated_chi2, held_error=other.held_error)
+        rest = Leftover(gain=150, name="gap", places=(), known=150, further=further)
+        assert decided(first, before=before, rest=rest).finding is finding
 
 
 @pytest.mark.parametrize(("name", "finding"), [("mass", Finding.AMBIGUOUS), ("cubic", Finding.MISSING)])
