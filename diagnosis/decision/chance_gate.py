@@ -110,10 +110,11 @@ class ChanceGate:
         return bool(sum(each.held_gain for each in both) >= DECISIVE and not rises and not strained)
 
     def _rises(self, refit: Refit) -> bool:
-        """Whether held-out data are further off with an effect."""
-        left = max(refit.held_misfit, 1.0)
-        unexplained = left > 1.0 and refit.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
-        return unexplained or left > max(self.before.held_misfit, 1.0)
+        """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
+        if refit.held_misfit <= 1 + np.sqrt(2 / max(refit.n_held, 1)):
+            return False
+        larger = refit.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
+        return bool(larger or refit.held_misfit > self.before.held_misfit)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
