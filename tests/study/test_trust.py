@@ -12,7 +12,7 @@ from study.case.trust import UntrustedCode, is_own, require_trust, trust_code, t
 from study.cli import main
 from study.kind.registry import open_case
 
-CODE = 'from pathlib import Path\nPath("was_run").touch()\n'
+CODE = 'from pathlib import Path\nPath(__file__).with_name("was_run").touch()\n'
 CASE = """\
 schema = 2
 [structure]
@@ -48,7 +48,7 @@ def was_run(case: Path) -> bool:
     with pytest.raises(Exception, match=r".") as refused:  # the code registers nothing, so that it is refused anyway
         open_case(case)
     del refused
-    return Path("was_run").exists()
+    return case.with_name("was_run").exists()
 
 
 def test_the_user_s_own_code_runs_without_a_question(case: Path) -> None:
@@ -95,9 +95,9 @@ def test_the_option_trusts_and_is_remembered(case: Path) -> None:
     code = case.with_name("code.py")
     code.chmod(0o666)
     assert main(["solve", str(case)]) == 2
-    assert not Path("was_run").exists()
+    assert not case.with_name("was_run").exists()
     main(["solve", str(case), "--trust"])
-    assert Path("was_run").exists()
+    assert case.with_name("was_run").exists()
     trust_code(False)
     require_trust([code], case)
 

@@ -24,6 +24,11 @@ def observed(sweeps: tuple[int, ...]) -> Observation:
     split = np.abs(both[1] - both[-1]) > 0.05 * np.abs(both[1]) if len(sweeps) == 2 else np.zeros(len(GRID), dtype=bool)
     rows = [(f, way, both[way][n]) for n, f in enumerate(GRID) for way in (sweeps if split[n] else (0,)) if way]
     rows += [(f, 0, both[sweeps[0]][n]) for n, f in enumerate(GRID) if not split[n]]
+    return arrange(rows)
+
+
+def arrange(rows: list[tuple[float, int, complex]]) -> Observation:
+    """Rows of frequency, sweep and value."""
     frequency, sweep, value = (np.array(column) for column in zip(*rows, strict=True))
     k = len(rows)
     points = Points(
@@ -54,14 +59,7 @@ def test_measured_jumps_lie_where_the_sweeps_leave_their_branches(sweeps: tuple[
 def test_measured_jumps_are_found_where_the_sweeps_were_read_at_other_frequencies() -> None:
     grids = {1: GRID, -1: GRID + 0.4 * (GRID[1] - GRID[0])}
     rows = [(f, way, v) for way, at in grids.items() for f, v in zip(at, DUFFING.sweep(FORCE, at, way), strict=True)]
-    frequency, sweep, value = (np.array(column) for column in zip(*rows, strict=True))
-    k = len(rows)
-    points = Points(
-        free=np.zeros(k, dtype=bool), level=np.full(k, 3.0), frequency=frequency, sensor=np.full(k, "tip"),
-        harmonic=np.ones(k, dtype=int), sweep=sweep.astype(int),
-    )  # fmt: skip
-    ones = np.ones((k, 1), dtype=bool)
-    of = Observation(points=points, repeat=value[:, None], motion=ones[:, 0], taken=ones)
+    of = arrange(rows)
     errors = compute_jump_errors(of, prediction(of), (1, -1))
     assert [(each.sweep, each.falls) for each in errors] == [(1, True), (-1, False)]
     for each in errors:
