@@ -137,7 +137,7 @@ def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
     if not why:
         return verdict
     reason = f"These measurements cannot tell whether anything is missing: {why}."
-    return replace(verdict, finding=Finding.NOT_TESTABLE, reason=reason)
+    return replace(verdict, finding=Finding.NOT_TESTABLE, reason=reason, held_back=())
 
 
 def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Sequence[Finalist]) -> list[str]:

@@ -149,6 +149,10 @@ def test_where_no_effect_would_show_nothing_is_no_answer(
     assert find_untestable(missing, is_seen) is missing
     far = find_untestable(replace(decided(left=ErrorSize(reading=0.3)), detectable=detectable), is_seen)
     assert far.finding is (Finding.NOT_CLOSE if is_seen else Finding.NOT_TESTABLE)
+    # Nor has noise taken a parameter to the end of its prior for a reason that a user could correct.
+    held_back = find_untestable(replace(decided(held_back=["zeta x 2"]), detectable=detectable), is_seen)
+    assert held_back.finding is (Finding.UNKNOWN if is_seen else Finding.NOT_TESTABLE)
+    assert bool(held_back.held_back) == is_seen
 
 
 def test_no_candidate_means_nothing_or_something_unknown() -> None:
