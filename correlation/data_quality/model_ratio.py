@@ -1,5 +1,7 @@
 """Ratios of readings to a model."""
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
@@ -39,6 +41,7 @@ def find_model_ratios(
     return table.where(there), np.asarray(table.value[there] / model[there])
 
 
+@lru_cache(maxsize=2)  # several checks of one comparison ask
 def _stands_out(campaign: Campaign) -> Bool[NDArray[np.bool_], " k"]:
     """Readings beyond their stated noise and the scatter of their repeats, where most of their kind are, shape (k,).
 

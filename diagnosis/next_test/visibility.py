@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from correlation.campaign.measurement import Campaign
+from correlation.noise.error_size import NO_ERROR
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.next_test.advise import find_peak
+from diagnosis.next_test.advise import find_error_sources, find_peak
 from diagnosis.next_test.list_tests import Tested, list_tests
 from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.plan import plan_tests
-from diagnosis.next_test.planned_noise import PlannedNoise
-from diagnosis.next_test.signature import InSetUp
+from diagnosis.next_test.signature import ErrorSources, InSetUp
 from hbsolve.errors import ModelError
 
 
@@ -57,11 +57,10 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
     tested = Tested.of_campaign(campaign, arrangement.train.predictor.sweeps)
     listed = list_tests(tested, arrangement.fit.model, find_peak(arrangement, tested))
     tests = [each for each in listed if each.fits_campaign]
-    noise = PlannedNoise.of_campaign(arrangement.train)
-    quantity = next((each.quantity for each in campaign.sensors if each.line is None), "displacement")
+    sources = find_error_sources(campaign, arrangement, NO_ERROR)
 
     def choose(some: Sequence[NextTest]) -> VisibleTest | None:
-        seen = [_see(each, arrangement, catalogue, noise, quantity) for each in some]
+        seen = [_see(each, arrangement, catalogue, sources) for each in some]
         best = min(seen, key=lambda each: (-len(each.seen), each.test.minutes), default=None)
         return best if best is not None and best.seen else None
 
@@ -73,16 +72,14 @@ def find_visible_test(campaign: Campaign, arrangement: Arrangement, catalogue: C
     return sensor if len(sensor.seen) > len(bare.seen) else bare
 
 
-def _see(
-    test: NextTest, arrangement: Arrangement, catalogue: Catalogue, noise: PlannedNoise, quantity: str
-) -> VisibleTest:
+def _see(test: NextTest, arrangement: Arrangement, catalogue: Catalogue, sources: ErrorSources) -> VisibleTest:
     """Effects that a test would show; none where the model has no state in it."""
     places = () if test.place is None else (test.place,)
-    model = InSetUp(set_up=test.set_up, places=places, quantity=quantity).apply(arrangement.fit.model, ())
+    model = InSetUp(set_up=test.set_up, places=places, quantity=sources.quantity).apply(arrangement.fit.model, ())
     names: tuple[str, ...] = ()
     try:
         plan = plan_tests(
-            [test], model, arrangement.calibration, replace(arrangement.budget, refined=()), noise, catalogue
+            [test], model, arrangement.calibration, replace(sources.budget, refined=()), sources.noise, catalogue
         )
         names = tuple(score.effect.name for score in plan.seen if plan.relative(score) <= 1)
     except (EffectError, ModelError):

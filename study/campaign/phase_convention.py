@@ -71,11 +71,12 @@ def judge_phase(
     turns = np.angle(values[1:] / values[:-1])
     near = np.minimum(size[1:], size[:-1]) > 0.1 * size[peak]
     stretch = near & (np.abs(np.arange(len(near)) - peak) <= max(5, len(near) // 3))
+    is_passed = 0 < peak < len(size) - 1
     return PhaseEvidence(
         change=float(turns[stretch].sum()),
         at_peak=float(np.angle(values[peak])),
-        stands_out=bool(size[peak] > PEAK * np.median(size) and 0 < peak < len(size) - 1),
-        is_passed=0 < peak < len(size) - 1,
+        stands_out=bool(size[peak] > PEAK * np.median(size) and is_passed),
+        is_passed=is_passed,
     )
 
 
