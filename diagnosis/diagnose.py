@@ -22,7 +22,7 @@ from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.far_start import list_far_starts
-from diagnosis.fit.finalist import Finalist, weigh_each
+from diagnosis.fit.finalist import Finalist, weigh, weigh_each
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Problem, Refit
 from diagnosis.fit.refit import (
@@ -242,10 +242,11 @@ def diagnose(
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     before = before if searched is arrangement else baseline_fit(arrangement)
-    finalists = weigh_each(campaign, arrangement, searched, before, refits, find_catalogue, run_step)
+    by_own = partial(weigh, campaign, arrangement, before, find_catalogue)
+    finalists = weigh_each(searched, refits, partial(by_own, searched.train), run_step)
     nothing = Finalist(refit=before, arrangement=arrangement)
     report("what is left", shares.left)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, weigh=by_own)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
     report("intervals", shares.intervals)
     before, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
@@ -266,13 +267,18 @@ def _widen(
     campaign: Campaign, nothing: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
     """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
-    by_name = {each.name: each for each in (nothing, *finalists)}
+    alone = [nothing, *finalists]
+    both = [] if verdict.pair is None else [verdict.pair.second, *verdict.pair.ranked]
+    by_name = {each.name: each for each in both[1:] or alone}
     best = by_name[(*verdict.effects, nothing.refit)[0].name]
-    widened = run_step(f"intervals beside {best.name}", lambda: widen_intervals(campaign, best, list(by_name.values())))
+    widen = partial(widen_intervals, campaign, best, [*alone, *both])
+    widened = run_step(f"intervals beside {best.refit.label}", widen)
     # By name: stored fits may be in another order, which depends on the thresholds.
-    wide = {fit.name: fit for fit in widened}
-    before, effects = wide[nothing.name], tuple(wide[each.name] for each in verdict.effects)
-    return before, [wide[each.name] for each in finalists], verdict.with_fits(before, effects)
+    fits = {each.name: each for each in widened[: len(alone)]}
+    wide = {each.name: each for each in widened[len(alone) + 1 :]} or fits
+    effects = tuple(wide[each.name] for each in verdict.effects)
+    verdict = verdict.with_fits(fits[nothing.name], effects, widened[len(alone)] if both else None)
+    return verdict.before, [fits[each.name] for each in finalists], verdict
 
 
 def _begin(

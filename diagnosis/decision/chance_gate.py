@@ -12,9 +12,10 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import list_held_back
 from diagnosis.decision.evidence import DECISIVE, compute_probabilities, compute_spread, compute_stated, passes, support
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
-from diagnosis.decision.leftover import Leftover, find_force_beside, find_leftover, with_effect
+from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
+from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.effect import EFFECTS
-from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
@@ -35,7 +36,8 @@ KNOWN = 0.5
 class ChanceGate:
     """Gains compared with the detection thresholds, in training and held-out data."""
 
-    arrangements: Mapping[str, Arrangement]
+    finalists: Mapping[str, Finalist]
+    """Effects that were fitted to the end, by name."""
     catalogue: Catalogue
     places: Sequence[UnknownForce]
     thresholds: Thresholds
@@ -43,21 +45,21 @@ class ChanceGate:
     before: Refit
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
-    passing: Sequence[Refit]
-    """Effects that pass."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
-    together: dict[str, Refit] = field(default_factory=dict)
-    """Effects that are missing as well, by the name of the first one."""
+    pairs: list[Pair] = field(default_factory=list)
+    """Two effects, one of them asked for, that are missing together."""
+    instead: list[Finalist] = field(default_factory=list)
+    """Effects that explain alone what they and the one that was asked for explain together."""
     fitted: dict[str, list[FittedLaw]] = field(default_factory=dict)
     """Laws that were fitted in place of those of effects, by the names of these."""
     laws: dict[str, FittedLaw] = field(default_factory=dict)
     """Laws that forces turned out to have in place of those of effects, by the names of these."""
 
     @property
-    def further(self) -> Refit | None:
-        """An effect that is missing beside the one that was asked for."""
-        return next(iter(self.together.values()), None)
+    def pair(self) -> Pair | None:
+        """The effect that was asked for, and one that is missing as well."""
+        return next(iter(self.pairs), None)
 
     def passes(self, refit: Refit) -> bool:
         """Whether an effect is significant."""
@@ -69,23 +71,41 @@ class ChanceGate:
         if law is not None:
             self.laws[refit.name] = law
             return False
-        others = [each for each in self.catalogue.candidates if each.name != refit.name]
-        rest = self.run_step(
-            f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
-            lambda: find_leftover(with_effect(self.arrangements[refit.name], refit), others, self.thresholds.gain),
-        )
-        self.left[refit.name] = rest
+        rest = self._find_leftover(refit)
         assert refit.effect is not None
-        linear = is_linear(refit.effect, self.arrangements[refit.name].fit.model)
+        linear = is_linear(refit.effect, self.finalists[refit.name].arrangement.fit.model)
         stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
         return not stands_in or self._explains_with(refit, rest.further)
+
+    def find_first_of_two(self, refits: Sequence[Refit]) -> Refit | None:
+        """The best effect that gains, if the held-out data refute it alone, and speak for it with a further one."""
+        gaining = [each for each in refits if each.gain > self.thresholds.gain * compute_spread(each)]
+        first = max(gaining, key=support, default=None)
+        if first is None or self._find_another_law(first) is not None:
+            return None
+        if not self._explains_with(first, self._find_leftover(first).further) or self.pair is None:
+            return None
+        second = self.pair.second.refit
+        speak_for = first.held_gain + second.held_gain >= DECISIVE and not self._rises(second)
+        return first if speak_for else None
+
+    def _find_leftover(self, refit: Refit) -> Leftover:
+        """What an effect leaves."""
+        if refit.name not in self.left:
+            others = [each for each in self.catalogue.candidates if each.name != refit.name]
+            limit = self.thresholds.gain
+            self.left[refit.name] = self.run_step(
+                f"what is left beside {refit.name}, limit {limit:.6g}",
+                lambda: find_leftover(with_effect(self.finalists[refit.name].arrangement, refit), others, limit),
+            )
+        return self.left[refit.name]
 
     def _fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the force of an effect may have instead, fitted."""
         if not has_other_laws(refit.effect):
             return []
         if refit.name not in self.fitted:
-            arrangement = self.arrangements[refit.name]
+            arrangement = self.finalists[refit.name].arrangement
             self.fitted[refit.name] = self.run_step(
                 f"other laws of {refit.name}",
                 lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
@@ -100,14 +120,14 @@ class ChanceGate:
     def is_confirmed(self, refit: Refit) -> bool:
         """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
 
-        They do by their density, if neither alone nor with the other one their misfit by noise and stated errors rises,
-        nor their relative error where noise does not explain it; and of nothing that takes mass or stiffness away, as
-        errors of a model do, or that needs a calibration parameter at the end of its prior.
+        They do by their density, if neither their misfit by noise and stated errors rises, nor their relative error
+        where noise does not explain it; and of nothing that takes mass or stiffness away, as errors of a model do, or
+        that needs a calibration parameter at the end of its prior.
         """
-        both = [refit, *self.together.values()]
-        rises = any(map(self._rises, both))
-        strained = list_held_back(both[-1].fit) or any(map(takes_away, both))
-        return bool(sum(each.held_gain for each in both) >= DECISIVE and not rises and not strained)
+        both = [refit] if self.pair is None else [refit, self.pair.second.refit]
+        held_gain = self.finalists[refit.name].refit.held_gain + sum(each.held_gain for each in both[1:])
+        strained = list_held_back(refit.fit) or any(map(takes_away, both))
+        return bool(held_gain >= DECISIVE and not self._rises(refit) and not strained)
 
     def _rises(self, refit: Refit) -> bool:
         """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
@@ -118,7 +138,7 @@ class ChanceGate:
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
-        return find_rivals(self._fit_other_laws(refit), DECISIVE)
+        return find_rivals(self._fit_other_laws(self.finalists[refit.name].refit), DECISIVE)
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
@@ -136,25 +156,38 @@ class ChanceGate:
         """Whether an effect and a further one explain together what either does not."""
         if further is None or not passes(further, self.thresholds) or _share_place(refit, further):
             return False
-        force = self.run_step(
-            f"force beside {refit.name} and {further.name}",
-            lambda: find_force_beside(with_effect(self.arrangements[refit.name], refit), further),
+        taken = {refit.name, further.name}
+        others = [each.refit for name, each in self.finalists.items() if name not in taken and each.refit.gain > 0]
+        pair = self.run_step(
+            f"{refit.name} and {further.name} together",
+            lambda: fit_pair(self.finalists[refit.name].arrangement, self.before, refit, further, others),
         )
-        if force - self.thresholds.misfit > STAND_IN * (refit.gain + further.gain):
+        if not passes(pair.first.refit, self.thresholds):
+            self.instead.append(pair.alone)
             return False
-        self.together[refit.name] = further
+        second, force = pair.second.refit, pair.force - self.thresholds.misfit
+        if not passes(second, self.thresholds) or force > STAND_IN * (refit.gain + second.gain):
+            return False
+        self.pairs.append(pair)
         return True
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best effect, and others until one of them is the true one with the probability `CREDIBLE`."""
         ranked = self.rank(passed[0])
+        by_name = self.finalists if self.pair is None else {each.name: each for each in self.pair.ranked}
         count = 1 + int(np.searchsorted(np.cumsum([*ranked.values()]), CREDIBLE))
-        by_name = {each.name: each for each in self.passing}
-        return [by_name[name] for name in ranked][:count]
+        return [by_name[name].refit for name in ranked][:count]
 
     def rank(self, best: Refit) -> dict[str, float]:
-        """Probabilities by name: of the best effect, then of all others that pass, the largest first."""
-        ranked = [best, *sorted((each for each in self.passing if each is not best), key=lambda each: -support(each))]
+        """Probabilities by name: of the best effect, then of all others that pass, the largest first.
+
+        With a further effect, the best ones are those that explain most beside that.
+        """
+        if self.pair is not None:
+            ranked = [each.refit for each in self.pair.ranked]
+        else:
+            passing = [each.refit for each in self.finalists.values() if self.passes(each.refit)]
+            ranked = [best, *sorted((each for each in passing if each is not best), key=lambda each: -support(each))]
         return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
 
     def is_unexplained(self) -> bool:

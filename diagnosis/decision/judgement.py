@@ -1,14 +1,17 @@
 """Judgement of finalists: their order, and the verdict."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back
 from diagnosis.decision.evidence import passes, support
 from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Verdict
+from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
+from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
@@ -23,6 +26,8 @@ class Criteria:
     scores: Sequence[Score]
     thresholds: Thresholds
     far: FarResonance | AbsentPeak | None = None
+    weigh: Callable[[Comparison, Refit], Finalist] | None = None
+    """Fits an effect that turns out to explain most to the end; without it such a one is not judged."""
 
 
 def judge(
@@ -47,10 +52,20 @@ def judge(
     def rank(finalist: Finalist) -> tuple[bool, float]:
         return not passes(finalist.refit, by.thresholds), -support(finalist.refit)
 
+    def judged(ranked: Sequence[Finalist]) -> Verdict:
+        left, held_back = before.arrangement.left, list_held_back(before.refit.fit)
+        return decide(
+            by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
+        )
+
     ranked = sorted(finalists, key=rank)
-    left, held_back = before.arrangement.left, list_held_back(before.refit.fit)
-    verdict = decide(
-        by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
-    )
+    verdict = judged(ranked)
+    if verdict.instead is not None and by.weigh is not None:
+        name, alone = verdict.instead.name, verdict.instead
+        weigh = partial(by.weigh, alone.arrangement.train, alone.refit)
+        other = run_step(f"{name} alone by its own covariance", weigh)
+        same = [each for each in ranked if each.name == name]
+        ranked = sorted([*(each for each in ranked if each.name != name), min([*same, other], key=rank)], key=rank)
+        verdict = judged(ranked)
     train = before.arrangement.train
     return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))

@@ -13,7 +13,7 @@ from diagnosis.fit.finalist import is_worse
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
 from diagnosis.screening import screen
-from diagnosis.unknown_force import UnknownForce, find_unknown_forces, misfit
+from diagnosis.unknown_force import UnknownForce, find_unknown_forces
 
 #: Largest number of effects whose linear gain is checked by a fit.
 CHECKED = 2
@@ -92,8 +92,3 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
         known=float(by_covariance.max(initial=0.0)),
         further=further,
     )
-
-
-def find_force_beside(arrangement: Arrangement, refit: Refit) -> float:
-    """Excess gain of an unknown force beside an effect that is added to those of an arrangement."""
-    return max((misfit(place) for place in find_unknown_forces(with_effect(arrangement, refit))), default=0.0)

@@ -67,17 +67,20 @@ def decide(
     held_back
         Calibration parameters of `before` that are as far as their priors let a fit go.
     """
-    arrangements = {each.name: each.arrangement for each in finalists}
     refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
     passed = [each for each in finalists if passes(each.refit, thresholds)]
-    passing = [each.refit for each in passed]
-    gate = ChanceGate(arrangements, catalogue, places, thresholds, run_step, before, max(refuted, 0.0), passing)
-    finding, effects = find(gate, [each.refit for each in finalists])
+    by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
+    gate = ChanceGate(by_name, catalogue, places, thresholds, run_step, before, max(refuted, 0.0))
+    finding, effects = find(gate, refits)
     left, reason = passed[0].arrangement.left if passed else left, ""
+    if not passed and (first := gate.find_first_of_two(refits)) is not None:
+        finding, effects = Finding.AMBIGUOUS, gate.choose([first])
+    if effects and gate.pair is not None:
+        left = gate.pair.first.arrangement.left
     if left.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
         reason = "" if far is None else far.sentence
-    if finding is Finding.NOTHING and gate.generalises_by_another_law([each.refit for each in finalists]):
+    if finding is Finding.NOTHING and gate.generalises_by_another_law(refits):
         finding = Finding.UNKNOWN
     laws = gate.find_rival_laws(effects[0]) if effects else []
     if finding is Finding.MISSING and (laws or not gate.is_confirmed(effects[0])):
@@ -94,7 +97,7 @@ def decide(
         place = next((each for each in places if each.name == place_of(name)), None)
         nearest = next(each.refit for each in finalists if each.name == name)
         reason = _tell_law(name, law, before)
-    elif finding is Finding.UNKNOWN and not found and gate.left:
+    elif finding is Finding.UNKNOWN and not found and passed and gate.left:
         ((name, rest),) = gate.left.items()
         reason = _tell_stand_in(name, rest, thresholds)
     if finding is Finding.UNKNOWN:
@@ -108,7 +111,9 @@ def decide(
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
-        reason=reason, further=gate.further if effects else None,
+        reason=reason, pair=gate.pair if effects else None,
+        further=gate.pair.second.refit if effects and gate.pair else None,
+        instead=next(iter(gate.instead), None),
         alike=_find_alike(scores, effects, finalists),
         laws=laws, held_back=held_back,
         probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],

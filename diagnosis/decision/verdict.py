@@ -10,6 +10,8 @@ import numpy as np
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import INTERVAL, EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
+from diagnosis.decision.pair import Pair
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from diagnosis.unknown_force import UnknownForce
@@ -65,7 +67,11 @@ class Verdict(Tabular):
     model_error
         Model error that is left beside noise: beside the effect that passes, or without any.
     further
-        An effect that is missing beside the first of them as well.
+        An effect that is missing beside the first of them as well; fits of both are then of both together.
+    pair
+        The fits of both.
+    instead
+        An effect that explains alone what it and the best one explain together.
     alike
         Names of other effects that change the data as the first of them does.
     laws
@@ -89,17 +95,20 @@ class Verdict(Tabular):
     nearest: Refit | None = None
     model_error: ErrorSize = NO_ERROR
     further: Refit | None = None
+    pair: Pair | None = None
+    instead: Finalist | None = None
     alike: Sequence[str] = ()
     laws: Sequence[FittedLaw] = ()
     probabilities: Sequence[float] = ()
     held_back: Sequence[str] = ()
     reason: str = ""
 
-    def with_fits(self, before: Refit, effects: Sequence[Refit]) -> "Verdict":
+    def with_fits(self, before: Refit, effects: Sequence[Refit], further: Refit | None = None) -> "Verdict":
         """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
-        doubtful = self.finding is Finding.MISSING and effects[0].may_vanish
+        named = [*effects[:1], *([] if further is None else [further])]
+        doubtful = self.finding is Finding.MISSING and any(each.may_vanish for each in named)
         finding = Finding.AMBIGUOUS if doubtful else self.finding
-        return replace(self, finding=finding, before=before, effects=tuple(effects))
+        return replace(self, finding=finding, before=before, effects=tuple(effects), further=further)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """One row per fit, the model as it is first; errors relative to what was measured."""
@@ -135,17 +144,16 @@ class Verdict(Tabular):
             where = f": {self.place.sentence}" if self.place is not None else ""
             near = f" {self.nearest.name} comes nearest: {self._fall(self.nearest)}." if self.nearest else ""
             return f"Something is missing, and it is none of the known effects{where}.{near}"
-        named = [self._named(each) for each in self.effects]
-        fall = self._fall(self.effects[0])
-        more = (
-            f" Beside it {self.further.name} is missing as well: add the first, and diagnose." if self.further else ""
-        )
-        if self.finding is Finding.AMBIGUOUS:
-            alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
-            if len(named) == 1:
-                return f"{named[0]} is missing, or {self.alternative}; {fall}.{self.other_laws}{more}"
-            return f"{' or '.join(named)}: these data cannot tell which ({fall}).{alike}{self.other_laws}{more}"
-        return f"{named[0]} is missing; {fall}.{more}"
+        named = " or ".join(self._named(each) for each in self.effects)
+        beside = "" if self.further is None else f", and beside it {self._named(self.further)},"
+        fall, laws = self._fall(self.effects[0]), self.other_laws
+        if self.finding is Finding.MISSING:
+            return f"{named}{beside} is missing; {fall}."
+        if len(self.effects) == 1:
+            return f"{named}{beside} is missing, or {self.alternative}; {fall}.{laws}"
+        alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
+        missing = f"{beside} is missing" if beside else ""
+        return f"{named}{missing}: these data cannot tell which ({fall}).{alike}{laws}"
 
     @property
     def alternative(self) -> str:

@@ -119,11 +119,29 @@ class Arrangement:
 
     def refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
         """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
-        values, unknowns = fit.values[: len(fit.values) - len(effect.parameters)], self.unknowns([])
-        # What the effect took up is model error first: otherwise it would pull the values astray.
-        train = update_model_error(self.train, self.train.predict(unknowns.compose(values), fit.prediction))
-        begun = calibrate(train, unknowns, values, fit.prediction, quick=True)
-        return self.refit_with_error_left(begun, train)
+        return self.refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
+
+    def refit_from(
+        self, effects: Sequence[Effect], values: Values, near: Prediction, by: Comparison | None = None
+    ) -> "Arrangement":
+        """The same with a fit of effects that begins from given values, and the model error that it leaves.
+
+        Parameters
+        ----------
+        effects
+            Effects beside the calibration parameters and the added effects.
+        values
+            Values of all of these, shape (p,).
+        near
+            Prediction that the states of the fit begin near.
+        by
+            Comparison that the fit begins with; by default one with the model error that the values leave: what the fit
+            that they are of took up would pull them astray otherwise.
+        """
+        unknowns = self.unknowns(effects)
+        if by is None:
+            by = update_model_error(self.train, self.train.predict(unknowns.compose(values), near))
+        return self.refit_with_error_left(calibrate(by, unknowns, values, near, quick=True), by)
 
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""

@@ -42,58 +42,71 @@ class Finalist:
         return self.refit.name
 
 
-def weigh_each(
+def weigh(
     campaign: Campaign,
     arrangement: Arrangement,
-    searched: Arrangement,
     before: Refit,
-    refits: Sequence[Refit],
     catalogue_of: Callable[[Model], Catalogue],
+    by: Comparison,
+    refit: Refit,
+) -> Finalist:
+    """Fit an effect anew, by the covariance of its own model.
+
+    Parameters
+    ----------
+    campaign, arrangement
+        Measurements and model.
+    before
+        Fit without an effect by `arrangement`.
+    catalogue_of
+        As in `diagnosis.fit.arrangement.arrange`.
+    by, refit
+        Fit with the effect, and the comparison that it was fitted to.
+    """
+    assert refit.effect is not None
+    settled, fit = _refit(arrangement, refit.fit, by)
+    beside = weigh_beside(campaign, arrangement, refit.effect, fit, catalogue_of)
+    lacking = beside.refit_with_error_left(before.fit, arrangement.train)
+    nothing = arrangement
+    if min(nothing.cost - settled.cost, lacking.cost - beside.cost) > arrangement.effort.worthless:
+        # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
+        nothing = min(nothing, nothing.refit_without(refit.effect, settled.fit), key=attrgetter("cost"))
+        lacking = min(lacking, beside.refit_without(refit.effect, beside.fit), key=attrgetter("cost"))
+    with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
+    without = [
+        before if nothing is arrangement else nothing.tested(None, nothing.fit),
+        lacking.tested(None, lacking.fit),
+    ]
+    own = with_effect[1]
+    weighed = replace(
+        own,
+        gain=min(nothing.cost - settled.cost, lacking.cost - beside.cost),
+        held_gain=min(one.held_cost - other.held_cost for one, other in zip(without, with_effect, strict=True)),
+        cost=beside.cost + own.held_cost,
+        worsens=any(is_worse(own, each) for each in without),
+    )
+    return Finalist(refit=weighed, arrangement=beside)
+
+
+def weigh_each(
+    searched: Arrangement,
+    refits: Sequence[Refit],
+    weigh: Callable[[Refit], Finalist],
     run_step: RunStep = compute_step,
 ) -> list[Finalist]:
     """Fit effects anew, each by the covariance of its own model, until the rest is too far behind one that gains.
 
     Parameters
     ----------
-    campaign, arrangement
-        Measurements and model.
     searched
         Arrangement that the effects were fitted by.
-    before, refits
-        Fit without an effect by `arrangement`, and fits with each, the best first.
-    catalogue_of
-        As in `diagnosis.fit.arrangement.arrange`.
+    refits
+        Fits with each effect, the best first.
+    weigh
+        See `weigh`.
     run_step
         Looks up the stored result of a step, or computes it.
     """
-
-    def weigh(refit: Refit) -> Finalist:
-        assert refit.effect is not None
-        settled, fit = _refit(arrangement, refit.fit, searched.train)
-        beside = weigh_beside(campaign, arrangement, refit.effect, fit, catalogue_of)
-        lacking = beside.refit_with_error_left(before.fit, arrangement.train)
-        nothing = arrangement
-        if min(nothing.cost - settled.cost, lacking.cost - beside.cost) > searched.effort.worthless:
-            # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
-            nothing = min(nothing, nothing.refit_without(refit.effect, settled.fit), key=attrgetter("cost"))
-            lacking = min(lacking, beside.refit_without(refit.effect, beside.fit), key=attrgetter("cost"))
-        falls = [nothing.cost - settled.cost, lacking.cost - beside.cost]
-        with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
-        without = [
-            before if nothing is arrangement else nothing.tested(None, nothing.fit),
-            lacking.tested(None, lacking.fit),
-        ]
-        held_falls = [
-            without[0].held_cost - with_effect[0].held_cost,
-            without[1].held_cost - with_effect[1].held_cost,
-        ]
-        own = with_effect[1]
-        worsens = any(is_worse(own, each) for each in without)
-        weighed = replace(
-            own, gain=min(falls), held_gain=min(held_falls), cost=beside.cost + own.held_cost, worsens=worsens
-        )
-        return Finalist(refit=weighed, arrangement=beside)
-
     found: list[Finalist] = []
     costs = [searched.cost_with_error_left(each.fit) for each in refits]
     for each, cost in zip(refits, costs, strict=True):

@@ -84,6 +84,8 @@ class Refit:
         no covariances of their own.
     worsens
         Whether the effect makes the held-out error larger, whatever it gains.
+    beside
+        Another effect that was fitted together with it, and whose values come after its own.
     """
 
     effect: Effect | None
@@ -103,6 +105,7 @@ class Refit:
     held_gain: float = 0.0
     cost: float | None = None
     worsens: bool = False
+    beside: Effect | None = None
 
     @property
     def held_misfit(self) -> float:
@@ -113,6 +116,11 @@ class Refit:
     def name(self) -> str:
         """Name of the effect; "nothing" without one."""
         return "nothing" if self.effect is None else self.effect.name
+
+    @property
+    def label(self) -> str:
+        """Name of the effect, or of both that were fitted together."""
+        return self.name if self.beside is None else f"{self.name} and {self.beside.name}"
 
     @property
     def strength(self) -> float:
@@ -133,8 +141,9 @@ class Refit:
 
     @property
     def _first(self) -> int:
-        """Index of the first parameter of the effect, whose parameters come last."""
-        return len(self.fit.values) - len(self.effect.parameters if self.effect is not None else ())
+        """Index of the first parameter of the effect, which come last, or before those of `beside`."""
+        last = [each for each in (self.effect, self.beside) if each is not None]
+        return len(self.fit.values) - sum(len(each.parameters) for each in last)
 
 
 class Screened(Protocol):

@@ -105,12 +105,22 @@ def _name_effects(result: Round) -> str:
     named.sort(key=lambda row: order.index(row.effect.name))
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
+    listed += _tell_further(result)
     fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
     if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
         return f"{listed} is missing, or {verdict.alternative}: {fall}.{verdict.other_laws}"
     if verdict.finding is Finding.AMBIGUOUS:
         return f"{listed} is missing, and these tests cannot tell which: {fall}.{verdict.other_laws}"
     return f"{listed} is missing: {fall}."
+
+
+def _tell_further(result: Round) -> str:
+    """The effect that is missing as well, if any, with its strength."""
+    further = result.diagnosis.verdict.further
+    if further is None or further.effect is None:
+        return ""
+    strength = interval(further.strength, further.deviation, further.effect.parameters[0])
+    return f", and beside it {further.name} ({strength}),"
 
 
 def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
@@ -174,9 +184,21 @@ def threshold_in_words(result: Round) -> str:
     )
 
 
+def _document_effect(item: Refit) -> dict[str, Any]:
+    """An effect with its strength, and the falls of -2 ln p by it."""
+    assert item.effect is not None
+    return {
+        "effect": item.name,
+        **_estimate(item.strength, item.deviation),
+        "unit": item.effect.parameters[0].unit,
+        "gain": item.gain,
+        "held_out_gain": item.held_gain,
+    }
+
+
 def document(result: Round) -> dict[str, Any]:
     """The report for ``--json`` and ``diagnosis.json``; strengths in SI units."""
-    diagnosis = result.diagnosis
+    diagnosis, further = result.diagnosis, result.diagnosis.verdict.further
     return {
         "title": result.setup.title,
         "campaign": result.campaign.title,
@@ -189,21 +211,11 @@ def document(result: Round) -> dict[str, Any]:
         "probabilities": [*diagnosis.verdict.probabilities],
         "alike": [*diagnosis.verdict.alike],
         "laws": [_law_document(law) for law in diagnosis.verdict.laws],
-        "further": None if diagnosis.verdict.further is None else diagnosis.verdict.further.name,
+        "further": None if further is None else _document_effect(further),
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
         "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},
-        "named": [
-            {
-                "effect": effect.name,
-                **_estimate(strength, deviation),
-                "unit": effect.parameters[0].unit,
-                "gain": item.gain,
-                "held_out_gain": item.held_gain,
-            }
-            for item in diagnosis.verdict.effects
-            for effect, strength, deviation in strengths(result.setup, item)[-1:]
-        ],
+        "named": [_document_effect(item) for item in diagnosis.verdict.effects],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
             for name, (factor, deviation) in factors(result.setup, diagnosis.before).items()

@@ -44,7 +44,7 @@ def stages(result: Round) -> list[Stage]:
     else:
         listed.append(Stage(name="calibrated", refit=before))
     if best is not None and best.effect is not None:
-        listed.append(Stage(name=f"with {best.effect.name}", refit=best))
+        listed.append(Stage(name=f"with {best.label}", refit=best))
     return listed
 
 
@@ -62,7 +62,7 @@ def waterfall(result: Round, history: History) -> list[WaterfallStep]:
     best, present = result.best, [item.effect.name for item in result.setup.added]
     steps = list_known_errors(history, present, errors(result.drawn), errors(result.diagnosis.before))
     if best is not None and best.effect is not None:
-        steps.append(make_step(f"+ {best.effect.name}", errors(best), proposed=True))
+        steps.append(make_step(f"+ {best.label}", errors(best), proposed=True))
     return steps
 
 

@@ -91,9 +91,9 @@ def rows(result: Round) -> list[Row]:
     added = {item.effect.name for item in result.setup.added}
     scores = {score.effect.name: score for score in diagnosis.scores if score.effect.name not in added}
     refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
-    named = [refit.effect.name for refit in verdict.effects if refit.effect is not None]
+    named = {refit.effect.name: refit for refit in verdict.effects if refit.effect is not None}
     listed = [
-        _row(score, refits.get(name), verdict.detectable.get(name, np.inf), name in named)
+        _row(score, named.get(name, refits.get(name)), verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()
     ]
 

@@ -14,8 +14,10 @@ from diagnosis.decision.chance_gate import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.evidence import DECISIVE, passes, support
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.leftover import Leftover
+from diagnosis.decision.pair import Pair
 from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Finding, Verdict
+from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -39,8 +41,12 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
     parameter = SimpleNamespace(unit="kg", typical=1.0)
     kind = name.partition(" ")[0]
     effect: Any = SimpleNamespace(name=name, kind=kind, parameters=(parameter,), apply=apply) if name else None
-    unknowns = SimpleNamespace(n_start=0, names=(name,), parameters=(parameter,), prior=np.full(1, np.inf))
-    fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number, values=np.array([strength]), unknowns=unknowns)
+    unknowns = SimpleNamespace(
+        n_start=0, names=(name,), parameters=(parameter,), prior=np.full(1, np.inf), effects=(effect,)
+    )
+    fit: Any = SimpleNamespace(
+        chi2=CHI2 - fall, n_number=n_number, values=np.array([strength]), unknowns=unknowns, deviation=np.ones(1)
+    )
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
         effect=effect, fit=fit, held_chi2=held, n_held=N_HELD, error=0.1, held_error=0.1, gain=fall, held_gain=held_fall
@@ -68,13 +74,14 @@ def decided(
     left: ErrorSize = NO_ERROR,
     laws: Sequence[FittedLaw] = (),
     held_back: Sequence[str] = (),
+    pair: Pair | None = None,
 ) -> Verdict:
     def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
         if asked is not None:
             asked.append(name)
-        if name.startswith("force beside"):
-            return 0.0
+        if name.endswith("together"):
+            return pair
         return list(laws) if name.startswith("other laws") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
@@ -257,12 +264,60 @@ def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unkn
         assert "no known effect alone explains it: mass explains most, and gap much" in verdict.sentence
 
 
+def beside(further: Refit, *first: Refit, force: float = 0.0) -> dict[str, Any]:
+    """What is left by the first effect, and fits of it, or of others in its place, with a further one."""
+    arrangement: Any = SimpleNamespace(left=NO_ERROR)
+    both = [Finalist(refit=each, arrangement=arrangement) for each in (*first, further)]
+    rest = Leftover(gain=150, name=further.name, places=(), known=150, further=further)
+    pair = Pair(first=both[0], second=both[-1], alone=both[-1], rivals=tuple(both[1:-1]), force=force)
+    return {"rest": rest, "pair": pair}
+
+
 @pytest.mark.parametrize(("held", "finding"), [(DECISIVE - 1, Finding.MISSING), (DECISIVE - 3, Finding.AMBIGUOUS)])
 def test_held_out_data_confirm_two_effects_together(held: float, finding: Finding) -> None:
-    rest = Leftover(gain=150, name="gap", places=(), known=150, further=refit("gap", 150, held))
-    verdict = decided(refit("mass", 200, 2), rest=rest)
+    first, further = refit("mass", 400, 50, strength=2.0), refit("gap", 150, held)
+    verdict = decided(refit("mass", 200, 2), **beside(further, first))
     assert verdict.finding is finding
-    assert verdict.further is rest.further
+    assert verdict.further is further
+    # Its strength is that of the fit with both.
+    assert [*verdict.effects] == [first]
+    assert "and beside it gap" in verdict.sentence
+
+
+def test_what_is_as_likely_beside_the_further_effect_is_named_too() -> None:
+    """The mass explains more alone, and the density as much beside the gap."""
+    further, alone = refit("gap", 150, 50), [refit("mass", 200, 20), refit("density", 150, 20)]
+    for gain, names in ((399, ["mass", "density"]), (401, ["density", "mass"]), (380, ["mass"])):
+        pairs = beside(further, refit("mass", 400, 50), refit("density", gain, 50))
+        verdict = decided(*alone, **pairs)
+        assert named(verdict) == names
+        assert verdict.finding is (Finding.MISSING if len(names) == 1 else Finding.AMBIGUOUS)
+
+
+@pytest.mark.parametrize(
+    ("force", "finding"),
+    [(STAND_IN * 350 + LIMITS.misfit - 1, Finding.MISSING), (STAND_IN * 350 + LIMITS.misfit + 1, Finding.UNKNOWN)],
+)
+def test_two_effects_leave_no_unknown_force(force: float, finding: Finding) -> None:
+    pair = beside(refit("gap", 150, 50), refit("mass", 400, 50), force=force)
+    assert decided(refit("mass", 200, 20), **pair).finding is finding
+
+
+@pytest.mark.parametrize(("gain", "finding"), [(LIMITS.gain + 1, Finding.MISSING), (LIMITS.gain - 1, Finding.UNKNOWN)])
+def test_an_effect_that_explains_nothing_beside_the_further_one_is_not_missing(gain: float, finding: Finding) -> None:
+    """It stood in for that one, which is to be judged alone."""
+    pair = beside(refit("gap", 150, 50), refit("mass", gain, 50))
+    verdict = decided(refit("mass", 200, 20), **pair)
+    assert verdict.finding is finding
+    assert verdict.instead is (pair["pair"].alone if finding is Finding.UNKNOWN else None)
+
+
+@pytest.mark.parametrize(("held", "finding"), [(40, Finding.AMBIGUOUS), (DECISIVE + 9, Finding.NOTHING)])
+def test_two_effects_of_which_the_held_out_data_refute_each_alone(held: float, finding: Finding) -> None:
+    pair = beside(refit("gap", 150, held), refit("mass", 400, 50))
+    verdict = decided(refit("mass", 200, -10), **pair)
+    assert verdict.finding is finding
+    assert named(verdict) == (["mass"] if finding is Finding.AMBIGUOUS else [])
 
 
 @pytest.mark.parametrize(
@@ -281,11 +336,11 @@ def test_held_out_data_confirm_nothing_that_makes_them_worse(
     better = replace(refit("mass", 100, 50), held_stated_chi2=misfit_after, held_error=error_after)
     assert decided(better, before=before).finding is finding
     good = replace(refit("mass", 100, 50), held_stated_chi2=1.5, held_error=0.08)
-    # Nor that does so beside an effect that is missing as well, or alone.
-    for first, other in ((good, better), (better, good)):
+    # Nor two effects that do so together, whatever the first does alone.
+    for first, other, expected in ((good, better, finding), (better, good, Finding.MISSING)):
         further = replace(refit("gap", 150, 60), held_stated_chi2=other.held_stated_chi2, held_error=other.held_error)
-        rest = Leftover(gain=150, name="gap", places=(), known=150, further=further)
-        assert decided(first, before=before, rest=rest).finding is finding
+        both = replace(further, effect=first.effect, gain=400)
+        assert decided(first, before=before, **beside(further, both)).finding is expected
 
 
 @pytest.mark.parametrize(("name", "finding"), [("mass", Finding.AMBIGUOUS), ("cubic", Finding.MISSING)])

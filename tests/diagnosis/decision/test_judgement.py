@@ -19,7 +19,8 @@ from diagnosis.fit import finalist
 from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from diagnosis.fit.finalist import Finalist, weigh_each
+from diagnosis.fit.finalist import Finalist, weigh, weigh_each
+from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.weighting import leave_out_model_error
 from diagnosis.screening import Score, screen
@@ -54,11 +55,16 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
     return screen(arrangement, [listed.effect(name) for name in (TRUE, FALSE)])
 
 
+def weighed(campaign: Any, arrangement: Arrangement, before: Refit, refits: list[Refit]) -> list[Finalist]:
+    listed = partial(list_campaign_effects, campaign)
+    return weigh_each(arrangement, refits, partial(weigh, campaign, arrangement, before, listed, arrangement.train))
+
+
 @pytest.fixture(scope="module")
 def finalists(campaign: Any, arrangement: Arrangement, scores: list[Score]) -> list[Finalist]:
     refits = [refit(arrangement, score) for score in scores]
     before = baseline_fit(arrangement)
-    return weigh_each(campaign, arrangement, arrangement, before, refits, partial(list_campaign_effects, campaign))
+    return weighed(campaign, arrangement, before, refits)
 
 
 def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
@@ -99,7 +105,7 @@ def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     monkeypatch.setattr(finalist, "WORSE", 1e-9)
     refits = [refit(arrangement, scores[0])]
     before = baseline_fit(arrangement)
-    (found,) = weigh_each(campaign, arrangement, arrangement, before, refits, partial(list_campaign_effects, campaign))
+    (found,) = weighed(campaign, arrangement, before, refits)
     assert found.refit.gain > 10
     assert found.refit.worsens
     assert not passes(found.refit, Thresholds(gain=1.0, misfit=1.0))
@@ -112,9 +118,8 @@ def test_an_effect_leaves_less_model_error(
     """A model without the mass has errors of frequencies and readings in its place, and one with it smaller ones."""
     without = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0, model=1e-3))
     true = next(score for score in scores if score.effect.name == TRUE)
-    listed = partial(list_campaign_effects, campaign)
     before, first = baseline_fit(without), refit(without, true)
-    (found,) = weigh_each(campaign, without, without, before, [first], listed)
+    (found,) = weighed(campaign, without, before, [first])
     faded = [each.train.faded for each in (without, found.arrangement)]
     np.testing.assert_array_equal(*faded)
     assert found.arrangement.left.frequency < 0.2 * without.left.frequency

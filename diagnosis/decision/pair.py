@@ -1,0 +1,121 @@
+"""Two effects that are missing at once, fitted together, each tested against a fit with the other alone.
+
+The model error that one effect leaves is what the other one is taken for. So each fit has a model error of its own: by
+that of the first effect alone, an unknown force would seem to explain what is only less model error.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from diagnosis.candidate.effect import Effect
+from diagnosis.decision.evidence import support
+from diagnosis.decision.leftover import with_effect
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.comparison import Comparison
+from diagnosis.fit.finalist import Finalist, is_worse
+from diagnosis.fit.fit_parameter import Values
+from diagnosis.fit.problem import Refit
+from diagnosis.unknown_force import find_unknown_forces, misfit
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pair:
+    """Two effects that were fitted together.
+
+    Parameters
+    ----------
+    first, second
+        The fit with both, tested as one of each effect: it gains what both gain beyond the other one alone.
+    alone
+        The second effect alone.
+    rivals
+        Fits of other effects in place of the first one.
+    force
+        Excess gain of an unknown force beside both [-].
+    """
+
+    first: Finalist
+    second: Finalist
+    alone: Finalist
+    rivals: tuple[Finalist, ...]
+    force: float
+
+    @property
+    def ranked(self) -> list[Finalist]:
+        """The first effect and those in its place, the one that explains most first."""
+        return sorted([self.first, *self.rivals], key=lambda each: -support(each.refit))
+
+
+def fit_pair(
+    arrangement: Arrangement, before: Refit, first: Refit, further: Refit, others: Sequence[Refit] = ()
+) -> Pair:
+    """Fit two effects together, and others in place of the first one.
+
+    Parameters
+    ----------
+    arrangement
+        Arrangement by the covariance of the model with the first effect, and the fit with it.
+    before
+        Fit without an effect.
+    first, further
+        The first effect alone, and the further one beside it.
+    others
+        Other effects alone.
+    """
+    one, second = _effect_of(first), _effect_of(further)
+    values, near = further.fit.values, further.fit.prediction
+    calibrated, own = _split(_split(values, second)[0], one)[0], _split(values, second)[1]
+
+    def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Finalist:
+        """The further effect beside others, with the density of all data."""
+        found = arrangement.refit_from([*effects, second], np.append(start, own), near, by)
+        tested = found.tested(second, found.fit)
+        return Finalist(refit=replace(tested, cost=found.cost + tested.held_cost), arrangement=found)
+
+    both = fit([one], _split(values, second)[0])
+    # What the first effect has moved the calibration parameters to may be far from the minimum without it. And where it
+    # explains nothing, what it leaves out is no model error.
+    starts = ((calibrated, None), (calibrated, both.arrangement.train), (before.fit.values, None))
+    alone = min((fit([], *start) for start in starts), key=lambda each: each.arrangement.cost)
+
+    def beside(effect: Effect, found: Finalist) -> Finalist:
+        """The fit with both as one of an effect beside the further one."""
+        return _compare(replace(found.refit, effect=effect, beside=second), found.arrangement, alone)
+
+    rivals = []
+    for each in others:
+        effect = _effect_of(each)
+        rivals.append(beside(effect, fit([effect], np.append(calibrated, _split(each.fit.values, effect)[1]))))
+    one_alone = Finalist(refit=first, arrangement=arrangement)
+    found = find_unknown_forces(with_effect(both.arrangement, both.refit))
+    return Pair(
+        first=beside(one, both),
+        second=_compare(both.refit, both.arrangement, one_alone),
+        alone=alone,
+        rivals=tuple(rivals),
+        force=max(map(misfit, found), default=0.0),
+    )
+
+
+def _compare(both: Refit, arrangement: Arrangement, alone: Finalist) -> Finalist:
+    """The fit with both effects with its gains beyond that with one of them."""
+    compared = replace(
+        both,
+        gain=alone.arrangement.cost - arrangement.cost,
+        held_gain=alone.refit.held_cost - both.held_cost,
+        worsens=is_worse(both, alone.refit),
+    )
+    return Finalist(refit=compared, arrangement=arrangement)
+
+
+def _split(values: Values, effect: Effect) -> tuple[Values, Values]:
+    """Values before those of the last effect, and its own."""
+    count = len(values) - len(effect.parameters)
+    return values[:count], values[count:]
+
+
+def _effect_of(refit: Refit) -> Effect:
+    assert refit.effect is not None
+    return refit.effect

@@ -1,0 +1,81 @@
+"""Two effects are found together where both are hidden, and one alone where the other stood in for it."""
+
+from functools import partial
+from types import ModuleType
+
+import pytest
+
+from correlation.campaign.measurement import Campaign
+from correlation.model import Model
+from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
+from diagnosis.decision.evidence import support
+from diagnosis.decision.leftover import find_leftover, with_effect
+from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.fit.arrangement import arrange
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.finalist import weigh
+from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.screening import screen
+
+#: A mass [kg] and a gain [-] that are hidden, and what changes the readings somewhat like the mass.
+MASS, GAIN, OTHER = "mass at tip z", "gain of tip", "spring at tip z"
+HIDDEN = {MASS: 5e-3, GAIN: 0.9}
+#: More than chance gains by any of thirty effects, once in a hundred times.
+CHANCE = 20.0
+
+
+def hide(listed: Catalogue, small: Model, paper: ModuleType, *names: str) -> Campaign:
+    truth = small
+    for name in names:
+        truth = listed.effect(name).apply(truth, [HIDDEN[name]])
+    campaign: Campaign = paper.make_campaign(truth, jitter=3e-5, seed=5)
+    return campaign
+
+
+def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others: str) -> Pair:
+    free = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
+    arrangement = arrange(campaign, small, tuple(free), Budget(frequency=0.0, compliance=0.0, model=1e-3))
+    before, listed = baseline_fit(arrangement), partial(list_campaign_effects, campaign)
+    scores = screen(arrangement, [listed(small).effect(name) for name in (first, *others)])
+    by_own = partial(weigh, campaign, arrangement, before, listed, arrangement.train)
+    found = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
+    own = found[first]
+    rest = find_leftover(with_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
+    assert rest.further is not None
+    return fit_pair(own.arrangement, before, own.refit, rest.further, [found[name].refit for name in others])
+
+
+@pytest.fixture(scope="module")
+def pair(listed: Catalogue, small: Model, paper: ModuleType) -> Pair:
+    return pair_of(hide(listed, small, paper, MASS, GAIN), small, MASS, GAIN, OTHER)
+
+
+def test_both_are_found_with_their_strengths_and_each_gains_beside_the_other(pair: Pair) -> None:
+    for each in (pair.first.refit, pair.second.refit):
+        assert each.strength == pytest.approx(HIDDEN[each.name], abs=3 * each.deviation)
+        assert each.gain > CHANCE
+        assert each.held_gain > 0
+    assert pair.first.refit.label == f"{MASS} and {GAIN}"
+    assert pair.alone.name == GAIN
+
+
+def test_both_leave_no_model_error_that_an_unknown_force_would_seem_to_explain(pair: Pair) -> None:
+    assert pair.first.arrangement.left.shape < 0.1 * pair.alone.arrangement.left.shape
+    assert pair.force < CHANCE
+
+
+def test_what_is_hidden_explains_more_beside_the_further_effect_than_what_is_not(pair: Pair) -> None:
+    assert [each.name for each in pair.ranked] == [MASS, OTHER]
+    (rival,) = pair.rivals
+    assert rival.refit.gain < pair.first.refit.gain
+    assert support(rival.refit) < support(pair.first.refit)
+
+
+def test_an_effect_that_stood_in_for_the_further_one_gains_nothing_beside_it(
+    listed: Catalogue, small: Model, paper: ModuleType
+) -> None:
+    pair = pair_of(hide(listed, small, paper, MASS), small, OTHER, MASS)
+    assert pair.first.refit.gain < CHANCE
+    assert pair.second.refit.gain > CHANCE
+    assert pair.alone.refit.strength == pytest.approx(HIDDEN[MASS], abs=3 * pair.alone.refit.deviation)
