@@ -17,10 +17,11 @@ strength        of those whose first name is the hidden one: the strength errs b
                 vanishing value, or lies inside the interval of 95 % that is told
 covered         of the same ones: it lies inside the interval
 false alarm     nothing: any verdict but "nothing is missing" and "not testable"
-wrong           all classes: "X is missing" alone, and X is the same as no hidden effect
+wrong           all classes: "X is missing" alone, or with a further effect beside it, and X, or the further one, is the
+                same as no hidden effect
 unknown         stranger: the verdict is "none of the known effects"; placed: and at the hidden place
-both            two: the names of the rounds, each added before the next, hold both, or what is the same; one of two:
-                hold at least one of them
+both            two: the names of the rounds, each added before the next, and those told beside them, hold both, or what
+                is the same; one of two: hold at least one of them
 missed          one, two, stranger: the verdict is that nothing is missing, or that this cannot be tested
 failed          a crash, or no verdict within the limit of processor time; it counts against every rule
 """
@@ -107,7 +108,9 @@ def is_strong(record: Record) -> bool:
 
 def is_wrong(record: Record) -> bool:
     """See `wrong`."""
-    return record["rounds"][0]["finding"] == "missing" and not is_first(record)
+    first = record["rounds"][0]
+    further = {first["further"]["name"]} if first.get("further") else set()
+    return first["finding"] == "missing" and not (is_first(record) and further <= same(record))
 
 
 def n_found(record: Record) -> int:
@@ -115,6 +118,8 @@ def n_found(record: Record) -> int:
     found = set()
     for number in range(len(record["rounds"])):
         names = {each["name"] for each in named(record, number)[:1]}
+        further = record["rounds"][number].get("further")
+        names |= {further["name"]} if further and names else set()
         alike = record["rounds"][number].get("alike", {})
         for effect in record["effects"]:
             if names & {effect["name"], *alike.get(effect["name"], ())}:

@@ -82,6 +82,7 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
         "finding": verdict.finding.value,
         "sentence": verdict.sentence,
         "named": [_fitted(each) for each in verdict.effects if each.effect is not None],
+        "further": None if verdict.further is None else _fitted(verdict.further),
         "probabilities": [*verdict.probabilities],
         "ranking": [_fitted(each) for each in diagnosis.refits if each.effect is not None],
         "scores": {score.effect.name: float(score.gain) for score in diagnosis.scores[:MOST]},

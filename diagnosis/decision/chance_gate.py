@@ -78,12 +78,18 @@ class ChanceGate:
         return not stands_in or self._explains_with(refit, rest.further)
 
     def find_first_of_two(self, refits: Sequence[Refit]) -> Refit | None:
-        """The best effect that gains, if the held-out data refute it alone, and speak for it with a further one."""
+        """The best effect that gains, if the held-out data refute it alone, and speak for it with a further one.
+
+        Both leave no more than noise and stated errors explain: what each alone leaves is why either was refuted.
+        """
         gaining = [each for each in refits if each.gain > self.thresholds.gain * compute_spread(each)]
         first = max(gaining, key=support, default=None)
         if first is None or self._find_another_law(first) is not None:
             return None
-        if not self._explains_with(first, self._find_leftover(first).further) or self.pair is None:
+        further = self._find_leftover(first).further
+        if further is None or compute_stated(further) > UNEXPLAINED:
+            return None
+        if not self._explains_with(first, further) or self.pair is None:
             return None
         second = self.pair.second.refit
         speak_for = first.held_gain + second.held_gain >= DECISIVE and not self._rises(second)

@@ -133,13 +133,19 @@ def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:
 def choose_finalists(
     fits: Sequence[tuple[Score, Fit]], costs: Sequence[float], effort: Effort
 ) -> list[tuple[Score, Fit]]:
-    """Quick fits that deserve a thorough fit and a test, the least cost first."""
-    best = np.argsort(costs, kind="stable")[: effort.finalists].tolist()
-    return [
-        fits[number]
-        for place, number in enumerate(best)
-        if place < 2 or costs[number] < costs[best[0]] + effort.far_behind
+    """Quick fits that deserve a thorough fit and a test, the least cost first.
+
+    Among them is the one that leaves the least chi^2: what a quick fit has not yet explained counts as model error in
+    its cost.
+    """
+    ranked = np.argsort(costs, kind="stable").tolist()
+    best = [
+        number
+        for place, number in enumerate(ranked[: effort.finalists])
+        if place < 2 or costs[number] < costs[ranked[0]] + effort.far_behind
     ]
+    closest = min(ranked, key=lambda number: fits[number][1].chi2, default=None)
+    return [fits[number] for number in [*best, *({closest} - {*best, None})]]
 
 
 def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
