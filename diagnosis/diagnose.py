@@ -12,7 +12,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.chance_gate import KNOWN
-from diagnosis.decision.closeness import find_absent_peak, find_far_resonance
+from diagnosis.decision.closeness import AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
@@ -229,8 +229,7 @@ def diagnose(
     )
     searched = _choose_searched(arrangement, run_step)
     shares = LONG if is_lost(searched) else USUAL
-    seen, fit = arrangement.train.observed, arrangement.fit
-    far = find_far_resonance(seen, fit.model) or find_absent_peak(seen, fit.prediction.value)
+    far = _find_far(arrangement)
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
     report("response control", shares.screening / 2)
     arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
@@ -242,11 +241,11 @@ def diagnose(
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     before = before if searched is arrangement else baseline_fit(arrangement)
-    by_own = partial(weigh, campaign, arrangement, before, find_catalogue)
-    finalists = weigh_each(searched, refits, partial(by_own, searched.train), run_step)
+    own = partial(weigh, campaign, arrangement, before, find_catalogue)
+    finalists = weigh_each(searched, refits, partial(own, searched.train), run_step)
     nothing = Finalist(refit=before, arrangement=arrangement)
     report("what is left", shares.left)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, weigh=by_own)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, weigh=own)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
     report("intervals", shares.intervals)
     before, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
@@ -255,6 +254,12 @@ def diagnose(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
+
+
+def _find_far(arrangement: Arrangement) -> FarResonance | AbsentPeak | None:
+    """A measured resonance that is far from those of the model, or a predicted one that is absent."""
+    seen, fit = arrangement.train.observed, arrangement.fit
+    return find_far_resonance(seen, fit.model) or find_absent_peak(seen, fit.prediction.value)
 
 
 def _with_basis(model: Model) -> Model:
