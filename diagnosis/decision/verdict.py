@@ -145,15 +145,15 @@ class Verdict(Tabular):
             near = f" {self.nearest.name} comes nearest: {self._fall(self.nearest)}." if self.nearest else ""
             return f"Something is missing, and it is none of the known effects{where}.{near}"
         named = " or ".join(self._named(each) for each in self.effects)
-        beside = "" if self.further is None else f", and beside it {self._named(self.further)},"
+        missing = "is missing" if self.further is None else f"and {self._named(self.further)} are missing"
         fall, laws = self._fall(self.effects[0]), self.other_laws
         if self.finding is Finding.MISSING:
-            return f"{named}{beside} is missing; {fall}."
+            return f"{named} {missing}; {fall}."
         if len(self.effects) == 1:
-            return f"{named}{beside} is missing, or {self.alternative}; {fall}.{laws}"
+            return f"{named} {missing}, or {self.alternative}; {fall}.{laws}"
         alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
-        missing = f"{beside} is missing" if beside else ""
-        return f"{named}{missing}: these data cannot tell which ({fall}).{alike}{laws}"
+        beside = "" if self.further is None else f" {missing}"
+        return f"{named}{beside}: these data cannot tell which ({fall}).{alike}{laws}"
 
     @property
     def alternative(self) -> str:

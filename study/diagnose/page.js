@@ -131,7 +131,7 @@ function drawMap(number) {
   const ticks = map.frequency.map((_, column) => column).filter((column) => column % every === 0);
   const bottom = { tickvals: ticks, ticktext: ticks.map((column) => map.frequency[column]), showgrid: false, title: { text: "frequency [Hz]" }, tickangle: 0 };
   const left = mapRows(map);
-  const title = (side, x) => ({ text: (side ? "after: " : "before: ") + DATA.mapNames[side] + " (root mean square " + label(map.whole[side]) + ")", xref: x + " domain", yref: "paper", x: 0, y: 1, yanchor: "bottom", yshift: 6, showarrow: false, font: { size: 13.5 } });
+  const title = (side, x) => ({ text: (side ? "after" : "before") + " (root mean square " + label(map.whole[side]) + ")", xref: x + " domain", yref: "paper", x: 0, y: 1, yanchor: "bottom", yshift: 6, showarrow: false, font: { size: 13.5 } });
   Plotly.react("map", traces, {
     font: FONT, height: mapHeight(rows), margin: { l: 90, r: 20, ...MAP_MARGIN }, paper_bgcolor: "white", plot_bgcolor: "white",
     xaxis: axis({ domain: [0, 0.487], ...bottom }), xaxis2: axis({ domain: [0.513, 1], anchor: "y2", ...bottom }),

@@ -124,6 +124,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         headline=headline(result),
         doubts=list_doubts(result),
         advice=advice(result),
+        two=result.diagnosis.verdict.further is not None,
         wrong=bool(result.wrong),
         threshold=threshold_in_words(result),
         n_backbone=len(backbones),

@@ -51,6 +51,10 @@ ADVICE = {
 }
 
 
+#: The next step where two effects are missing.
+BOTH = (
+    'stickslip add "{effect}" writes the first into the case, and a second diagnosis finds the other; --auto does both'
+)
 #: File of a recovered law.
 LAW_FILE = "recovered_law.py"
 #: The next step where an unknown force has a place.
@@ -105,22 +109,20 @@ def _name_effects(result: Round) -> str:
     named.sort(key=lambda row: order.index(row.effect.name))
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
-    listed += _tell_further(result)
+    further = verdict.further
+    missing = "is missing" if further is None else f"and {_tell(further)} are missing"
     fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
     if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
-        return f"{listed} is missing, or {verdict.alternative}: {fall}.{verdict.other_laws}"
+        return f"{listed} {missing}, or {verdict.alternative}: {fall}.{verdict.other_laws}"
     if verdict.finding is Finding.AMBIGUOUS:
-        return f"{listed} is missing, and these tests cannot tell which: {fall}.{verdict.other_laws}"
-    return f"{listed} is missing: {fall}."
+        return f"{listed} {missing}, and these tests cannot tell which: {fall}.{verdict.other_laws}"
+    return f"{listed} {missing}: {fall}."
 
 
-def _tell_further(result: Round) -> str:
-    """The effect that is missing as well, if any, with its strength."""
-    further = result.diagnosis.verdict.further
-    if further is None or further.effect is None:
-        return ""
-    strength = interval(further.strength, further.deviation, further.effect.parameters[0])
-    return f", and beside it {further.name} ({strength}),"
+def _tell(refit: Refit) -> str:
+    """An effect with its strength."""
+    assert refit.effect is not None
+    return f"{refit.name} ({interval(refit.strength, refit.deviation, refit.effect.parameters[0])})"
 
 
 def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
@@ -169,6 +171,8 @@ def advice(result: Round) -> str:
     effect = best.effect.name if best is not None and best.effect is not None else ""
     if verdict.finding is Finding.AMBIGUOUS and len(verdict.effects) == 1 and not verdict.laws:
         return UNCONFIRMED.format(effect=effect)
+    if verdict.finding is Finding.MISSING and verdict.further is not None:
+        return BOTH.format(effect=effect)
     return ADVICE[verdict.finding].format(effect=effect)
 
 
@@ -345,7 +349,7 @@ def _fitted(result: Round) -> Iterator[str]:
     before, in_case = result.diagnosis.before, result.setup.calibrated
     yield f"Calibrated: {_name_factors(result, before) or 'the case has no calibration parameters'}"
     if result.best is not None and (named := _name_factors(result, result.best)):
-        yield f"Calibrated with {result.best.name}: {named}"
+        yield f"Calibrated with {result.best.label}: {named}"
     if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, before).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
     if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, before).items()]:

@@ -281,7 +281,7 @@ def test_held_out_data_confirm_two_effects_together(held: float, finding: Findin
     assert verdict.further is further
     # Its strength is that of the fit with both.
     assert [*verdict.effects] == [first]
-    assert "and beside it gap" in verdict.sentence
+    assert "and gap (1 kg +- 2) are missing" in verdict.sentence
 
 
 def test_what_is_as_likely_beside_the_further_effect_is_named_too() -> None:
