@@ -1,5 +1,6 @@
 """What a diagnosis says of values that are fitted anew, of weak effects, and of its candidates' order."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -85,6 +86,37 @@ def test_a_law_that_the_force_may_have_as_well_is_told_in_words_and_numbers(
     assert (told["law"], told["in_words"], told["gain"], told["held_out_gain"]) == ("mass", "another force", -3.0, 1.0)
     assert told["values"]["mass"]["value"] == pytest.approx(0.006, rel=0.02)
     assert told["values"]["mass"]["unit"] == "kg"
+
+
+def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses, kept_rounds: Store) -> None:
+    case, campaign = two_masses({"mass at tip": 0.006}), read_campaign(Path("campaign"))
+    result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
+    (best,) = result.diagnosis.verdict.effects
+    further = next(each for each in result.diagnosis.refits if each.name != best.name)
+    together = replace(best, beside=further.effect)
+    # The values of the further effect come last.
+    values, variances = (
+        np.append(first, second[-1:])
+        for first, second in (
+            (best.fit.values, further.fit.values),
+            (np.diag(best.fit.covariance), np.diag(further.fit.covariance)),
+        )
+    )
+    fit = replace(best.fit, values=values, covariance=np.diag(variances))
+    together, further = replace(together, fit=fit), replace(further, fit=fit)
+    assert together.strength == best.strength
+    verdict = replace(result.diagnosis.verdict, effects=(together,), further=further)
+    two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
+    assert re.match(
+        rf"mass at tip \(.*\) and {further.name} \(.*\) are missing: the held-out error falls", headline(two)
+    )
+    assert stages(two)[-1].name == f"with mass at tip and {further.name}"
+    assert "writes the first into the case" in advice(two)
+    told = document(two)["further"]
+    assert (told["effect"], told["strength"]) == (further.name, pytest.approx(values[-1]))
+    assert document(two)["named"][0]["strength"] == pytest.approx(best.strength)
+    page = contents(two, history_of(case), case)["chain_diagnosis.html"].decode()
+    assert "Two effects are missing" in page
 
 
 def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
