@@ -160,7 +160,7 @@ class ChanceGate:
 
     def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
         """Whether an effect and a further one explain together what either does not."""
-        if further is None or not passes(further, self.thresholds) or _share_place(refit, further):
+        if further is None or not passes(further, self.thresholds):
             return False
         taken = {refit.name, further.name}
         others = [each.refit for name, each in self.finalists.items() if name not in taken and each.refit.gain > 0]
@@ -173,6 +173,9 @@ class ChanceGate:
             return False
         second, force = pair.second.refit, pair.force - self.thresholds.misfit
         if not passes(second, self.thresholds) or force > STAND_IN * (refit.gain + second.gain):
+            return False
+        best = support(pair.ranked[0].refit)
+        if all(_share_place(each.refit, second) for each in pair.ranked if support(each.refit) > best - DECISIVE):
             return False
         self.pairs.append(pair)
         return True

@@ -98,6 +98,30 @@ def test_what_is_hidden_is_named_with_its_strength(
     assert len(finalists) == 1
 
 
+def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_well(
+    campaign: Any, small: Model, arrangement: Arrangement, scores: list[Score]
+) -> None:
+    """The true effect is among the candidates, but was not fitted to the end."""
+    by_name = {score.effect.name: score for score in scores}
+    before = baseline_fit(arrangement)
+    stand_in = weighed(campaign, arrangement, before, [refit(arrangement, by_name[FALSE])])
+    listed = list_campaign_effects(campaign, small)
+    criteria = Criteria(
+        catalogue=listed, scores=scores, thresholds=compute_linear_thresholds(scores),
+        weigh=partial(weigh, campaign, arrangement, before, partial(list_campaign_effects, campaign)),
+    )  # fmt: skip
+    nothing, places = Finalist(refit=before, arrangement=arrangement), find_unknown_forces(arrangement)
+    ranked, verdict = judge(nothing, stand_in, places, criteria, compute_step)
+    assert verdict.finding is Finding.MISSING
+    assert [each.name for each in verdict.effects] == [TRUE]
+    assert [each.name for each in ranked] == [TRUE, FALSE]
+    # Without a way to fit it to the end it is told as something that the stand-in leaves.
+    unable = judge(nothing, stand_in, places, replace(criteria, weigh=None), compute_step)[1]
+    assert unable.finding is Finding.UNKNOWN
+    assert unable.instead is not None
+    assert unable.instead.name == TRUE
+
+
 def test_an_effect_that_makes_the_held_out_error_larger_is_not_named(
     campaign: Any, arrangement: Arrangement, scores: list[Score], monkeypatch: pytest.MonkeyPatch
 ) -> None:
