@@ -27,9 +27,9 @@ from diagnosis.threshold.simulation import Simulation
 
 #: Number of simulated campaigns, and the seed.
 DRAWS, SEED = 8, 1
-#: Factor on the deviations: of 19 effects that were hidden on the virtual bench, 15 lay within intervals without it,
-#: and 18 with it. The simulation has neither the contacts of the specimen nor the curvature of effects.
-BEYOND = 1.3
+#: Factor on the deviations: of 95 effects that random rigs hid and a diagnosis named, 90 lie within intervals with it,
+#: 87 without it. The simulation has neither the contacts of the specimen nor the curvature of effects.
+BEYOND = 1.1
 #: Factor on a deviation from so few campaigns, by Student's distribution.
 FEW = float(stdtrit(DRAWS, ndtr(INTERVAL))) / INTERVAL
 
