@@ -10,7 +10,15 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import list_held_back
-from diagnosis.decision.evidence import DECISIVE, compute_probabilities, compute_spread, compute_stated, passes, support
+from diagnosis.decision.evidence import (
+    DECISIVE,
+    compute_probabilities,
+    compute_spread,
+    compute_stated,
+    gains,
+    passes,
+    support,
+)
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
 from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
 from diagnosis.decision.pair import Pair, fit_pair
@@ -82,8 +90,7 @@ class ChanceGate:
 
         Both leave no more than noise and stated errors explain: what each alone leaves is why either was refuted.
         """
-        gaining = [each for each in refits if each.gain > self.thresholds.gain * compute_spread(each)]
-        first = max(gaining, key=support, default=None)
+        first = max((each for each in refits if gains(each, self.thresholds)), key=support, default=None)
         if first is None or self._find_another_law(first) is not None:
             return None
         further = self._find_leftover(first).further
@@ -148,8 +155,7 @@ class ChanceGate:
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
-        chance = self.thresholds.gain
-        refit = next((each for each in refits if each.gain > chance * compute_spread(each)), None)
+        refit = next((each for each in refits if gains(each, self.thresholds)), None)
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False

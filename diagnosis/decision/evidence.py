@@ -40,6 +40,11 @@ def compute_spread(refit: Refit, gain: float = 0.0) -> float:
     return max((refit.fit.chi2 - gain) / refit.fit.n_number, 1.0)
 
 
+def gains(refit: Refit, thresholds: Thresholds) -> bool:
+    """Whether the training data gain more by an effect than chance does, whatever the held-out data say."""
+    return refit.gain > thresholds.gain * compute_spread(refit)
+
+
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
     return bool(compute_evidence(refit) > thresholds.gain * compute_spread(refit))
