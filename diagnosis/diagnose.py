@@ -272,18 +272,19 @@ def _widen(
     campaign: Campaign, nothing: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
     """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
-    alone = [nothing, *finalists]
-    both = [] if verdict.pair is None else [verdict.pair.second, *verdict.pair.ranked]
-    by_name = {each.name: each for each in both[1:] or alone}
-    best = by_name[(*verdict.effects, nothing.refit)[0].name]
+    pair, alone = verdict.pair, [nothing, *finalists]
+    both = [] if pair is None else [pair.second, *pair.ranked]
+    best = {each.name: each for each in both[1:] or alone}[(*verdict.effects, nothing.refit)[0].name]
+    names = ", ".join(each.refit.label for each in [*alone, *both])
     widen = partial(widen_intervals, campaign, best, [*alone, *both])
-    widened = run_step(f"intervals beside {best.refit.label}", widen)
-    # By name: stored fits may be in another order, which depends on the thresholds.
-    fits = {each.name: each for each in widened[: len(alone)]}
-    wide = {each.name: each for each in widened[len(alone) + 1 :]} or fits
-    effects = tuple(wide[each.name] for each in verdict.effects)
-    verdict = verdict.with_fits(fits[nothing.name], effects, widened[len(alone)] if both else None)
-    return verdict.before, [fits[each.name] for each in finalists], verdict
+    fits = run_step(f"intervals beside {best.refit.label} of {names}", widen)
+    wide = [replace(each, refit=refit) for each, refit in zip([*alone, *both], fits, strict=True)]
+    alone, both = wide[: len(alone)], wide[len(alone) :]
+    if pair is not None:
+        pair = replace(pair, second=both[0], first=both[1], rivals=tuple(both[2:]))
+    by_name = {each.name: each.refit for each in both[1:] or alone}
+    before, effects = alone[0].refit, [by_name[each.name] for each in verdict.effects]
+    return before, [each.refit for each in alone[1:]], verdict.with_fits(before, effects, pair)
 
 
 def _begin(

@@ -18,7 +18,7 @@ strength        of those whose first name is the hidden one: the strength errs b
 covered         of the same ones: it lies inside the interval
 false alarm     nothing: any verdict but "nothing is missing" and "not testable"
 wrong           all classes: "X is missing" alone, or with a further effect beside it, and X, or the further one, is the
-                same as no hidden effect
+                same as no hidden effect, or both are the same as one
 unknown         stranger: the verdict is "none of the known effects"; placed: and at the hidden place
 both            two: the names of the rounds, each added before the next, and those told beside them, hold both, or what
                 is the same; one of two: hold at least one of them
@@ -28,6 +28,7 @@ failed          a crash, or no verdict within the limit of processor time; it co
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -108,9 +109,16 @@ def is_strong(record: Record) -> bool:
 
 def is_wrong(record: Record) -> bool:
     """See `wrong`."""
-    first = record["rounds"][0]
-    further = {first["further"]["name"]} if first.get("further") else set()
-    return first["finding"] == "missing" and not (is_first(record) and further <= same(record))
+    told = record["rounds"][0]
+    if told["finding"] != "missing":
+        return False
+    names = [told["named"][0]["name"], *([told["further"]["name"]] if told.get("further") else [])]
+    alike = [{each["name"], *told.get("alike", {}).get(each["name"], ())} for each in record["effects"]]
+    # Each name stands for a hidden effect of its own.
+    return not any(
+        all(name in group for name, group in zip(names, groups, strict=True))
+        for groups in permutations(alike, len(names))
+    )
 
 
 def n_found(record: Record) -> int:

@@ -1,7 +1,7 @@
 """The gate of steady states: gains compared with what chance gives, in training and held-out data."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtri
@@ -40,7 +40,7 @@ ERROR_ROUNDED = 0.01
 KNOWN = 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class ChanceGate:
     """Gains compared with the detection thresholds, in training and held-out data."""
 
@@ -55,19 +55,14 @@ class ChanceGate:
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
     left: dict[str, Leftover] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
-    pairs: list[Pair] = field(default_factory=list)
-    """Two effects, one of them asked for, that are missing together."""
-    instead: list[Finalist] = field(default_factory=list)
-    """Effects that explain alone what they and the one that was asked for explain together."""
+    pair: Pair | None = None
+    """Two effects that are missing together, where the one that was asked for does not explain enough alone."""
+    instead: Finalist | None = None
+    """An effect beside which the one that was asked for does not pass: it is to be judged alone."""
     fitted: dict[str, list[FittedLaw]] = field(default_factory=dict)
     """Laws that were fitted in place of those of effects, by the names of these."""
     laws: dict[str, FittedLaw] = field(default_factory=dict)
     """Laws that forces turned out to have in place of those of effects, by the names of these."""
-
-    @property
-    def pair(self) -> Pair | None:
-        """The effect that was asked for, and one that is missing as well."""
-        return next(iter(self.pairs), None)
 
     def passes(self, refit: Refit) -> bool:
         """Whether an effect is significant."""
@@ -82,25 +77,27 @@ class ChanceGate:
         rest = self._find_leftover(refit)
         assert refit.effect is not None
         linear = is_linear(refit.effect, self.finalists[refit.name].arrangement.fit.model)
-        stands_in = _stand_in(refit, self.before, rest, self.thresholds, linear)
-        return not stands_in or self._explains_with(refit, rest.further)
+        if not _stand_in(refit, self.before, rest, self.thresholds, linear):
+            return True
+        self.pair = self._find_pair(refit, rest.further)
+        return self.pair is not None
 
-    def find_first_of_two(self, refits: Sequence[Refit]) -> Refit | None:
-        """The best effect that gains, if the held-out data refute it alone, and speak for it with a further one.
+    def finds_two(self, refits: Sequence[Refit]) -> bool:
+        """Whether the held-out data speak for two effects of which the one that gains most does not pass alone.
 
-        Both leave no more than noise and stated errors explain: what each alone leaves is why either was refuted.
+        Both leave no more than noise and stated errors explain: what each alone leaves is why it does not pass.
         """
         first = max((each for each in refits if gains(each, self.thresholds)), key=support, default=None)
         if first is None or self._find_another_law(first) is not None:
-            return None
+            return False
         further = self._find_leftover(first).further
         if further is None or compute_stated(further) > UNEXPLAINED:
-            return None
-        if not self._explains_with(first, further) or self.pair is None:
-            return None
-        second = self.pair.second.refit
-        speak_for = first.held_gain + second.held_gain >= DECISIVE and not self._rises(second)
-        return first if speak_for else None
+            return False
+        pair = self._find_pair(first, further)
+        if pair is None or self._rises(pair.second.refit) or self._compute_held_gain(pair) < DECISIVE:
+            return False
+        self.pair = pair
+        return True
 
     def _find_leftover(self, refit: Refit) -> Leftover:
         """What an effect leaves."""
@@ -108,7 +105,7 @@ class ChanceGate:
             others = [each for each in self.catalogue.candidates if each.name != refit.name]
             limit = self.thresholds.gain
             self.left[refit.name] = self.run_step(
-                f"what is left beside {refit.name}, limit {limit:.6g}",
+                f"what is left beside {refit.name} of {refit.strength:.6g}, limit {limit:.6g}",
                 lambda: find_leftover(with_effect(self.finalists[refit.name].arrangement, refit), others, limit),
             )
         return self.left[refit.name]
@@ -120,7 +117,7 @@ class ChanceGate:
         if refit.name not in self.fitted:
             arrangement = self.finalists[refit.name].arrangement
             self.fitted[refit.name] = self.run_step(
-                f"other laws of {refit.name}",
+                f"other laws of {refit.name} of {refit.strength:.6g}",
                 lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
             )
         return self.fitted[refit.name]
@@ -134,13 +131,19 @@ class ChanceGate:
         """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
 
         They do by their density, if neither their misfit by noise and stated errors rises, nor their relative error
-        where noise does not explain it; and of nothing that takes mass or stiffness away, as errors of a model do, or
-        that needs a calibration parameter at the end of its prior.
+        where noise does not explain it, be it with the first alone, which is added first, or with both; and of nothing
+        that takes mass or stiffness away, as errors of a model do, or that needs a calibration parameter at the end of
+        its prior.
         """
         both = [refit] if self.pair is None else [refit, self.pair.second.refit]
-        held_gain = self.finalists[refit.name].refit.held_gain + sum(each.held_gain for each in both[1:])
+        held_gain = refit.held_gain if self.pair is None else self._compute_held_gain(self.pair)
         strained = list_held_back(refit.fit) or any(map(takes_away, both))
-        return bool(held_gain >= DECISIVE and not self._rises(refit) and not strained)
+        rises = self._rises(refit) or self._rises(self.finalists[refit.name].refit)
+        return bool(held_gain >= DECISIVE and not rises and not strained)
+
+    def _compute_held_gain(self, pair: Pair) -> float:
+        """Fall of -2 ln p of the held-out data by two effects: by the first alone, and by the second beside it [-]."""
+        return self.finalists[pair.first.name].refit.held_gain + pair.second.refit.held_gain
 
     def _rises(self, refit: Refit) -> bool:
         """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
@@ -164,46 +167,63 @@ class ChanceGate:
         self.laws[refit.name] = law
         return True
 
-    def _explains_with(self, refit: Refit, further: Refit | None) -> bool:
-        """Whether an effect and a further one explain together what either does not."""
+    def _find_pair(self, refit: Refit, further: Refit | None) -> Pair | None:
+        """An effect, or one in its place, and a further one that explain together what either does not."""
         if further is None or not passes(further, self.thresholds):
-            return False
+            return None
+        pair = self._fit_pair(refit, further)
+        if not passes(pair.first.refit, self.thresholds):
+            self.instead = pair.alone
+            return None
+        first = self._choose_first(pair)
+        if first is not None and first is not pair.first:
+            # By its own covariance it is tested beside the further one as the other was.
+            beside_it = replace(first.refit, effect=further.effect, beside=None)
+            pair = self._fit_pair(self.finalists[first.name].refit, beside_it)
+        second, force = pair.second.refit, pair.force - self.thresholds.misfit
+        if first is None or not all(passes(each, self.thresholds) for each in (pair.first.refit, second)):
+            return None
+        if force > STAND_IN * (self.finalists[first.name].refit.gain + second.gain):
+            return None
+        return replace(pair, rivals=tuple(each for each in pair.rivals if self._may_be_first(pair, each)))
+
+    def _fit_pair(self, refit: Refit, further: Refit) -> Pair:
+        """Two effects fitted together, and other finalists in place of the first."""
         taken = {refit.name, further.name}
         others = [each.refit for name, each in self.finalists.items() if name not in taken and each.refit.gain > 0]
-        pair = self.run_step(
-            f"{refit.name} and {further.name} together",
+        numbers = f"{refit.strength:.6g} and {further.strength:.6g}"
+        return self.run_step(
+            f"{refit.name} and {further.name} of {numbers} together",
             lambda: fit_pair(self.finalists[refit.name].arrangement, self.before, refit, further, others),
         )
-        if not passes(pair.first.refit, self.thresholds):
-            self.instead.append(pair.alone)
-            return False
-        second, force = pair.second.refit, pair.force - self.thresholds.misfit
-        if not passes(second, self.thresholds) or force > STAND_IN * (refit.gain + second.gain):
-            return False
-        best = support(pair.ranked[0].refit)
-        if all(_share_place(each.refit, second) for each in pair.ranked if support(each.refit) > best - DECISIVE):
-            return False
-        self.pairs.append(pair)
-        return True
+
+    def _choose_first(self, pair: Pair) -> Finalist | None:
+        """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
+        apart = [each for each in (pair.first, *pair.rivals) if self._may_be_first(pair, each)]
+        best = max(apart, key=lambda each: support(each.refit), default=None)
+        if best is None or support(best.refit) < support(pair.first.refit) - DECISIVE:
+            return None
+        return best
+
+    def _may_be_first(self, pair: Pair, first: Finalist) -> bool:
+        """Whether an effect passes beside the second one, at another place: two at one place are one force."""
+        return passes(first.refit, self.thresholds) and not _share_place(first.refit, pair.second.refit)
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best effect, and others until one of them is the true one with the probability `CREDIBLE`."""
-        ranked = self.rank(passed[0])
-        by_name = self.finalists if self.pair is None else {each.name: each for each in self.pair.ranked}
-        count = 1 + int(np.searchsorted(np.cumsum([*ranked.values()]), CREDIBLE))
-        return [by_name[name].refit for name in ranked][:count]
+        ranked = self._rank(passed)
+        shares = compute_probabilities(ranked).tolist()
+        return ranked[: 1 + int(np.searchsorted(np.cumsum(shares), CREDIBLE))]
 
-    def rank(self, best: Refit) -> dict[str, float]:
-        """Probabilities by name: of the best effect, then of all others that pass, the largest first.
+    def rank(self, passed: Sequence[Refit]) -> list[float]:
+        """Probabilities of the best effect, and of all others that may be the true one, in the order of `choose`."""
+        return list(compute_probabilities(self._rank(passed)).tolist())
 
-        With a further effect, the best ones are those that explain most beside that.
-        """
+    def _rank(self, passed: Sequence[Refit]) -> list[Refit]:
+        """The best of those that pass, then the others, the most probable first; of two effects those of the first."""
         if self.pair is not None:
-            ranked = [each.refit for each in self.pair.ranked]
-        else:
-            passing = [each.refit for each in self.finalists.values() if self.passes(each.refit)]
-            ranked = [best, *sorted((each for each in passing if each is not best), key=lambda each: -support(each))]
-        return {each.name: share for each, share in zip(ranked, compute_probabilities(ranked).tolist(), strict=True)}
+            return [each.refit for each in self.pair.ranked]
+        return [passed[0], *sorted(passed[1:], key=lambda each: -support(each))]
 
     def is_unexplained(self) -> bool:
         """Whether an unknown force explains more than chance does."""

@@ -60,12 +60,14 @@ def judge(
 
     ranked = sorted(finalists, key=rank)
     verdict = judged(ranked)
-    if verdict.instead is not None and by.weigh is not None:
-        name, alone = verdict.instead.name, verdict.instead
+    tried: set[str] = set()
+    while by.weigh is not None and verdict.instead is not None and verdict.instead.name not in tried:
+        alone = verdict.instead
+        tried.add(alone.name)
         weigh = partial(by.weigh, alone.arrangement.train, alone.refit)
-        other = run_step(f"{name} alone by its own covariance", weigh)
-        same = [each for each in ranked if each.name == name]
-        ranked = sorted([*(each for each in ranked if each.name != name), min([*same, other], key=rank)], key=rank)
+        own = run_step(f"{alone.name} of {alone.refit.strength:.6g} alone by its own covariance", weigh)
+        best = min([*(each for each in ranked if each.name == alone.name), own], key=rank)
+        ranked = sorted([*(each for each in ranked if each.name != alone.name), best], key=rank)
         verdict = judged(ranked)
     train = before.arrangement.train
     return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))

@@ -44,8 +44,8 @@ class Pair:
 
     @property
     def ranked(self) -> list[Finalist]:
-        """The first effect and those in its place, the one that explains most first."""
-        return sorted([self.first, *self.rivals], key=lambda each: -support(each.refit))
+        """The first effect, then those in its place, the one that explains most of these first."""
+        return [self.first, *sorted(self.rivals, key=lambda each: -support(each.refit))]
 
 
 def fit_pair(
@@ -65,8 +65,8 @@ def fit_pair(
         Other effects alone.
     """
     one, second = _effect_of(first), _effect_of(further)
-    values, near = further.fit.values, further.fit.prediction
-    calibrated, own = _split(_split(values, second)[0], one)[0], _split(values, second)[1]
+    (before_second, own), near = _split(further.fit.values, second), further.fit.prediction
+    calibrated, _ = _split(before_second, one)
 
     def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Finalist:
         """The further effect beside others, with the density of all data."""
@@ -74,9 +74,9 @@ def fit_pair(
         tested = found.tested(second, found.fit)
         return Finalist(refit=replace(tested, cost=found.cost + tested.held_cost), arrangement=found)
 
-    both = fit([one], _split(values, second)[0])
-    # What the first effect has moved the calibration parameters to may be far from the minimum without it. And where it
-    # explains nothing, what it leaves out is no model error.
+    both = fit([one], before_second)
+    # What the first effect has moved the calibration parameters to may be far from the minimum without it. Where it is
+    # not there, the model error is no larger without it, and a larger one would keep the fit from the minimum.
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (before.fit.values, None))
     alone = min((fit([], *start) for start in starts), key=lambda each: each.arrangement.cost)
 

@@ -73,9 +73,9 @@ def decide(
     gate = ChanceGate(by_name, catalogue, places, thresholds, run_step, before, max(refuted, 0.0))
     finding, effects = find(gate, refits)
     left, reason = passed[0].arrangement.left if passed else left, ""
-    if not passed and (first := gate.find_first_of_two(refits)) is not None:
-        finding, effects = Finding.AMBIGUOUS, gate.choose([first])
-    if effects and gate.pair is not None:
+    if not passed and gate.finds_two(refits):
+        finding, effects = Finding.AMBIGUOUS, gate.choose([])
+    if gate.pair is not None:
         left = gate.pair.first.arrangement.left
     if left.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
@@ -111,12 +111,10 @@ def decide(
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
-        reason=reason, pair=gate.pair if effects else None,
-        further=gate.pair.second.refit if effects and gate.pair else None,
-        instead=next(iter(gate.instead), None),
+        reason=reason, pair=gate.pair if effects else None, instead=gate.instead,
         alike=_find_alike(scores, effects, finalists),
         laws=laws, held_back=held_back,
-        probabilities=[*gate.rank(effects[0]).values()][: len(effects)] if effects else [],
+        probabilities=gate.rank([each.refit for each in passed])[: len(effects)] if effects else [],
     )  # fmt: skip
 
 

@@ -29,7 +29,7 @@ class Finding(Enum):
     """The six verdicts."""
 
     MISSING = "missing"
-    """One effect is missing."""
+    """One effect is missing, or two."""
     AMBIGUOUS = "ambiguous"
     """One of several is missing, or one that held-out data or its interval do not confirm; these data cannot tell."""
     NOTHING = "nothing"
@@ -66,12 +66,10 @@ class Verdict(Tabular):
         The best of the known effects that pass, if the cause is unknown all the same.
     model_error
         Model error that is left beside noise: beside the effect that passes, or without any.
-    further
-        An effect that is missing beside the first of them as well; fits of both are then of both together.
     pair
-        The fits of both.
+        Fits of the first of them with a further one that is missing as well.
     instead
-        An effect that explains alone what it and the best one explain together.
+        An effect that is to be judged alone, since the best one does not pass beside it.
     alike
         Names of other effects that change the data as the first of them does.
     laws
@@ -94,7 +92,6 @@ class Verdict(Tabular):
     place: UnknownForce | None = None
     nearest: Refit | None = None
     model_error: ErrorSize = NO_ERROR
-    further: Refit | None = None
     pair: Pair | None = None
     instead: Finalist | None = None
     alike: Sequence[str] = ()
@@ -103,12 +100,17 @@ class Verdict(Tabular):
     held_back: Sequence[str] = ()
     reason: str = ""
 
-    def with_fits(self, before: Refit, effects: Sequence[Refit], further: Refit | None = None) -> "Verdict":
+    def with_fits(self, before: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
         """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
-        named = [*effects[:1], *([] if further is None else [further])]
+        named = [*effects[:1], *([] if pair is None else [pair.second.refit])]
         doubtful = self.finding is Finding.MISSING and any(each.may_vanish for each in named)
         finding = Finding.AMBIGUOUS if doubtful else self.finding
-        return replace(self, finding=finding, before=before, effects=tuple(effects), further=further)
+        return replace(self, finding=finding, before=before, effects=tuple(effects), pair=pair)
+
+    @property
+    def further(self) -> Refit | None:
+        """The effect that is missing beside the first of those named, of the fit with both."""
+        return None if self.pair is None else self.pair.second.refit
 
     def to_pandas(self) -> "pandas.DataFrame":
         """One row per fit, the model as it is first; errors relative to what was measured."""
@@ -122,7 +124,7 @@ class Verdict(Tabular):
             "held-out error [-]": [each.held_error for each in fits],
             "held-out reduced chi-squared [-]": [each.held_chi2 for each in fits],
         }
-        return pandas.DataFrame(columns, index=pandas.Index([each.name for each in fits], name="added"))
+        return pandas.DataFrame(columns, index=pandas.Index([each.label for each in fits], name="added"))
 
     @property
     def sentence(self) -> str:
@@ -152,7 +154,7 @@ class Verdict(Tabular):
         if len(self.effects) == 1:
             return f"{named} {missing}, or {self.alternative}; {fall}.{laws}"
         alike = f" Others do the same: {', '.join(self.alike)}." if self.alike else ""
-        beside = "" if self.further is None else f" {missing}"
+        beside = "" if self.further is None else f", and beside it {self._named(self.further)}"
         return f"{named}{beside}: these data cannot tell which ({fall}).{alike}{laws}"
 
     @property

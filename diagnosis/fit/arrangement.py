@@ -135,8 +135,8 @@ class Arrangement:
         near
             Prediction that the states of the fit begin near.
         by
-            Comparison that the fit begins with; by default one with the model error that the values leave: what the fit
-            that they are of took up would pull them astray otherwise.
+            Comparison that the fit begins with; by default with the model error that the given values leave, so that
+            the fit does not explain by them at first what it cannot.
         """
         unknowns = self.unknowns(effects)
         if by is None:

@@ -91,7 +91,7 @@ def weigh(
 def weigh_each(
     searched: Arrangement,
     refits: Sequence[Refit],
-    weigh: Callable[[Refit], Finalist],
+    weigh_one: Callable[[Refit], Finalist],
     run_step: RunStep = compute_step,
 ) -> list[Finalist]:
     """Fit effects anew, each by the covariance of its own model, until the rest is too far behind one that gains.
@@ -102,8 +102,8 @@ def weigh_each(
         Arrangement that the effects were fitted by.
     refits
         Fits with each effect, the best first.
-    weigh
-        See `weigh`.
+    weigh_one
+        Fits one of them, as `weigh` does with its other arguments given.
     run_step
         Looks up the stored result of a step, or computes it.
     """
@@ -112,7 +112,7 @@ def weigh_each(
     for each, cost in zip(refits, costs, strict=True):
         gains = any(min(other.refit.gain, other.refit.held_gain) > 0 and not other.refit.worsens for other in found)
         if not gains or cost < min(costs) + searched.effort.far_behind:
-            found.append(run_step(f"{each.name} by its own covariance", partial(weigh, each)))
+            found.append(run_step(f"{each.name} by its own covariance", partial(weigh_one, each)))
     return found
 
 

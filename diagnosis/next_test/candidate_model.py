@@ -87,7 +87,8 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
         # The held-out data object to the one that the densities prefer: neither decides.
         shares = [1.0] * len(shares)
     found = [_of_refit(each, share) for each, share in zip(verdict.effects, shares, strict=True)]
-    for other in verdict.laws:
+    # A law that was fitted in place of the first of two effects was fitted without the second one.
+    for other in verdict.laws if verdict.further is None else ():
         # It is an alternative to the first effect: its odds follow from the densities of both.
         odds = float(np.exp(np.clip(other.whole_gain, -2 * DECISIVE, 2 * DECISIVE) / 2))
         found.append(_of_refit(other.refit, shares[0] * odds, other.words))
@@ -112,7 +113,7 @@ def _improbable(candidate: CandidateModel) -> float:
 def _of_refit(refit: Refit, probability: float, name: str = "") -> CandidateModel:
     fit = refit.fit
     found = CandidateModel(
-        name=name or refit.name, probability=probability, unknowns=fit.unknowns, fit_values=fit.values,
+        name=name or refit.label, probability=probability, unknowns=fit.unknowns, fit_values=fit.values,
         covariance=fit.covariance, model=fit.model,
     )  # fmt: skip
     root = found.root

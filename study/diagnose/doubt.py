@@ -62,7 +62,7 @@ def _left(result: Round) -> Iterator[str]:
     if result.best is not None and errs_on_held_out(result.best):
         held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_error, result.best.error))
         yield (
-            f"With {result.best.name} the model still errs by {held_out} on the held-out data ({others} on the "
+            f"With {result.best.label} the model still errs by {held_out} on the held-out data ({others} on the "
             "others): more is missing, or it stands in for something else."
         )
 

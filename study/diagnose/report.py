@@ -101,22 +101,21 @@ def headline(result: Round) -> str:
 def _name_effects(result: Round) -> str:
     """The verdict itself."""
     verdict = result.diagnosis.verdict
-    named = [row for row in rows(result) if row.named]
+    order = [item.effect.name for item in verdict.effects if item.effect is not None]
+    named = [row for row in rows(result) if row.effect.name in order]
     if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
         return verdict.sentence
-    # In the order of the verdict: the errors are those of the first, which is the best.
-    order = [item.effect.name for item in verdict.effects if item.effect is not None]
-    named.sort(key=lambda row: order.index(row.effect.name))
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
     fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
-    if verdict.finding is Finding.AMBIGUOUS and len(named) == 1:
+    if verdict.finding is Finding.MISSING:
+        return f"{listed} {missing}: {fall}."
+    if len(named) == 1:
         return f"{listed} {missing}, or {verdict.alternative}: {fall}.{verdict.other_laws}"
-    if verdict.finding is Finding.AMBIGUOUS:
-        return f"{listed} {missing}, and these tests cannot tell which: {fall}.{verdict.other_laws}"
-    return f"{listed} {missing}: {fall}."
+    missing = "is missing" if further is None else f"is missing, and beside it {_tell(further)}"
+    return f"{listed} {missing}, and these tests cannot tell which: {fall}.{verdict.other_laws}"
 
 
 def _tell(refit: Refit) -> str:
@@ -394,6 +393,8 @@ def _candidates(result: Round) -> Iterator[str]:
         mark = "*" if row.named else " "
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {error:>14}  {alike:>5}  {row.in_words}"
     yield "  in brackets: to first order, not fitted; alike: at 1 these tests cannot separate it from the first one"
+    if result.diagnosis.verdict.further is not None:
+        yield "  the two that are missing together: what each does beside the other, and the held-out error of both"
     if result.diagnosis.verdict.finding in {Finding.NOTHING, Finding.NOT_TESTABLE}:
         yield ""
         told = {

@@ -12,6 +12,7 @@ from correlation.data_type.linear_state import count_free_responses
 from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
+from diagnosis.fit.problem import Refit
 from pipeline.output import replace_file
 from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
@@ -199,7 +200,7 @@ def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
         before=before,
         candidates=[
             write_up(result.setup, refit)
-            for refit in result.diagnosis.refits
+            for refit in _list_alone(result)
             if refit.effect and refit.effect.name not in added
         ],
     )
@@ -208,13 +209,22 @@ def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
     return history.steps[-1]
 
 
+def _list_alone(result: Round) -> list[Refit]:
+    """Fits of each effect alone: those of the finalists, and that of one that is missing beside the first."""
+    pair, listed = result.diagnosis.verdict.pair, [*result.diagnosis.refits]
+    if pair is not None and pair.alone.name not in {each.name for each in listed}:
+        listed.append(pair.alone.refit)
+    return listed
+
+
 def full_text(diagnosed: Diagnosed | DataDiagnosed) -> str:
     """For people: what was added, and the last round."""
     if isinstance(diagnosed, DataDiagnosed):
         return diagnosed.text()
     lines = []
     for number, result in enumerate(diagnosed.rounds[:-1]):
-        lines.append(f"Round {number + 1}: {headline(result)} Added to the case.")
+        assert result.best is not None
+        lines.append(f"Round {number + 1}: {headline(result)} {result.best.name} was added to the case.")
     if lines:
         lines += ["", f"Round {len(diagnosed.rounds)}:"]
     lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]

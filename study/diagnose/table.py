@@ -90,16 +90,18 @@ def rows(result: Round) -> list[Row]:
     diagnosis, verdict = result.diagnosis, result.diagnosis.verdict
     added = {item.effect.name for item in result.setup.added}
     scores = {score.effect.name: score for score in diagnosis.scores if score.effect.name not in added}
-    fitted = [*diagnosis.refits, *([] if verdict.further is None else [verdict.further])]
-    refits = {refit.effect.name: refit for refit in fitted if refit.effect and refit.effect.name not in added}
-    named = {refit.effect.name: refit for refit in verdict.effects if refit.effect is not None}
+    refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
+    told = [*verdict.effects, *([] if verdict.further is None else [verdict.further])]
+    named = {refit.effect.name: refit for refit in told if refit.effect is not None}
     listed = [
         _row(score, named.get(name, refits.get(name)), verdict.detectable.get(name, np.inf), name in named)
         for name, score in scores.items()
     ]
 
-    def place(row: Row) -> tuple[bool, bool, float]:
-        return not row.named, row.gain is None, -row.fall
+    order = [*named]
+
+    def place(row: Row) -> tuple[int, bool, float]:
+        return order.index(row.effect.name) if row.named else len(order), row.gain is None, -row.fall
 
     listed.sort(key=place)
     directions = [scores[row.effect.name].direction for row in listed]

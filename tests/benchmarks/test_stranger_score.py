@@ -28,6 +28,7 @@ def told(*names: str, further: str = "") -> dict[str, Any]:
         (told(SPRING), False, True),
         (told(SPRING, MASS), False, False),
         (told(MASS, further=GAIN), True, True),
+        (told(MASS, further="density of all"), True, True),  # one hidden effect under two names
         ({"finding": "unknown", "named": [], "further": None}, False, False),
     ],
 )

@@ -12,7 +12,9 @@ from correlation.campaign.measurement import Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
+from diagnosis.decision.pair import Pair
 from diagnosis.decision.verdict import Finding
+from diagnosis.fit.finalist import Finalist
 from pipeline.store import Store
 from study.case.setup import read_case
 from study.compare.report import side_by_side
@@ -105,7 +107,9 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     fit = replace(best.fit, values=values, covariance=np.diag(variances))
     together, further = replace(together, fit=fit), replace(further, fit=fit)
     assert together.strength == best.strength
-    verdict = replace(result.diagnosis.verdict, effects=(together,), further=further)
+    first, second = (Finalist(refit=each, arrangement=result.diagnosis.arrangement) for each in (together, further))
+    pair = Pair(first=first, second=second, alone=second, rivals=(), force=0.0)
+    verdict = replace(result.diagnosis.verdict, effects=(together,), pair=pair)
     two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert re.match(
         rf"mass at tip \(.*\) and {further.name} \(.*\) are missing: the held-out error falls", headline(two)
@@ -115,6 +119,7 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     told = document(two)["further"]
     assert (told["effect"], told["strength"]) == (further.name, pytest.approx(values[-1]))
     assert document(two)["named"][0]["strength"] == pytest.approx(best.strength)
+    assert [row.effect.name for row in rows(two) if row.named] == ["mass at tip", further.name]
     page = contents(two, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "Two effects are missing" in page
 

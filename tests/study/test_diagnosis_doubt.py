@@ -86,7 +86,15 @@ def test_what_the_model_errs_by_is_said() -> None:
 
 def test_a_large_held_out_error_that_is_left_is_said() -> None:
     fit = SimpleNamespace(values=np.array([1.0]))
-    best = SimpleNamespace(held_misfit=30.0, held_error=0.33, error=0.12, name="density of all", fit=fit, held_jumps=())
+    best = SimpleNamespace(
+        held_misfit=30.0,
+        held_error=0.33,
+        error=0.12,
+        name="density of all",
+        label="density of all",
+        fit=fit,
+        held_jumps=(),
+    )
     (doubt,) = list_doubts(result(drawn=5.0, before=4.8, best=best))
     assert doubt.startswith(
         "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"
