@@ -64,8 +64,13 @@ def named(record: Record, number: int = 0) -> list[Mapping[str, Any]]:
 
 def same(record: Record, number: int = 0) -> set[str]:
     """The hidden effects, and what a round could not tell from them."""
-    own = {each["name"] for each in record["effects"]}
-    return own.union(*record["rounds"][number].get("alike", {}).values())
+    return set().union(*groups(record, number))
+
+
+def groups(record: Record, number: int = 0) -> list[set[str]]:
+    """Each hidden effect with what a round could not tell from it."""
+    alike = record["rounds"][number].get("alike", {})
+    return [{each["name"], *alike.get(each["name"], ())} for each in record["effects"]]
 
 
 def is_first(record: Record) -> bool:
@@ -113,25 +118,21 @@ def is_wrong(record: Record) -> bool:
     if told["finding"] != "missing":
         return False
     names = [told["named"][0]["name"], *([told["further"]["name"]] if told.get("further") else [])]
-    alike = [{each["name"], *told.get("alike", {}).get(each["name"], ())} for each in record["effects"]]
     # Each name stands for a hidden effect of its own.
     return not any(
-        all(name in group for name, group in zip(names, groups, strict=True))
-        for groups in permutations(alike, len(names))
+        all(name in group for name, group in zip(names, order, strict=True))
+        for order in permutations(groups(record), len(names))
     )
 
 
 def n_found(record: Record) -> int:
     """Hidden effects that the rounds name, or what is the same."""
-    found = set()
+    found: set[int] = set()
     for number in range(len(record["rounds"])):
         names = {each["name"] for each in named(record, number)[:1]}
         further = record["rounds"][number].get("further")
         names |= {further["name"]} if further and names else set()
-        alike = record["rounds"][number].get("alike", {})
-        for effect in record["effects"]:
-            if names & {effect["name"], *alike.get(effect["name"], ())}:
-                found.add(effect["name"])
+        found |= {place for place, group in enumerate(groups(record, number)) if names & group}
     return len(found)
 
 
