@@ -109,7 +109,6 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         "curves": curves(result, shown),
         "backbones": backbones,
         "maps": maps(result, [before, after]),
-        "mapNames": [before.name, after.name],
         "steps": list(STEPS),
         "mapColours": list(COLOURS),
     }
