@@ -272,19 +272,21 @@ def _widen(
     campaign: Campaign, nothing: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
     """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
-    pair, alone = verdict.pair, [nothing, *finalists]
-    both = [] if pair is None else [pair.second, *pair.ranked]
-    best = {each.name: each for each in both[1:] or alone}[(*verdict.effects, nothing.refit)[0].name]
-    names = ", ".join(each.refit.label for each in [*alone, *both])
-    widen = partial(widen_intervals, campaign, best, [*alone, *both])
-    fits = run_step(f"intervals beside {best.refit.label} of {names}", widen)
-    wide = [replace(each, refit=refit) for each, refit in zip([*alone, *both], fits, strict=True)]
-    alone, both = wide[: len(alone)], wide[len(alone) :]
+    pair, n_alone = verdict.pair, 1 + len(finalists)
+    listed = [nothing, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
+    # Those that the verdict names are of fits with both effects, if there are two.
+    first = 0 if pair is None else n_alone + 1
+    best = {each.name: each for each in listed[first:]}[(*verdict.effects, nothing.refit)[0].name]
+    name = f"intervals beside {best.refit.label} of {', '.join(each.refit.label for each in listed)}"
+    fits = run_step(name, partial(widen_intervals, campaign, best, listed))
     if pair is not None:
-        pair = replace(pair, second=both[0], first=both[1], rivals=tuple(both[2:]))
-    by_name = {each.name: each.refit for each in both[1:] or alone}
-    before, effects = alone[0].refit, [by_name[each.name] for each in verdict.effects]
-    return before, [each.refit for each in alone[1:]], verdict.with_fits(before, effects, pair)
+        second, one, *rivals = (
+            replace(each, refit=fit) for each, fit in zip(listed[n_alone:], fits[n_alone:], strict=True)
+        )
+        pair = replace(pair, second=second, first=one, rivals=tuple(rivals))
+    by_name = {each.name: each for each in fits[first:]}
+    effects = [by_name[each.name] for each in verdict.effects]
+    return fits[0], fits[1:n_alone], verdict.with_fits(fits[0], effects, pair)
 
 
 def _begin(

@@ -176,12 +176,14 @@ class ChanceGate:
             self.instead = pair.alone
             return None
         first = self._choose_first(pair)
-        if first is not None and first is not pair.first:
+        if first is None:
+            return None
+        if first is not pair.first:
             # By its own covariance it is tested beside the further one as the other was.
             beside_it = replace(first.refit, effect=further.effect, beside=None)
             pair = self._fit_pair(self.finalists[first.name].refit, beside_it)
         second, force = pair.second.refit, pair.force - self.thresholds.misfit
-        if first is None or not all(passes(each, self.thresholds) for each in (pair.first.refit, second)):
+        if not (passes(pair.first.refit, self.thresholds) and passes(second, self.thresholds)):
             return None
         if force > STAND_IN * (self.finalists[first.name].refit.gain + second.gain):
             return None

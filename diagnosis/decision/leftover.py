@@ -9,7 +9,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.error_share import compute_suited_gains
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit
-from diagnosis.fit.finalist import is_worse
+from diagnosis.fit.finalist import compare
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import quick_fit
 from diagnosis.screening import screen
@@ -80,11 +80,7 @@ def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: fl
     further = None
     if best in fits:
         tested = arrangement.tested(effects[best], fits[best])
-        alone = arrangement.tested(None, arrangement.fit)
-        further = replace(
-            tested, gain=float(gains[best]), held_gain=alone.held_cost - tested.held_cost,
-            worsens=is_worse(tested, alone),
-        )  # fmt: skip
+        further = compare(tested, arrangement.tested(None, arrangement.fit), float(gains[best]))
     return Leftover(
         gain=float(gains[best]) if best >= 0 else 0.0,
         name=effects[best].name if best >= 0 else "",

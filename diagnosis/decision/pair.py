@@ -6,6 +6,7 @@ that of the first effect alone, an unknown force would seem to explain what is o
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from diagnosis.decision.evidence import support
 from diagnosis.decision.leftover import with_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
-from diagnosis.fit.finalist import Finalist, is_worse
+from diagnosis.fit.finalist import Finalist, compare
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Refit
 from diagnosis.unknown_force import find_unknown_forces, misfit
@@ -68,46 +69,39 @@ def fit_pair(
     (before_second, own), near = _split(further.fit.values, second), further.fit.prediction
     calibrated, _ = _split(before_second, one)
 
-    def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Finalist:
-        """The further effect beside others, with the density of all data."""
-        found = arrangement.refit_from([*effects, second], np.append(start, own), near, by)
+    def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Arrangement:
+        """The further effect beside others."""
+        return arrangement.refit_from([*effects, second], np.append(start, own), near, by)
+
+    def test(found: Arrangement) -> Finalist:
+        """A fit as one of the further effect, with the density of all data."""
         tested = found.tested(second, found.fit)
         return Finalist(refit=replace(tested, cost=found.cost + tested.held_cost), arrangement=found)
 
-    both = fit([one], before_second)
+    def beside(effect: Effect, found: Finalist) -> Finalist:
+        """The fit with both as one of an effect beside the further one."""
+        return _compare(replace(found, refit=replace(found.refit, effect=effect, beside=second)), alone)
+
+    both = test(fit([one], before_second))
     # What the first effect has moved the calibration parameters to may be far from the minimum without it. Where it is
     # not there, the model error is no larger without it, and a larger one would keep the fit from the minimum.
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (before.fit.values, None))
-    alone = min((fit([], *start) for start in starts), key=lambda each: each.arrangement.cost)
-
-    def beside(effect: Effect, found: Finalist) -> Finalist:
-        """The fit with both as one of an effect beside the further one."""
-        return _compare(replace(found.refit, effect=effect, beside=second), found.arrangement, alone)
-
-    rivals = []
-    for each in others:
-        effect = _effect_of(each)
-        rivals.append(beside(effect, fit([effect], np.append(calibrated, _split(each.fit.values, effect)[1]))))
-    one_alone = Finalist(refit=first, arrangement=arrangement)
-    found = find_unknown_forces(with_effect(both.arrangement, both.refit))
+    alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
+    strengths = [(_effect_of(each), _split(each.fit.values, _effect_of(each))[1]) for each in others]
+    forces = find_unknown_forces(with_effect(both.arrangement, both.refit))
     return Pair(
         first=beside(one, both),
-        second=_compare(both.refit, both.arrangement, one_alone),
+        second=_compare(both, Finalist(refit=first, arrangement=arrangement)),
         alone=alone,
-        rivals=tuple(rivals),
-        force=max(map(misfit, found), default=0.0),
+        rivals=tuple(beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths),
+        force=max(map(misfit, forces), default=0.0),
     )
 
 
-def _compare(both: Refit, arrangement: Arrangement, alone: Finalist) -> Finalist:
+def _compare(both: Finalist, alone: Finalist) -> Finalist:
     """The fit with both effects with its gains beyond that with one of them."""
-    compared = replace(
-        both,
-        gain=alone.arrangement.cost - arrangement.cost,
-        held_gain=alone.refit.held_cost - both.held_cost,
-        worsens=is_worse(both, alone.refit),
-    )
-    return Finalist(refit=compared, arrangement=arrangement)
+    gain = alone.arrangement.cost - both.arrangement.cost
+    return replace(both, refit=compare(both.refit, alone.refit, gain))
 
 
 def _split(values: Values, effect: Effect) -> tuple[Values, Values]:

@@ -132,6 +132,12 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     return (other, other.fit) if other.cost < settled.cost else (settled, fit)
 
 
+def compare(refit: Refit, without: Refit, gain: float) -> Refit:
+    """The test of a fit with its gains beyond one that lacks an effect, of which that of the training data is given."""
+    held_gain = without.held_cost - refit.held_cost
+    return replace(refit, gain=gain, held_gain=held_gain, worsens=is_worse(refit, without))
+
+
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
     misfit, before = max(refit.held_misfit, 1.0), max(without.held_misfit, 1.0)
