@@ -375,7 +375,7 @@ class Configuration:
             condensed = [reciprocal.at(each) for each in new]
             by_row = reciprocal.balance.structure.displacements_at_each(condensed, along)
             self.by_load.update((each, np.moveaxis(item, 0, 2)) for each, item in zip(new, by_row, strict=True))
-        [(_, contact)] = self.linear.seen([frequency], motion)
+        [(_, contact)] = self.linear.recover_rows([frequency], motion)
         times = 1j * harmonics * self.at(frequency).angular_frequency
         turned, late = times ** order[numbers], np.exp(-times * self.delay[numbers])[:, None]
         load = turned[:, None] * self.by_load[frequency][harmonics, :, numbers]

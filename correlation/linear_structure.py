@@ -63,7 +63,7 @@ class LinearStructure:
     _condensed: dict[float, Condensed] = field(default_factory=dict)
     _recovery: dict[float, Recovery] = field(default_factory=dict)
     _stack: dict[tuple[float, ...], Stack] = field(default_factory=dict)
-    _seen: dict[bytes, dict[float, tuple[Array, Array]]] = field(default_factory=dict)
+    _row_recovery: dict[bytes, dict[float, tuple[Array, Array]]] = field(default_factory=dict)
     _read: dict[tuple[bytes, tuple[float, ...]], Reading] = field(default_factory=dict)
 
     @classmethod
@@ -158,21 +158,23 @@ class LinearStructure:
             return Reading(static, empty, empty[..., None], np.zeros(0))
         if key not in source._read:
             omega = np.array([source.at(frequency).angular_frequency for frequency in frequencies])
-            dynamic, contact = zip(*source.seen(frequencies, rows), strict=True)
+            dynamic, contact = zip(*source.recover_rows(frequencies, rows), strict=True)
             source._read[key] = Reading(static, np.array(dynamic), np.array(contact), omega)
         return source._read[key]._replace(static=static)
 
-    def seen(self, frequencies: Sequence[float], rows: Float[NDArray[np.float64], "s r"]) -> list[tuple[Array, Array]]:
+    def recover_rows(
+        self, frequencies: Sequence[float], rows: Float[NDArray[np.float64], "s r"]
+    ) -> list[tuple[Array, Array]]:
         """What they read at each frequency under 1 N, shape (H + 1, s), and unit joint forces, shape (H + 1, s, d)."""
         source = self.base or self
-        known = source._seen.setdefault(rows.tobytes(), {})
+        known = source._row_recovery.setdefault(rows.tobytes(), {})
         new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in known]
         recovered = {
-            frequency: own.seen(rows) for frequency in new if (own := source._recovery.get(frequency)) is not None
+            frequency: own.at_rows(rows) for frequency in new if (own := source._recovery.get(frequency)) is not None
         }
         rest = [frequency for frequency in new if frequency not in recovered]
         condensed = [source.at(frequency) for frequency in rest]
-        known |= recovered | dict(zip(rest, source.balance.structure.seen(condensed, rows), strict=True))
+        known |= recovered | dict(zip(rest, source.balance.structure.recover_rows(condensed, rows), strict=True))
         return [known[frequency] for frequency in frequencies]
 
     @cached_property

@@ -27,9 +27,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from jaxtyping import Complex, Float
 
-from hbsolve.dynamic_stiffness import DynamicStiffness, beside
+from hbsolve.dynamic_stiffness import DynamicStiffness, unit_forces_and_force
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
+from hbsolve.modal_coordinates import ModalCoordinates
 from reduction.array_type import Array, Real, Vector
 
 T = TypeVar("T")
@@ -76,8 +77,8 @@ class Recovery(NamedTuple):
     contact: Array
     """... under a unit force along each joint direction, shape (H + 1, r, d) [m/N]."""
 
-    def seen(self, rows: Float[Real, "s r"]) -> tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]:
-        """What some rows of the displacement see: under the harmonic force, and under unit joint forces."""
+    def at_rows(self, rows: Float[Real, "s r"]) -> tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]:
+        """Displacement of some rows: under the harmonic force, and under unit joint forces."""
         return self.dynamic @ rows.T, rows @ self.contact
 
 
@@ -127,18 +128,17 @@ class CondensedStructure:
         return self.stuck.damping_couples_modes and self._free is None
 
     @cached_property
-    def _free(self) -> DynamicStiffness | None:
-        """The structure without joints, if that is what uncouples the damping."""
+    def _free(self) -> ModalCoordinates | None:
+        """Coordinates of the structure without joints, if only these uncouple the damping."""
         if not self.stuck.damping_couples_modes:
             return None
-        free = DynamicStiffness(
+        return DynamicStiffness(
             mass=self.mass,
             damping=self.damping,
             stiffness=self.stiffness,
             basis=self.basis,
             structural=self.structural,
-        )
-        return None if free.damping_couples_modes else free
+        ).modal
 
     @cached_property
     def _rest(self) -> tuple[Array, Array]:
@@ -189,7 +189,7 @@ class CondensedStructure:
         """Condense at all of them in one."""
         free, count = self._free, len(angular_frequencies)
         omega, force = self._all_harmonics(angular_frequencies)
-        A, x = (free or self.stuck).condensed(omega, self.directions, force)
+        A, x = (free or self.stuck).condense(omega, self.directions, force)
         if free is not None:
             moved = _with_stiffness(A, np.concatenate([A, x[..., None]], axis=2), self.reference)
             A, x = np.ascontiguousarray(moved[..., :-1]), moved[..., -1]
@@ -199,9 +199,9 @@ class CondensedStructure:
     def at_with_recovery(self, angular_frequency: float) -> tuple[Condensed, "Recovery"]:
         """`at` and `recovery` of a structure that takes dense solves, by one of them."""
         omega = harmonics(angular_frequency, len(self.dynamic))
-        moved = self.stuck.moved(omega[1:], beside(self.directions, self.dynamic[1:]))
-        seen = self.directions @ moved
-        condensed = self._joined(angular_frequency, np.ascontiguousarray(seen[..., :-1]), seen[..., -1])
+        moved = self.stuck.solve(omega[1:], unit_forces_and_force(self.directions, self.dynamic[1:]))
+        along = self.directions @ moved
+        condensed = self._joined(angular_frequency, np.ascontiguousarray(along[..., :-1]), along[..., -1])
         dynamic = np.concatenate([np.zeros_like(moved[:1, :, -1]), moved[..., -1]])
         contact = np.concatenate([self._rest[0][None].astype(np.complex128), moved[..., :-1]])
         return condensed, Recovery(self.static_motion, dynamic, contact)
@@ -209,7 +209,7 @@ class CondensedStructure:
     def at_with_slopes(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s], with derivatives in it."""
         omega, free, D = harmonics(angular_frequency, len(self.dynamic)), self._free, self.reference
-        A, dA, x, dx = (free or self.stuck).condensed_with_slopes(omega[1:], self.directions, self.dynamic[1:])
+        A, dA, x, dx = (free or self.stuck).condense_with_slopes(omega[1:], self.directions, self.dynamic[1:])
         if free is not None:
             d = len(D)
             moved = _with_stiffness(A, np.concatenate([A, x[..., None], dA, dx[..., None]], axis=2), D)
@@ -249,27 +249,29 @@ class CondensedStructure:
             found.append(Recovery(self.static_motion, dynamic, contact))
         return found
 
-    def seen(
+    def recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
     ) -> list[tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]]:
-        """What some rows of the displacement see at several Omega, as `recovery` gives it for all degrees of freedom.
+        """Displacement of some rows at several Omega, as `recovery` gives it for all degrees of freedom.
 
         Returns
         -------
         Of each Omega, under the harmonic force at level 1 [m], and under a unit force along each joint direction [m/N].
         """
         if self.is_dense:
-            return [self.recovery(item).seen(rows) for item in condensed]
+            return [self.recovery(item).at_rows(rows) for item in condensed]
         size = 16 * len(rows) * len(self.dynamic) * self.directions.shape[1]
-        return [item for chunk in _chunks(condensed, size) for item in self._see(chunk, rows)]
+        return [item for chunk in _chunks(condensed, size) for item in self._recover_rows(chunk, rows)]
 
-    def _see(
+    def _recover_rows(
         self, condensed: Sequence[Condensed], rows: Float[Real, "s r"]
     ) -> list[tuple[Complex[Array, "harmonic s"], Complex[Array, "harmonic s d"]]]:
-        """`seen` at all of them in one."""
+        """`recover_rows` at all of them in one."""
         omega, force = self._all_harmonics([item.angular_frequency for item in condensed])
         free = self._free
-        contact, dynamic = (free or self.stuck).seen(omega, rows, self.directions, force)
+        modal = free or self.stuck.modal
+        assert modal is not None
+        contact, dynamic = modal.condense_to_rows(omega, rows, self.directions, force)
         if free is not None:
             # alpha_stuck f = alpha_free (f - B^T D B alpha_stuck f)
             pulled = contact * self.reference
@@ -325,7 +327,7 @@ class CondensedStructure:
             stuck = moved - (receptance @ (D * moved)[..., None])[..., 0]
             return np.asarray(D * stuck)
 
-        return np.split(free.restrained(omega, all_forces, B, reaction), count, axis=1)
+        return np.split(free.response_with_reaction(omega, all_forces, B, reaction), count, axis=1)
 
 
 def _chunks(items: Sequence[T], size: int) -> list[Sequence[T]]:

@@ -43,7 +43,7 @@ def test_directions_and_sensors_see_the_response(damping: str, monkeypatch: pyte
     assert own.is_dense == (damping in {"gyroscopic", "none"})
     several, rows = own.at_each(SEVERAL), np.random.default_rng(6).standard_normal((2, N))
     stuck = own.stiffness + own.directions.T @ (own.reference[:, None] * own.directions)
-    for omega, condensed, (dynamic, contact) in zip(SEVERAL, several, own.seen(several, rows), strict=True):
+    for omega, condensed, (dynamic, contact) in zip(SEVERAL, several, own.recover_rows(several, rows), strict=True):
         assert condensed.angular_frequency == omega
         for k in range(HARMONICS):
             alpha = np.linalg.inv(stuck - (k * omega) ** 2 * own.mass + 1j * k * omega * own.damping)

@@ -74,7 +74,7 @@ def changed(what: str) -> DynamicStiffness:
 def check_condensed(model: DynamicStiffness, omega: np.ndarray, B: np.ndarray, force: np.ndarray) -> None:
     """What directions see, and its derivatives, are those of the inverse."""
     alpha = np.array([inverse(model, float(each)) for each in omega])
-    A, dA, x, dx = model.condensed_with_slopes(omega, B, force)
+    A, dA, x, dx = model.condense_with_slopes(omega, B, force)
     slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
     for found, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
         np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
@@ -87,7 +87,7 @@ def test_what_was_put_on_a_damped_structure_takes_no_dense_solves(what: str) -> 
     model, omega = changed(what), np.array([0.0, 0.6, 1.7, 4.0])
     assert not model.damping_couples_modes
     # ... and it does couple the modes.
-    V = model._modes.shapes
+    V = model.modes.shapes
     modal = V.T @ model.damping @ V
     assert np.abs(modal - np.diag(np.diag(modal))).max() > 1e-3 * np.abs(modal).max()
     alpha = np.array([inverse(model, float(each)) for each in omega])

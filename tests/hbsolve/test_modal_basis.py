@@ -54,7 +54,7 @@ def test_responses_are_those_of_dense_solves(effects: dict[str, float]) -> None:
     force = random.standard_normal((HARMONICS, R)) + 1j * random.standard_normal((HARMONICS, R))
     directions = random.standard_normal((3, R))
     for ours, exact in zip(
-        one.condensed_with_slopes(omega, directions, force), plain.condensed_with_slopes(omega, directions, force),
+        one.condense_with_slopes(omega, directions, force), plain.condense_with_slopes(omega, directions, force),
         strict=True,
     ):  # fmt: skip
         # Round-off of matrices of a condition number of 1e3, and entries of 1e-10 that count as round-off.
@@ -88,7 +88,10 @@ def test_a_structure_with_contacts_is_condensed_as_by_dense_solves() -> None:
         np.testing.assert_allclose(getattr(found, name), value, rtol=0, atol=1e-8 * np.abs(value).max())
         np.testing.assert_allclose(getattr(condensed, name), value, rtol=0, atol=1e-12 * np.abs(value).max())
     for ours, one_solve, value in zip(
-        both[0].seen([found], rows)[0], recovery.seen(rows), both[1].seen([exact], rows)[0], strict=True
+        both[0].recover_rows([found], rows)[0],
+        recovery.at_rows(rows),
+        both[1].recover_rows([exact], rows)[0],
+        strict=True,
     ):
         np.testing.assert_allclose(ours, value, rtol=0, atol=1e-8 * np.abs(value).max())
         np.testing.assert_allclose(one_solve, value, rtol=0, atol=1e-12 * np.abs(value).max())
