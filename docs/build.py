@@ -64,7 +64,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        sys.stderr.write(f'{", ".join(missing)} not installed: run pip install "stickslip[docs]", or sh install.sh\n')
+        sys.stderr.write(
+            f'{", ".join(missing)} not installed: run sh install.sh, or in a checkout pip install -e ".[docs]"\n'
+        )
         return 2
     code = build_site(options.out.resolve(), examples=options.examples)
     sys.stdout.write(f"{options.out / 'index.html'}\n" if code == 0 else "the site has the errors above\n")

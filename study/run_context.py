@@ -227,5 +227,21 @@ def command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
     examples
         Command lines that work as they are.
     """
+    return App(
+        name=name,
+        help_epilogue=format_details(details, examples=examples),
+        default_parameter=Parameter(show_default=_format_default),
+    )
+
+
+def format_details(details: str, *, examples: Sequence[str]) -> str:
+    """Text below the options in the help of a command, or of a command of a group; see `command_app`."""
     shown = "\n".join(f"    {example}" for example in examples)
-    return App(name=name, help_epilogue=f"{cleandoc(details)}\n\nExamples:\n\n{shown}")
+    return f"{cleandoc(details)}\n\nExamples:\n\n{shown}"
+
+
+def _format_default(value: object) -> str | None:
+    """Default of an option in the help; that of a flag, or of a list that is empty, says nothing."""
+    if value is False or value == ():
+        return None
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)

@@ -1,5 +1,6 @@
 """Every example runs as it stands, checks itself against theory, and is short."""
 
+import ast
 import importlib.util
 import os
 import subprocess
@@ -38,6 +39,15 @@ EFFORT = {"response_limits.py": ("4",), "virtual_tests.py": ("2",)}
 
 def test_the_examples_are_found() -> None:
     assert {path.name for path in EXAMPLES} >= SHOWN
+
+
+def test_the_list_of_examples_has_the_first_sentence_of_each() -> None:
+    rows = []
+    for path in EXAMPLES:
+        sentence = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
+        rows.append(f"| [`{path.name}`]({path.name}) | {' '.join(sentence.split())} |")
+    page = EXAMPLES[0].with_name("README.md").read_text(encoding="utf-8")
+    assert page.splitlines()[-len(rows) :] == rows
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

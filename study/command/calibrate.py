@@ -26,7 +26,10 @@ def calibrate(
     without: Annotated[
         tuple[str, ...],
         Parameter(
-            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, as `diagnose`."
+            negative="",
+            consume_multiple=True,
+            show_default=False,
+            help="Kinds that your last `diagnose --without` left out: its fit is used again. The values are the same.",
         ),
     ] = (),
     options: Options = DEFAULTS,

@@ -30,10 +30,10 @@ app = command_app(
 
 @app.default
 def modes(
-    source: Annotated[Path | None, Parameter(help="Case file or mesh file.")] = None,
+    source: Annotated[Path | None, Parameter(help="Case file or mesh file; the rig's blade by default.")] = None,
     /,
     *,
-    n_modes: Annotated[int, Parameter(help="How many modes.")] = 6,
+    n_modes: Annotated[int, Parameter(help="Number of modes.")] = 6,
     mesh: OwnMesh = NO_MESH,
     pictures: Annotated[bool, Parameter(help="Draw pictures and a film, which takes most of the time.")] = True,
     film: Annotated[int | None, Parameter(help="Mode that moves in the GIF; the first elastic one by default.")] = None,

@@ -42,12 +42,15 @@ class Values:
     """Options that are a value of the case; what is not given is asked or assumed."""
 
     point: Annotated[Text, Parameter(help="Of matrices: the node that is driven and measured.")] = None
-    size: Annotated[Text, Parameter(help='Of a STEP file: size of the elements, such as "3 mm".')] = None
+    size: Annotated[
+        Text,
+        Parameter(help='Of a STEP file: size of the elements, such as "3 mm"; for some thousand of them by default.'),
+    ] = None
     length_unit: Annotated[Text, Parameter(help="Of a mesh file: the unit of its lengths.")] = None
     units: Annotated[Text, Parameter(help='Of matrices: "m, kg, s" or "mm, tonne, s".')] = None
-    length: Annotated[Text, Parameter(help="Of a blade.")] = None
-    thickness: Annotated[Text, Parameter(help="Of a blade.")] = None
-    chord: Annotated[Text, Parameter(help="Of a blade: its width.")] = None
+    length: Annotated[Text, Parameter(help='Of a blade: its length, such as "250 mm"; 200 mm is assumed.')] = None
+    thickness: Annotated[Text, Parameter(help="Of a blade: its thickness; 8 mm is assumed.")] = None
+    chord: Annotated[Text, Parameter(help="Of a blade: its width; 30 mm is assumed.")] = None
 
     def given(self) -> dict[str, str]:
         """Those that were given, by the name of their option."""

@@ -34,20 +34,35 @@ class Tests:
 
     sensors: Annotated[
         tuple[str, ...],
-        Parameter(negative="", consume_multiple=True, show_default=False, help="Sensors or places of the case."),
+        Parameter(
+            negative="",
+            consume_multiple=True,
+            show_default=False,
+            help="Sensors or places of the case; all sensors by default.",
+        ),
     ] = ()
     levels: Annotated[
-        tuple[float, ...], Parameter(negative="", consume_multiple=True, show_default=False, help="Levels of the load.")
+        tuple[float, ...],
+        Parameter(
+            negative="",
+            consume_multiple=True,
+            show_default=False,
+            help="Levels, as factors on the load of the case (N if that is 1 N); those of [sweep] by default, else 1.",
+        ),
     ] = ()
-    first: Annotated[Text, Parameter(name="--from", help='Begin of the band, such as "430 Hz".')] = None
-    last: Annotated[Text, Parameter(name="--to", help="End of the band.")] = None
+    first: Annotated[
+        Text, Parameter(name="--from", help='Begin of the band, such as "430 Hz"; that of [sweep] by default.')
+    ] = None
+    last: Annotated[Text, Parameter(name="--to", help="End of the band; that of [sweep] by default.")] = None
     frequencies: Annotated[int, Parameter(help="Frequencies of a curve.")] = 24
     repeats: Annotated[int, Parameter(help="Repeats.")] = 3
     sweep: Annotated[Literal["up", "down", "both"], Parameter(help="Directions of the sweeps.")] = "both"
     harmonics: Annotated[
         tuple[int, ...], Parameter(negative="", consume_multiple=True, help="Harmonics of the motions.")
     ] = (1,)
-    noise: Annotated[str, Parameter(help="Noise of each part of a reading, relative.")] = "0.5 %"
+    noise: Annotated[str, Parameter(help="Noise of the real and of the imaginary part of a reading, relative.")] = (
+        "0.5 %"
+    )
     free: Annotated[bool, Parameter(negative="", help="Test the structure without its contacts as well.")] = False
 
 

@@ -33,7 +33,7 @@ app = command_app(
 
 @app.default
 def reduce(
-    case: Annotated[Path | None, Parameter(help="Case file.")] = None,
+    case: Annotated[Path | None, Parameter(help="Case file; the rig's blade by default.")] = None,
     /,
     *,
     out: Out = Path("reduced"),

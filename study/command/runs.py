@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from study.run_context import DEFAULTS, Answer, Options, command_app
+from study.run_context import DEFAULTS, Answer, Options, command_app, format_details
 
 if TYPE_CHECKING:
     from study.run_record import RunRecord
@@ -15,10 +15,20 @@ app = command_app(
     "runs",
     """Of each run that writes files a record is kept: its words, hashes of the files that they name, version, machine,
     time and answer. `runs` lists those with output folders in a folder and below, the newest of each command and
-    folder. `runs compare A B` shows which numbers of two answers differ. `runs clean FOLDER` lists the files that the
-    last run wrote into an output folder, and removes them with --yes, except those that were changed since. The stored
-    stages, which make a second run instant, are those of `stickslip cache`.""",
+    folder. `runs compare` and `runs clean` have a help of their own. The stored stages, which make a second run
+    instant, are those of `stickslip cache`.""",
     examples=["stickslip runs", "stickslip runs compare solved solved_2", "stickslip runs clean solved --yes"],
+)
+
+COMPARE = format_details(
+    """Shows which numbers of two answers differ, and by how much; above them what differs in their commands, inputs,
+    versions and machines.""",
+    examples=["stickslip runs compare solved solved_2"],
+)
+CLEAN = format_details(
+    """Lists the files that the last run wrote into an output folder, and removes them with --yes, except those that
+    were changed since.""",
+    examples=["stickslip runs clean solved", "stickslip runs clean solved --yes"],
 )
 
 #: A file that is younger than its record by less was written by the run [s].
@@ -62,7 +72,7 @@ def runs(
     return Answer(document={"runs": items}, text="\n".join(["finished (UTC)          took      size  folder", *lines]))
 
 
-@app.command(name="compare")
+@app.command(name="compare", help_epilogue=COMPARE)
 def compare(
     first: Annotated[Path, Parameter(help="Output folder of a run.")],
     second: Annotated[Path, Parameter(help="That of another one.")],
@@ -96,7 +106,7 @@ def compare(
     return Answer(document=document, text="\n".join([*context, *tell_differences(document)]))
 
 
-@app.command(name="clean")
+@app.command(name="clean", help_epilogue=CLEAN)
 def clean(
     *folders: Annotated[Path, Parameter(help="Output folder of a run.")],
     yes: Annotated[bool, Parameter(negative="", help="Remove them; otherwise they are only listed.")] = False,

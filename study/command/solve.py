@@ -25,7 +25,7 @@ app = command_app(
 
 @app.default
 def solve(
-    case: Annotated[Path | None, Parameter(help="Case file.")] = None,
+    case: Annotated[Path | None, Parameter(help="Case file; a small chain by default.")] = None,
     /,
     *,
     out: Out = Path("solved"),

@@ -7,26 +7,29 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
 from pipeline.blas_threads import one_openblas_thread_by_default
-from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app, format_details
 
 app = command_app(
     "study",
-    """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on the shipped rig: a virtual
-    campaign, the first guesses of section 4.1, Table 2, and figures 12 and 14 to 23, with the criteria as numbers.
-    Writes paper.html, all figures and the campaign. docs/paper.md maps the paper to the program.
+    """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on a virtual rig; `study calibrate`
+    does the same steps on a case of a rig and a measured campaign. `stickslip study COMMAND --help` has the details.""",
+    examples=["stickslip study paper --out replayed", "stickslip study calibrate rig.toml campaign --out calibrated"],
+)
 
-    `study calibrate` does the same steps on a case of a rig and a measured campaign: linear iterations, nonlinear ones
-    by families over limits, criteria and intervals. What a campaign lacks is left out, and named. Writes
-    calibration.html, figures and the calibrated case.""",
-    examples=[
-        "stickslip study paper --out replayed",
-        "stickslip study paper --quick --out tried",
-        "stickslip study calibrate rig.toml campaign --out calibrated",
-    ],
+PAPER = format_details(
+    """Replays the calibration of Ferhatoglu, Botto and Zucca (2024) on the shipped rig: a virtual campaign, the first
+    guesses of section 4.1, Table 2, and figures 12 and 14 to 23, with the criteria as numbers. Writes paper.html, all
+    figures and the campaign. docs/paper.md maps the paper to the program.""",
+    examples=["stickslip study paper --out replayed", "stickslip study paper --quick --out tried"],
+)
+CALIBRATE = format_details(
+    """Linear iterations, nonlinear ones by families over limits, criteria and intervals. What a campaign lacks is left
+    out, and named. Writes calibration.html, figures and the calibrated case. See docs/paper.md.""",
+    examples=["stickslip study calibrate rig.toml campaign --out calibrated"],
 )
 
 
-@app.command(name="paper")
+@app.command(name="paper", help_epilogue=PAPER)
 def paper(
     *,
     out: Out = Path("paper"),
@@ -51,7 +54,7 @@ def paper(
     return Answer(document=make_document(report), text=make_text(report))
 
 
-@app.command(name="calibrate")
+@app.command(name="calibrate", help_epilogue=CALIBRATE)
 def calibrate(
     case: Annotated[Path, Parameter(help="Case file of a rig.")],
     campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],

@@ -598,4 +598,4 @@ def test_without_pytetwild_one_sentence_says_what_to_install(
 ) -> None:
     monkeypatch.setattr("fe.mesher.ftetwild.MODULE", "no_such_module")
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    assert 'pytetwild, which is not installed: pip install "stickslip[tets]"' in capfd.readouterr().err
+    assert "pytetwild, which is not installed: sh install.sh" in capfd.readouterr().err
