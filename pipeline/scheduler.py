@@ -68,7 +68,8 @@ def _connect(address: str) -> "distributed.Client":
         from distributed.comm import get_address_host_port
     except ImportError as error:
         raise MissingSoftware(
-            f'--scheduler {address} needs dask.distributed, which is not installed: sh install.sh, or in a checkout pip install -e ".[dask]"'
+            f"--scheduler {address} needs dask.distributed, which is not installed: sh install.sh, or in a "
+            'checkout pip install -e ".[dask]"'
         ) from error
     # A call holds its data; beyond 10 MB dask would advise other ways of writing it.
     dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GB"})

@@ -241,7 +241,7 @@ def format_details(details: str, *, examples: Sequence[str]) -> str:
 
 
 def _format_default(value: object) -> str | None:
-    """Default of an option in the help; that of a flag, or of a list that is empty, says nothing."""
-    if value is False or value == ():
+    """Default of an option in the help; that of a flag, or none, says nothing."""
+    if value is None or value is False or value == ():
         return None
     return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)

@@ -70,7 +70,8 @@ def fill_with_tetrahedra(
     """
     if importlib.util.find_spec(MODULE) is None:
         raise InputError(
-            'tetrahedra need pytetwild, which is not installed: sh install.sh, in a checkout pip install -e ".[tets]", or mesh with hexahedra'
+            'tetrahedra need pytetwild, which is not installed: sh install.sh, in a checkout pip install -e ".[tets]", '
+            "or mesh with hexahedra"
         )
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     at, cells, values = sizes

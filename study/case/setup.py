@@ -14,6 +14,7 @@ from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from study.case.added import apply_all, apply_by_name, read_added_effects
+from study.case.load_scale import find_scale_warning
 from study.case.model import model_of_case
 from study.case.structure import Structure
 from study.case.trust import require_trust
@@ -120,6 +121,8 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
     run = run or silent_run()
     structure = opened.kind.structure(opened, run)
     own = model_of_case(opened.case, structure)
+    if campaign is not None and (warning := find_scale_warning(opened.case.load, campaign.drive)):
+        run.warn(f"{opened.path}: {warning}")
     return ReadCase(opened=opened, structure=structure, setup=_setup(opened, own, campaign, run))
 
 

@@ -12,7 +12,7 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app, forma
 app = command_app(
     "study",
     """`study paper` replays the calibration of Ferhatoglu, Botto and Zucca (2024) on a virtual rig; `study calibrate`
-    does the same steps on a case of a rig and a measured campaign. `stickslip study COMMAND --help` has the details.""",
+    does the same steps on a case of a rig and a measured campaign. `stickslip study COMMAND --help` has more.""",
     examples=["stickslip study paper --out replayed", "stickslip study calibrate rig.toml campaign --out calibrated"],
 )
 

@@ -8,8 +8,9 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 app = command_app(
     "undo",
     """Takes the effect that `stickslip add` or `stickslip diagnose --auto` added last, or the calibration of
-    `stickslip calibrate`, out of the case again, and gives all other numbers the values that they had: the file is as it was, byte for byte, but for what you edited elsewhere
-    meanwhile. Where you edited the very lines it refuses. Each call takes one step back.""",
+    `stickslip calibrate`, out of the case again, and gives all other numbers the values that they had: the file is as
+    it was, byte for byte, but for what you edited elsewhere meanwhile. Where you edited the very lines it refuses. Each
+    call takes one step back.""",
     examples=["stickslip undo", "stickslip undo --case beam.toml"],
 )
 

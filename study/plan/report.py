@@ -117,8 +117,8 @@ class Planned:
             more = f" and {len(alike) - 2} more" if len(alike) > 2 else ""
             strengths = "  ".join(f"{each:>12}" for each in _strengths(self.plan, score))
             yield f"  {score.effect.name:<{width}}  {strengths}  {', '.join(alike[:2])}{more}".rstrip()
-        yield "  smallest: strength that about half of such campaigns would name; typical: one that matters, such as a mass"
-        yield f"  that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
+        yield "  smallest: strength that about half of such campaigns would name; typical: one that matters, such as a"
+        yield f"  mass that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
         hidden = [score.effect.name for score in self.plan.scores if not np.isfinite(self.plan.relative(score))]
         if hidden:
             yield from fill(
