@@ -1,4 +1,4 @@
-"""``stickslip undo``: the effect that was added last, taken out of the case."""
+"""``stickslip undo``: what was written into the case last, taken out of it."""
 
 from pathlib import Path
 
@@ -7,10 +7,10 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 
 app = command_app(
     "undo",
-    """Takes the effect that `stickslip add` or `stickslip diagnose --auto` added last, or the calibration of
-    `stickslip calibrate`, out of the case again, and gives all other numbers the values that they had: the file is as
-    it was, byte for byte, but for what you edited elsewhere meanwhile. Where you edited the very lines it refuses. Each
-    call takes one step back.""",
+    """Takes the effect that `stickslip add` or `stickslip diagnose --auto` added last, or the values of
+    `stickslip calibrate` or `estimate --write`, out of the case again, and gives all other numbers the values that they
+    had: the file is as it was, byte for byte, but for what you edited elsewhere meanwhile. Where you edited the very
+    lines it refuses. Each call takes one step back.""",
     examples=["stickslip undo", "stickslip undo --case beam.toml"],
 )
 

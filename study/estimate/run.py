@@ -14,12 +14,12 @@ from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from geometry.plain_number import plain
-from pipeline.output import replace_file
 from study.alike import merge_suspicions
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
+from study.diagnose.add import save_step
 from study.diagnose.edit import BOUND, UPPER, Written, difference, edited
-from study.diagnose.history import read_text
+from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
 from study.estimate.contact_force import estimate_from_forces
 from study.estimate.first_estimate import FirstEstimate, choose, contradictions
 from study.estimate.loops import estimate_from_loop
@@ -27,6 +27,9 @@ from study.estimate.resonance import Resonance, estimate_damping, estimate_stiff
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
 from study.run_context import RunContext
+
+#: What a history calls them.
+FIRST_ESTIMATES = "first estimates"
 
 #: What to measure for each parameter.
 MEASURE = {
@@ -146,9 +149,15 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     have = {item.parameter for item in estimates}
     missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
     before = read_text(case)
-    after = edited(before, {}, {item.parameter: _written(item) for item in chosen}, str(case)) if chosen else before
-    if write and after != before:
-        replace_file(case, after.encode())
+    values = {item.parameter: _written(item) for item in chosen}
+    after = edited(before, {}, values, str(case)) if chosen else before
+    lines, written = tuple(difference(before, after, case.name)), write and after != before
+    if written:
+        step = Step(
+            what=CALIBRATION, effect=FIRST_ESTIMATES, campaign=str(folder.resolve()), calibrated=values,
+            case_before=before, case_after=after, diff=lines, case_key=case_key(after),
+        )  # fmt: skip
+        save_step(case, history_of(case), step, after)
     return Estimated(
         case=case,
         estimates=estimates,
@@ -156,8 +165,8 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         missing=missing,
         suspicions=suspicions,
         warnings=(*warnings, *contradictions(estimates), *_beyond_priors(chosen, accepted)),
-        lines=tuple(difference(before, after, case.name)),
-        written=write and after != before,
+        lines=lines,
+        written=written,
     )
 
 

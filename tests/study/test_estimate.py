@@ -9,6 +9,7 @@ import pytest
 from correlation.campaign.read_campaign import read_campaign
 from study.case.setup import read_case
 from study.cli import main
+from study.diagnose.add import undo
 from study.estimate.resonance import Resonance, estimate_stiffness, find_partners
 
 STIFFNESS, DAMPING = 4e5, 0.004
@@ -166,6 +167,14 @@ def test_write_changes_the_case_and_keeps_its_comments(folder: Path, capfdbinary
     # The case as drawn is what factors refer to: a second run finds the same.
     assert [item["factor"] for item in again["estimates"]] == [item["factor"] for item in result["estimates"]]  # type: ignore[index, union-attr]
     assert again["lines"] == []
+
+
+def test_undo_takes_written_estimates_back(folder: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    case = folder / "chain.toml"
+    before = case.read_bytes()
+    run(folder, capfdbinary, "--write")
+    assert undo(case).effect == "first estimates"
+    assert case.read_bytes() == before
 
 
 def test_a_value_beyond_what_its_prior_lets_a_fit_reach_is_said(
