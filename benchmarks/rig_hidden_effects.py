@@ -80,7 +80,7 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
     made = time.process_time()
     campaign = read_campaign(where)
     setup = read_case(case, campaign, stored_run()).setup
-    found = diagnose(campaign, setup.model, setup.accepted, setup.budget)
+    found = diagnose(campaign, setup.model, setup.calibration_parameters, setup.budget)
     best = next((each for each in found.verdict.effects if each.effect is not None), None)
     row = {
         "planted": hidden.name,

@@ -116,7 +116,7 @@ class FamilyTarget:
 
 def fit_families(
     compose: Callable[[Values], Model],
-    accepted: Sequence[CalibrationParameter],
+    calibration_parameters: Sequence[CalibrationParameter],
     start: Values,
     target: FamilyTarget,
     *,
@@ -129,8 +129,8 @@ def fit_families(
     ----------
     compose
         Model with some values of the parameters, which has the sensors of the families.
-    accepted
-        Calibration parameters with their priors about what changes nothing.
+    calibration_parameters
+        With their priors about what changes nothing.
     start
         Values to start from, shape (p,) [unit of each].
     target
@@ -140,10 +140,10 @@ def fit_families(
     report
         Progress.
     """
-    centre = np.array([item.parameters[0].vanishes for item in accepted])
-    deviation = np.array([item.deviation for item in accepted])
-    lower = np.array([item.parameters[0].lower for item in accepted])
-    upper = np.array([item.parameters[0].upper for item in accepted])
+    centre = np.array([item.parameters[0].vanishes for item in calibration_parameters])
+    deviation = np.array([item.deviation for item in calibration_parameters])
+    lower = np.array([item.parameters[0].lower for item in calibration_parameters])
+    upper = np.array([item.parameters[0].upper for item in calibration_parameters])
     count = 0
 
     def cost(scaled: Values) -> float:

@@ -63,9 +63,9 @@ def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
 def list_case_unknowns(setup: Setup) -> tuple[Unknowns, Values]:
     """The same of a case whose gains are known."""
     effects = [item.effect for item in setup.added]
-    calibration = [(item, item.deviation) for item in setup.accepted]
+    calibration = [(item, item.deviation) for item in setup.calibration_parameters]
     unknowns = Unknowns.from_effects(setup.model, calibration, effects)
-    values = [setup.calibrated.get(item.name, 1.0) for item in setup.accepted]
+    values = [setup.calibrated.get(item.name, 1.0) for item in setup.calibration_parameters]
     values += [float(value) for item in setup.added for value in item.values]
     return unknowns, np.array(values, dtype=np.float64)
 

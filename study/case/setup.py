@@ -31,7 +31,7 @@ class Setup:
         Title of the case.
     model
         Structure, joints, loads at level 1, sensors: as drawn, without what was calibrated or added.
-    accepted
+    calibration_parameters
         Calibration parameters, with their priors.
     budget
         Numerical error of the model.
@@ -47,7 +47,7 @@ class Setup:
 
     title: str
     model: Model
-    accepted: tuple[CalibrationParameter, ...]
+    calibration_parameters: tuple[CalibrationParameter, ...]
     budget: Budget
     effects: tuple[Path, ...]
     without: tuple[str, ...]
@@ -57,13 +57,13 @@ class Setup:
     @property
     def complete(self) -> Model:
         """The model with calibrated factors and added effects."""
-        return apply_all(self.model, self.accepted, self.calibrated, self.added)
+        return apply_all(self.model, self.calibration_parameters, self.calibrated, self.added)
 
     @property
     def complete_budget(self) -> Budget:
         """Its numerical error, the finer models as complete as it is."""
         finer = [
-            apply_by_name(item, self.effects, self.accepted, self.calibrated, self.added)
+            apply_by_name(item, self.effects, self.calibration_parameters, self.calibrated, self.added)
             for item in self.budget.refined
         ]
         return replace(self.budget, refined=finer)
@@ -170,7 +170,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
     setup = Setup(
         title=opened.title,
         model=model,
-        accepted=known,
+        calibration_parameters=known,
         budget=Budget(
             frequency=error.frequency,
             compliance=error.compliance,

@@ -179,18 +179,18 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     from diagnosis.fit.calibration import calibrate
     from diagnosis.fit.feature_comparison import FeatureComparison
 
-    if not setup.accepted:
+    if not setup.calibration_parameters:
         raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
     training: Sequence[Datum] = [datum for datum in campaign.data if not datum.held_out]
     if not training:
         raise CampaignError(f"{campaign.folder}: all data are held out: leave some to train on")
     base = with_sensors(replace(setup, calibrated={}).complete, campaign)
-    unknowns = make_unknowns(base, setup.accepted, [])
+    unknowns = make_unknowns(base, setup.calibration_parameters, [])
     comparison = FeatureComparison.of(training)
     fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), exact=True)
     # Where the model is further off than the deviations say, they are too small in proportion.
     excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))
-    values = zip(setup.accepted, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)
+    values = zip(setup.calibration_parameters, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)
     return fit.model, tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
 

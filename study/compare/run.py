@@ -111,7 +111,11 @@ def run_compare(
 
         asked = FamilyRequest(campaign=campaign, table=opened.case.limits, structure=read.structure, title=title)
         # After the calibration parameters come gains that the campaign does not know.
-        factors = [item.factor for item in compared.calibrated[: len(setup.accepted)]] if onto_families else None
+        factors = (
+            [item.factor for item in compared.calibrated[: len(setup.calibration_parameters)]]
+            if onto_families
+            else None
+        )
         families = compare_with_families(compared.model, setup, asked, run, stem, factors)
         sections = (*compared.sections, *family_sections(families))
         compared = replace(compared, families=families, sections=sections, files=families.files)
@@ -253,7 +257,7 @@ def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Mode
 def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
     setup, unknown = gained.setup, gained.gains.parameters
     if calibrate:
-        if not (setup.accepted or unknown):
+        if not (setup.calibration_parameters or unknown):
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
         # The search takes long to import, and a comparison of a model as it is has no use for it.
         from diagnosis.fit.arrangement import arrange
@@ -262,7 +266,9 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
 
         # Effects stay as strong as the case says; the calibration parameters begin anew.
         begin = replace(setup, calibrated={})
-        arrangement = arrange(campaign, begin.complete, (*setup.accepted, *unknown), begin.complete_budget)
+        arrangement = arrange(
+            campaign, begin.complete, (*setup.calibration_parameters, *unknown), begin.complete_budget
+        )
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
         fit = fit_together(arrangement.train, fit, training_data(campaign, fit.model))
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
@@ -270,8 +276,8 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
             Side(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
             Side(comparison=leave_out_model_error(arrangement.held_out), prediction=held_out),
         ]
-        n = len(setup.accepted)
-        result = zip(setup.accepted, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)
+        n = len(setup.calibration_parameters)
+        result = zip(setup.calibration_parameters, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)
         calibrated = tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in result)
         return sides, (*calibrated, *gained.report(fit.values[n:], fit.deviation[n:])), fit.model
     model, budget = setup.complete, setup.complete_budget

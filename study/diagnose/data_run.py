@@ -106,7 +106,7 @@ class DataDiagnosed:
     def calibrated(self) -> tuple[Calibrated, ...]:
         """Calibration parameters."""
         fit = self.diagnosis.before.fit
-        values = zip(self.setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False)
+        values = zip(self.setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False)
         return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
     def text(self) -> str:
@@ -228,8 +228,8 @@ def _diagnose(
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
         found = diagnose_features(
-            setup.model, campaign.data, setup.accepted, added=setup.added, without=left_out, extra=setup.effects,
-            run_step=shown.watched(run_step), report=shown.report,
+            setup.model, campaign.data, setup.calibration_parameters, added=setup.added, without=left_out,
+            extra=setup.effects, run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
     result = DataDiagnosed(
         setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,

@@ -143,7 +143,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         embedded=shown_pictures,
         law_file=LAW_FILE,
         next_step=result.next_step,
-        accepted=[item for item in result.setup.accepted if item.is_of_case],
+        calibration_parameters=[item for item in result.setup.calibration_parameters if item.is_of_case],
         in_case=result.setup.calibrated,
         now=factors(result.setup, result.diagnosis.before),
         then={} if result.best is None else factors(result.setup, result.best),

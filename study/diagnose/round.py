@@ -152,7 +152,7 @@ def diagnose_case(
         diagnosis = diagnose(
             campaign,
             setup.model,
-            setup.accepted,
+            setup.calibration_parameters,
             setup.budget,
             added=setup.added,
             without=without,
@@ -210,7 +210,9 @@ def bootstrap(
     with progress.step("calibration"):
         arrangement = run_step(
             "arrangement",
-            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, catalogue_of=finer),
+            lambda: arrange(
+                campaign, setup.model, setup.calibration_parameters, setup.budget, added=setup.added, catalogue_of=finer
+            ),
         )
     added = {item.effect.name for item in setup.added}
     effects = [item for item in known.candidates if item.name not in added]
@@ -240,13 +242,13 @@ def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[
     remarks = []
     if has_unknown_gains(campaign):
         gained = set_gains(setup, campaign)
-        setup = replace(gained.setup, accepted=(*setup.accepted, *gained.gains.parameters))
+        setup = replace(gained.setup, calibration_parameters=(*setup.calibration_parameters, *gained.gains.parameters))
         remarks = [remark.sentence for remark in gained.remarks]
     observed, sweeps = take_training_part(campaign), find_sweep_directions(campaign)
     corrections = store.run(find_mode_corrections, setup.complete, setup.budget, observed, sweeps)
     numbers = tuple(each.number for each in corrections if isinstance(each, ModeCorrection))
     budget = replace(setup.budget, fitted=numbers)
-    setup = replace(setup, accepted=(*setup.accepted, *corrections), budget=budget)
+    setup = replace(setup, calibration_parameters=(*setup.calibration_parameters, *corrections), budget=budget)
     if setup.added:
         known = setup.candidates(campaign)
         setup = replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))

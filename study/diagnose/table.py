@@ -161,7 +161,7 @@ def frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
 def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
     """All calibration parameters of a fit, with value and standard deviation; effects come after them."""
     fit = refit.fit
-    return list(zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False))
+    return list(zip(setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False))
 
 
 def strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
@@ -198,7 +198,7 @@ def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float,
     """Effects that were added before, and the refit's own, with values and standard deviations of their parameters."""
     effects = [item.effect for item in setup.added] + ([] if refit.effect is None else [refit.effect])
     numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
-    listed, first = [], len(setup.accepted)
+    listed, first = [], len(setup.calibration_parameters)
     for effect in effects:
         listed.append((effect, numbers[first : first + len(effect.parameters)]))
         first += len(effect.parameters)

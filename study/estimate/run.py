@@ -136,13 +136,13 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     opened = open_case(case)
     campaign = read_measured(folder, run)
     setup = read_case(opened, campaign, run).setup
-    model, accepted = setup.model, {item.name: item for item in setup.accepted}
+    model, known = setup.model, {item.name: item for item in setup.calibration_parameters}
     with run.progress.step("suspicions", expected=2):
         suspicions = merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
     warnings: list[str] = []
     with run.progress.step("estimates", expected=2):
         estimates = tuple(estimate_all(model, campaign, warnings))
-    chosen = tuple(item for name in WRITTEN if name in accepted and (item := choose(estimates, name)))
+    chosen = tuple(item for name in WRITTEN if name in known and (item := choose(estimates, name)))
     have = {item.parameter for item in estimates}
     missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
     before = read_text(case)
@@ -155,7 +155,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         chosen=chosen,
         missing=missing,
         suspicions=suspicions,
-        warnings=(*warnings, *contradictions(estimates), *_beyond_priors(chosen, accepted)),
+        warnings=(*warnings, *contradictions(estimates), *_beyond_priors(chosen, known)),
         lines=tuple(difference(before, after, case.name)),
         written=write and after != before,
     )
@@ -196,10 +196,10 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
                 yield from estimate_stiffness(model, item, partner, factor)
 
 
-def _beyond_priors(chosen: Sequence[FirstEstimate], accepted: Mapping[str, CalibrationParameter]) -> Iterator[str]:
+def _beyond_priors(chosen: Sequence[FirstEstimate], known: Mapping[str, CalibrationParameter]) -> Iterator[str]:
     """Values that no fit would keep, in words."""
     for item in chosen:
-        (factor,) = accepted[item.parameter].parameters
+        (factor,) = known[item.parameter].parameters
         bound = min(max(item.factor, factor.lower), factor.upper)
         if bound != item.factor:
             wide = plain(abs(item.factor - factor.vanishes) / WITHIN, 2)

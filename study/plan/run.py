@@ -57,7 +57,9 @@ def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[s
     # Models with a finer mesh have no part: sensitivities are those of one mesh.
     budget = replace(setup.budget, refined=())
     step = run.step("sensitivities", expected=20)
-    plan = step.run(compute_plan, model, setup.accepted, budget, tests, wishes.noise, setup.effects, kinds)
+    plan = step.run(
+        compute_plan, model, setup.calibration_parameters, budget, tests, wishes.noise, setup.effects, kinds
+    )
     planned = Planned(
         title=setup.title, tests=tuple(tests), plan=plan, noise=wishes.noise,
         added=tuple(each.effect.name for each in setup.added),

@@ -56,7 +56,7 @@ class Bench:
 
     def __init__(self, small: Model, paper: ModuleType) -> None:
         self.small, self.paper = small, paper
-        self.accepted = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
+        self.calibration_parameters = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
         self.listed = list_effects(small, level=paper.LEVELS[1])
 
     def effect(self, name: str) -> Effect:
@@ -69,7 +69,7 @@ class Bench:
         return self.paper.make_campaign(truth, jitter=3e-5, seed=seed, **changes)
 
     def diagnose(self, campaign: Any, **options: Any) -> Diagnosis:
-        return diagnose(campaign, self.small, self.accepted, EXACT_MODEL, **options)
+        return diagnose(campaign, self.small, self.calibration_parameters, EXACT_MODEL, **options)
 
 
 @pytest.fixture(scope="module")
@@ -278,7 +278,7 @@ def test_in_a_model_that_is_another_structure_no_effect_is_tried(bench: Bench) -
         for joint in friction_contacts(bench.small.system.joints)
     ]
     softer = bench.small.with_system(stiffness=0.64 * bench.small.system.stiffness, joints=joints)
-    found = diagnose(bench.campaign(), softer, bench.accepted, EXACT_MODEL)
+    found = diagnose(bench.campaign(), softer, bench.calibration_parameters, EXACT_MODEL)
     assert found.verdict.finding is Finding.NOT_CLOSE
     assert "resonance near" in found.verdict.sentence
     assert found.scores == found.refits == ()

@@ -36,7 +36,7 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
     assert entry["layout"]["candidates"] == sorted(
         case_catalogue(setup.model, setup.effects, without=setup.without).names
     )
-    assert entry["layout"]["accepted"] == [item.name for item in setup.accepted]
+    assert entry["layout"]["accepted"] == [item.name for item in setup.calibration_parameters]
 
 
 @slow
@@ -119,7 +119,7 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
     others = [
         layout(setup, replace(campaign, held_out=HeldOut(repeats=(5,))), known),
         layout(setup, replace(campaign, measurement=campaign.measurement.where(campaign.measurement.level < 5)), known),
-        layout(replace(setup, accepted=setup.accepted[:1]), campaign, known),
+        layout(replace(setup, calibration_parameters=setup.calibration_parameters[:1]), campaign, known),
         layout(replace(setup, budget=replace(setup.budget, shares=0.123)), campaign, known),
         layout(setup, campaign, setup.candidates(campaign, ["cubic"])),
     ]

@@ -74,7 +74,7 @@ def test_a_calibration_writes_the_fit_of_the_diagnosis_and_undo_takes_it_back(tw
     screened = screen_file(Path("chain.toml"), FOLDER, run)
     written = read_case(case).setup.calibrated
     # Six digits are written, and a fit from its own result stays there within what a fit calls enough.
-    assert written.keys() == {item.name for item in screened.setup.accepted}
+    assert written.keys() == {item.name for item in screened.setup.calibration_parameters}
     np.testing.assert_allclose(written["zeta"], 1.1, rtol=0.02)
     for name, (value, deviation) in factors(screened.setup, screened.before).items():
         assert abs(written[name] - value) < 0.5 * deviation

@@ -31,9 +31,9 @@ def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: H
         History of the case, which knows the intervals.
     """
     noted = _noted(history)
-    physics = [item.physics for item in setup.accepted]
+    physics = [item.physics for item in setup.calibration_parameters]
     physics += [item.effect.physics for item in setup.added for _ in item.effect.parameters]
-    is_effect = [number >= len(setup.accepted) for number in range(len(values))]
+    is_effect = [number >= len(setup.calibration_parameters) for number in range(len(values))]
     rows = [
         _row(number, name, parameter, float(value), float(prior), noted, of_effect) | {"physics": text}
         for number, (name, parameter, value, prior, of_effect, text) in enumerate(
