@@ -74,7 +74,7 @@ def write_two_masses(
     setup = read_case(file).setup
     zeta = next(each for each in setup.calibration_parameters if each.name == "zeta")
     model = zeta.apply(setup.model, [1.1])
-    known = case_catalogue(model, setup.effects, level=max(LEVELS), configurations=["jointed"])
+    known = case_catalogue(model, setup.effect_files, level=max(LEVELS), configurations=["jointed"])
     for name, strength in effects.items():
         model = known.effect(name).apply(model, [strength])
     resonance = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).min()) / (2 * np.pi)

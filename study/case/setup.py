@@ -35,7 +35,7 @@ class Setup:
         Calibration parameters, with their priors.
     budget
         Numerical error of the model.
-    effects
+    effect_files
         Files with effects of one's own.
     without
         Kinds of effects that are left out.
@@ -49,7 +49,7 @@ class Setup:
     model: Model
     calibration_parameters: tuple[CalibrationParameter, ...]
     budget: Budget
-    effects: tuple[Path, ...]
+    effect_files: tuple[Path, ...]
     without: tuple[str, ...]
     added: tuple[Added, ...] = ()
     calibrated: Mapping[str, float] = field(default_factory=dict)
@@ -63,14 +63,14 @@ class Setup:
     def complete_budget(self) -> Budget:
         """Its numerical error, the finer models as complete as it is."""
         finer = [
-            apply_by_name(item, self.effects, self.calibration_parameters, self.calibrated, self.added)
+            apply_by_name(item, self.effect_files, self.calibration_parameters, self.calibrated, self.added)
             for item in self.budget.refined
         ]
         return replace(self.budget, refined=finer)
 
     def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
         """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
-        return list_campaign_effects(campaign, self.model, without=without, extra=self.effects)
+        return list_campaign_effects(campaign, self.model, without=without, extra=self.effect_files)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -178,7 +178,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             refined=refined,
             model=error.model,
         ),
-        effects=files,
+        effect_files=files,
         without=case.effects.without,
         added=added,
         calibrated=case.calibrated.given,

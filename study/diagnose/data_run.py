@@ -229,7 +229,7 @@ def _diagnose(
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
         found = diagnose_features(
             setup.model, campaign.data, setup.calibration_parameters, added=setup.added, without=left_out,
-            extra=setup.effects, run_step=shown.watched(run_step), report=shown.report,
+            extra=setup.effect_files, run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
     result = DataDiagnosed(
         setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,

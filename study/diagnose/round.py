@@ -156,7 +156,7 @@ def diagnose_case(
             setup.budget,
             added=setup.added,
             without=without,
-            extra=setup.effects,
+            extra=setup.effect_files,
             thresholds=thresholds,
             run_step=tell(watch, shown.watched(run_step)),
             report=shown.report,
@@ -218,7 +218,7 @@ def bootstrap(
     effects = [item for item in known.candidates if item.name not in added]
     return simulated_thresholds(
         key,
-        Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effects),
+        Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effect_files),
         effects,
         trials,
         store,

@@ -58,7 +58,7 @@ def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[s
     budget = replace(setup.budget, refined=())
     step = run.step("sensitivities", expected=20)
     plan = step.run(
-        compute_plan, model, setup.calibration_parameters, budget, tests, wishes.noise, setup.effects, kinds
+        compute_plan, model, setup.calibration_parameters, budget, tests, wishes.noise, setup.effect_files, kinds
     )
     planned = Planned(
         title=setup.title, tests=tuple(tests), plan=plan, noise=wishes.noise,

@@ -145,7 +145,7 @@ def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
         "zeta": 0.2,
     }
     assert (setup.budget.frequency, setup.budget.compliance) == (1e-3, 0.01)
-    assert (setup.effects, setup.without) == ((folder / "mine.py",), ("cubic",))
+    assert (setup.effect_files, setup.without) == ((folder / "mine.py",), ("cubic",))
 
 
 def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:

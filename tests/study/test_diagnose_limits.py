@@ -34,7 +34,7 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
     ((key, entry),) = json.loads(diagnose_limits.SHIPPED.read_text(encoding="utf-8")).items()
     assert layout_key(entry["layout"]) == key
     assert entry["layout"]["candidates"] == sorted(
-        case_catalogue(setup.model, setup.effects, without=setup.without).names
+        case_catalogue(setup.model, setup.effect_files, without=setup.without).names
     )
     assert entry["layout"]["accepted"] == [item.name for item in setup.calibration_parameters]
 
@@ -97,7 +97,7 @@ def test_a_campaign_whose_kept_result_is_damaged_is_not_measured(tmp_path: Path)
 
 def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
-    setup, asked = replace(setup, effects=(OWN,)), {}
+    setup, asked = replace(setup, effect_files=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
     monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
     bootstrap(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
