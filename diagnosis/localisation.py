@@ -24,8 +24,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.model import Model
+from correlation.model_solver import Tangent
 from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix

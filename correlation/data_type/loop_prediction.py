@@ -7,10 +7,10 @@ moves by :math:`u = u_0 + A \cos \Omega t`. It pulls with :math:`g (u - p^T x)` 
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration
 from correlation.data_type.measured_loop import FEATURES, ForceLoop, Numbers, Signal
 from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model, Sensor
+from correlation.model_solver import ModelSolver
 from correlation.sensor_placement import offer_places
 from correlation.signal.loop import Plateau, analyse_loop
 from fe.blas_threads import on_one_blas_thread
@@ -105,7 +105,7 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
         raise CampaignError(
             f'loop "{loop.name}": the model has no sensor of motion "{loop.sensor}": add it to the case'
         )
-    seen = Configuration.from_model(Model(**{**vars(model), "sensors": (motion, force)}), free=False, slider=None)
+    seen = ModelSolver.from_model(Model(**{**vars(model), "sensors": (motion, force)}), free=False, slider=None)
     assert loop.level is not None
     state = seen.solve(loop.level, loop.frequency, seen.slider, ())
     if state is None:

@@ -141,14 +141,14 @@ def linear_modes(
     model: Model, configuration: str
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "r m"]]:
     """Frequencies [Hz], damping ratios [-] and shapes, shape (r, m), of the model with its closed contacts stuck."""
-    system = (model.free() if configuration == "free" else model).system
+    system = (model.without_contacts() if configuration == "free" else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     omega = np.sqrt(np.maximum(modes.lambda_, 0.0))
     shapes = modes.mode_shapes
     rate = modal_damping(system, shapes, omega)
     with np.errstate(divide="ignore", invalid="ignore"):
         damping = np.where(omega > 0, rate / (2 * omega), np.nan)
-    shift = 1 + model.shift.get(configuration, 0.0)
+    shift = 1 + model.frequency_shift.get(configuration, 0.0)
     return omega / (2 * np.pi) / shift, damping, shapes
 
 

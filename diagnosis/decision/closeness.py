@@ -96,7 +96,7 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
     """
     found = []
     for free, measured in _list_peaks(observed):
-        low, high = _bracket(model.free().system if free else model.system)
+        low, high = _bracket(model.without_contacts().system if free else model.system)
         ends = np.where(measured < low, low, np.where(measured > high, high, measured))
         nearest = float(ends[np.argmin(np.abs(np.log(np.maximum(ends, 1e-300) / measured)))])
         found.append(FarResonance("free" if free else "jointed", measured, nearest))

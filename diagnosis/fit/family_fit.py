@@ -188,7 +188,7 @@ def sampled_bands(
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     problem = limit_problem(balance, objectives[0], nominal=nominal)
     problem = limit_problem(balance, objectives[0], nominal=problem.box.middle, reach=problem.box.static)
-    omega = 2 * np.pi * frequency * (1 + model.shift.get("jointed", 0.0))
+    omega = 2 * np.pi * frequency * (1 + model.frequency_shift.get("jointed", 0.0))
     population = starting_sliders(balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, SEED)
     result = {}
     for level in sorted({family.level for family in families}):

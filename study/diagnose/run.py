@@ -156,7 +156,7 @@ def diagnose_file(
 def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: RunContext | None) -> Campaign:
     """With frequency responses of the free structure, where the model of it is linear; says what takes no part."""
     counted: tuple[str, ...] = ()
-    if not setup.model.free().system.joints:
+    if not setup.model.without_contacts().system.joints:
         campaign, counted = count_free_responses(campaign)
     others = ", ".join(sorted({datum.type for datum in campaign.data if datum.name not in counted}))
     if run is not None and counted:

@@ -171,7 +171,7 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
         return
     deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
-    joints = (model.free() if resonance.free else model).system.joints
+    joints = (model.without_contacts() if resonance.free else model).system.joints
     slips = bool(joints) and not resonance.is_steady
     low = 0.0 if slips else max(resonance.damping - 1.96 * deviation, 0.0)
     yield FirstEstimate(
@@ -188,7 +188,7 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
 
 def damping_ratio(model: Model, resonance: Resonance) -> float | None:
     """Damping ratio of the model's mode at a resonance, contacts stuck, or None if it has no such mode [-]."""
-    system = (model.free() if resonance.free else model).system
+    system = (model.without_contacts() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = modes.frequency
     nearest = _nearest(own, resonance.frequency)
@@ -207,7 +207,7 @@ def find_partners(model: Model, stuck: Resonance, free: Sequence[Resonance]) -> 
     """
     if not free:
         return []
-    system, plain = model.system, model.free().system
+    system, plain = model.system, model.without_contacts().system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = compute_dense_modes(plain.mass, stick_at_rest(plain.stiffness, plain.joints))
     shape = modes.mode_shapes[:, _nearest(modes.frequency, stuck.frequency)]
@@ -241,7 +241,7 @@ def estimate_stiffness(
     if free is None:
         relative = float(np.hypot(relative, DEVIATION["E"] / 2))  # a frequency goes with the root of the modulus
     else:
-        plain = model.free().system
+        plain = model.without_contacts().system
         own = compute_dense_modes(plain.mass, plain.stiffness).frequency
         nearest = float(own[_nearest(own, free.frequency)])
         if not 1 / FAR < nearest / free.frequency < FAR:
