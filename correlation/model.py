@@ -298,6 +298,10 @@ class Model:
             self, system=system, sensors=sensors, lines={}, dead_weights={}, linked_preloads=(), suspension=None
         )
 
+    def in_configuration(self, configuration: str) -> "Model":
+        """The structure as a test has it: "jointed", or "free" of all contacts."""
+        return self.without_contacts() if configuration == "free" else self
+
     def with_system(self, **changes: Any) -> "Model":
         """Other matrices, joints or loads; on a shaken base another mass has another inertia load."""
         if self.base_acceleration is not None and "mass" in changes and "harmonic_force" not in changes:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.linear_structure import LinearStructure
 from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
@@ -119,7 +120,7 @@ class ModelSolver:
         if balance is None:
             balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
             near = None
-        shift = model.frequency_shift.get("free" if free else "jointed", 0.0)
+        shift = model.frequency_shift.get(name_configuration(free), 0.0)
         linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
         return cls(free=free, model=seen, balance=balance, linear=linear, levels={}, slider=start)
@@ -138,7 +139,7 @@ class ModelSolver:
     @property
     def configuration(self) -> str:
         """Its name."""
-        return "free" if self.free else "jointed"
+        return name_configuration(self.free)
 
     def solve(
         self,

@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.model import Model
 from correlation.model_solver import Tangent
 from diagnosis.error_share import Weights
@@ -266,7 +267,7 @@ def _place(
         exponent=exponent,
         exponent_deviation=exponent_deviation,
         phase=find_common_phase(force, np.abs(parts) / np.where(spread > 0, spread, np.inf)),
-        configuration="free" if free else "jointed",
+        configuration=name_configuration(free),
     )
 
 

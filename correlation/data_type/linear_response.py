@@ -19,7 +19,7 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     CampaignError
         A sensor that the model has not as one of motion.
     """
-    configured = model.without_contacts() if response.configuration == "free" else model
+    configured = model.in_configuration(response.configuration)
     system = configured.system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     shapes = modes.mode_shapes

@@ -141,7 +141,7 @@ def linear_modes(
     model: Model, configuration: str
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "r m"]]:
     """Frequencies [Hz], damping ratios [-] and shapes, shape (r, m), of the model with its closed contacts stuck."""
-    system = (model.without_contacts() if configuration == "free" else model).system
+    system = model.in_configuration(configuration).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     omega = np.sqrt(np.maximum(modes.lambda_, 0.0))
     shapes = modes.mode_shapes

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import amplitude_error, phase_error
@@ -211,11 +212,6 @@ def worst_cell(of: Misfit, level_unit: str = "N") -> tuple[Share, Points]:
     return _share(of.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), of.points.where(rows)
 
 
-def configuration(free: bool) -> str:
-    """In words."""
-    return "free" if free else "jointed"
-
-
 def bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
     """Number of the band that each row is in, shape (k,), and the bands in words."""
     code = np.zeros(len(points), dtype=np.int64)
@@ -225,7 +221,7 @@ def bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
         frequencies = np.unique(points.frequency[rows])
         for band in np.array_split(frequencies, min(BANDS, len(frequencies))):
             code[rows & (points.frequency >= band[0]) & (points.frequency <= band[-1])] = len(labels)
-            labels.append(f"{band[0]:.5g} to {band[-1]:.5g} Hz {configuration(bool(free))}")
+            labels.append(f"{band[0]:.5g} to {band[-1]:.5g} Hz {name_configuration(bool(free))}")
     return code, labels
 
 
@@ -243,7 +239,7 @@ def _codes(of: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64
 
 def _words(axis: str, value: float, level_unit: str) -> str:
     if axis == "configuration":
-        return configuration(bool(value))
+        return name_configuration(bool(value))
     return f"{value:g} {level_unit}" if axis == "level" else f"harmonic {value}"
 
 

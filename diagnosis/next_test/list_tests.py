@@ -133,7 +133,7 @@ def _list_bare(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " 
 
 def _list_bands(like: NextTest, model: Model, level: float) -> Iterator[NextTest]:
     """Bands about the next resonances of the structure with its contacts stuck."""
-    system = model.without_contacts().system if like.configuration == "free" else model.system
+    system = model.in_configuration(like.configuration).system
     resonance = find_resonance(system, level)
     if resonance is None:
         return

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, name_configuration
 from correlation.feature.observation import find_sweep_directions
 from correlation.metric.misfit import Misfit
 from correlation.prediction import Points, Prediction, Predictor
@@ -91,7 +91,7 @@ def find_lines(key: str, compared: Compared, unknowns: Unknowns, values: Values)
     """Lines of each configuration with their slopes, "free" and "jointed"; the key is that of the comparison."""
     del key
     return {
-        "free" if free else "jointed": _lines(predictor, compared.prediction, unknowns, values)
+        name_configuration(free): _lines(predictor, compared.prediction, unknowns, values)
         for free, predictor in make_predictors(compared).items()
     }
 
@@ -115,7 +115,7 @@ def move_lines(
     model = unknowns.compose(unknowns.clipped(values))
     result = {}
     for free, predictor in make_predictors(compared).items():
-        before = lines["free" if free else "jointed"].prediction
+        before = lines[name_configuration(free)].prediction
         result[free] = predictor.points, predictor.vary(model, before)
     return result
 

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from correlation.metric.misfit import Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from correlation.model import LineSensor, Sensor
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
 from figure.misfit_map import MapPanel, MisfitMap
@@ -34,7 +35,7 @@ def pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
     """
     drawn: dict[str, object] = {}
     for free, rows in drawing.misfit.items():
-        name = configuration(free)
+        name = name_configuration(free)
         levels = np.unique(rows.points.level)
         held_out = dict.fromkeys(drawing.held_out, ", held out")
         words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from correlation.campaign.measurement import name_configuration
 from correlation.metric.jump_error import JumpError
-from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
+from correlation.metric.misfit import AXES, Misfit, Share, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
@@ -69,7 +70,7 @@ def document(compared: Compared) -> dict[str, Any]:
         "sets": {name: _document(misfit, unit) for name, misfit in _sides(compared).items()},
         "resonances": [
             {
-                "configuration": configuration(peak.free),
+                "configuration": name_configuration(peak.free),
                 "level_n": peak.level,
                 "level_unit": unit,
                 "sensor": peak.sensor,
@@ -86,7 +87,7 @@ def document(compared: Compared) -> dict[str, Any]:
         ],
         "jumps": [
             {
-                "configuration": configuration(jump.free),
+                "configuration": name_configuration(jump.free),
                 "level_n": jump.level,
                 "level_unit": unit,
                 "sweep": SWEEP_WORDS[jump.sweep],
@@ -121,7 +122,7 @@ def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
         "n_not_found": _not_found(misfit),
         "worst_cell": {
             **_share_document(cell),
-            "configuration": configuration(bool(points.free[0])),
+            "configuration": name_configuration(bool(points.free[0])),
             "level_n": float(points.level[0]),
             "level_unit": unit,
             "frequencies_hz": [float(points.frequency.min()), float(points.frequency.max())],
@@ -203,7 +204,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
         frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
         damping = _error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
         yield (
-            f"  {configuration(peak.free):<9}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  {frequency:<17}  "
+            f"  {name_configuration(peak.free):<9}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  {frequency:<17}  "
             f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
         )
 
@@ -223,7 +224,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
     if deviations > CLEAR_PEAK:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
-            f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} "
+            f"  worst: the {what} of the {name_configuration(peak.free)} structure at {peak.level:g} "
             f"{unit} is {plain(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
             f"({deviations:.3g} standard deviations)"
         )
@@ -231,7 +232,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
 
 def describe_jump(jump: JumpError, level_unit: str) -> str:
     """``jointed, 3 N, up-sweep: jumps down at 25.1 Hz, the model at 24.6 Hz (-0.5 Hz)``."""
-    where = f"{configuration(jump.free)}, {jump.level:g} {level_unit}, {'up' if jump.sweep > 0 else 'down'}-sweep"
+    where = f"{name_configuration(jump.free)}, {jump.level:g} {level_unit}, {'up' if jump.sweep > 0 else 'down'}-sweep"
     way = "down" if jump.falls else "up"
     if not np.isfinite(jump.frequency):
         return f"{where}: the model jumps {way} at {jump.predicted_frequency:.5g} Hz, the measured response does not"

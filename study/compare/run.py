@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
-from correlation.metric.misfit import Misfit, compute_misfit, configuration, whole
+from correlation.metric.misfit import Misfit, compute_misfit, whole
 from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
@@ -334,7 +334,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
             writer.writerow(
                 [
                     name,
-                    configuration(free),
+                    name_configuration(free),
                     f"{level:.9g}",
                     campaign.drive.unit,
                     f"{frequency:.9g}",

@@ -7,8 +7,8 @@ from math import isfinite
 import numpy as np
 from scipy.special import chdtri
 
-from correlation.campaign.measurement import Suspicion
-from correlation.metric.misfit import Misfit, configuration, split_misfit, whole, worst, worst_cell
+from correlation.campaign.measurement import Suspicion, name_configuration
+from correlation.metric.misfit import Misfit, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
@@ -204,9 +204,9 @@ def describe_resonances(
     for free in sorted({peak.free for peak in peaks}):
         listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
         if not listed:
-            yield f"The {configuration(free)} structure has no predicted resonance in the measured band."
+            yield f"The {name_configuration(free)} structure has no predicted resonance in the measured band."
             continue
-        name = f"the resonance of the {configuration(free)} structure"
+        name = f"the resonance of the {name_configuration(free)} structure"
         frequency = _ranged(
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],

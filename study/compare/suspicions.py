@@ -53,7 +53,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         return (*campaign.suspicions, *of_data)
     table = average_campaign(campaign)
     names = np.array([sensor.name for sensor in campaign.sensors])
-    free = np.array([test.configuration == "free" for test in campaign.tests])
+    free = campaign.is_free
     points = Points(
         free=free[table.test],
         level=table.level,

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import CLEAR, Misfit
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
@@ -36,7 +37,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
         fine = refine_points(part.points)
-        lines = [_lines(result, stage, fine, configuration(bool(free))) for stage in shown]
+        lines = [_lines(result, stage, fine, name_configuration(bool(free))) for stage in shown]
         for sensor, harmonic in keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
@@ -53,7 +54,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
             words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
             panels.append(
                 {
-                    "configuration": configuration(bool(free)),
+                    "configuration": name_configuration(bool(free)),
                     "sensor": sensor,
                     "harmonic": int(harmonic),
                     "label": f"{sensor}, {words}",
@@ -99,7 +100,7 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
             row += len(levels) + 1
         listed.append(
             {
-                "configuration": configuration(bool(free)),
+                "configuration": name_configuration(bool(free)),
                 "frequency": [f"{value:.5g}" for value in frequency],
                 "labels": labels[:-1],
                 "groups": groups,

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Int
 from numpy.typing import NDArray
 
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.model import Model
 from correlation.model_solver import ModelSolver
 from correlation.prediction import Prediction
@@ -58,7 +58,7 @@ def list_operations(model: Model, prediction: Prediction, unit: str) -> list[Ope
     solvers = {free: ModelSolver.from_model(model, free, None) for free in {key[0] for key in highest}}
     return [
         Operation(
-            label=f"{level:g} {unit}, {frequency:.5g} Hz" + (f", {configuration(free)}" if free else ""),
+            label=f"{level:g} {unit}, {frequency:.5g} Hz" + (f", {name_configuration(free)}" if free else ""),
             motion=state.coefficients[1],
             states={} if free else _states(model, solvers[free], state),
         )

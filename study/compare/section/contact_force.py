@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.model import LineSensor
 from study.compare.curve import Curve, Drawing, Panel
 from study.compare.result import Compared
@@ -23,7 +23,7 @@ def contact_force_sections(compared: Compared, drawing: Drawing) -> Iterator[Sec
     del compared
     rows = [
         [
-            configuration(free),
+            name_configuration(free),
             panel.key[0],
             _harmonic(panel),
             f"{curve.level:g} {drawing.unit}",

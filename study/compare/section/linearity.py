@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.metric.misfit import Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from correlation.modal.linearity import check_linearity
 from study.compare.curve import Drawing
 from study.compare.result import Compared
@@ -27,7 +28,7 @@ def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section
         if found is None:
             continue
         result = check_linearity(*found, drawing.unit)
-        name = configuration(free)
+        name = name_configuration(free)
         sentences.append(f"{name[0].upper()}{name[1:]}: {result.sentence}.")
         rows += [
             [name, f"{level:g} {drawing.unit}", f"{index:.2g}", f"{noise:.2g}", "yes" if significant else "no"]

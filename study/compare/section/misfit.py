@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.metric.misfit import Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from figure.misfit_map import COLOURS, STEPS
 from study.compare.curve import Drawing, find_rows, keys
 from study.compare.result import Compared
@@ -51,7 +52,7 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
             rows.append(line)
             places.append({"sensor": sensor, "harmonic": harmonic, "level": level})
     return {
-        "configuration": configuration(free),
+        "configuration": name_configuration(free),
         "frequency": [f"{value:.5g}" for value in frequency],
         "labels": labels,
         "places": places,

@@ -91,7 +91,7 @@ def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
 
 def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:
     """States that were read after the contacts had settled."""
-    free = np.array([test.configuration == "free" for test in campaign.tests])
+    free = campaign.is_free
     table = campaign.measurement.where(~find_unsettled(campaign))
     return _states(free[table.test], table.level, table.frequency)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.metric.peak_error import PeakError
 from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
@@ -54,7 +54,7 @@ def _row(peak: PeakError, drawing: Drawing) -> list[str]:
     frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
     damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
     return [
-        configuration(peak.free), f"{peak.level:g} {drawing.unit}{held}", peak.sensor, f"{peak.frequency:.3f}",
+        name_configuration(peak.free), f"{peak.level:g} {drawing.unit}{held}", peak.sensor, f"{peak.frequency:.3f}",
         f"{peak.predicted_frequency:.3f}", *frequency, f"{100 * peak.damping:.3f} %",
         f"{100 * peak.predicted_damping:.3f} %", *damping,
     ]  # fmt: skip

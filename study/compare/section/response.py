@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import SWEEPS, Campaign
-from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.campaign.measurement import SWEEPS, Campaign, name_configuration
+from correlation.metric.misfit import CLEAR, Misfit
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
 from figure.style import choose_family_colours, typeset
@@ -88,7 +88,7 @@ class _Runs:
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
         table = campaign.measurement
-        free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+        free = campaign.is_free[table.test]
         level = np.unique(table.level, return_inverse=True)[1]
         columns = [free, table.sensor, table.harmonic, level, table.test, table.repeat, table.sweep]
         order = np.lexsort([table.frequency, *reversed(columns)])
@@ -125,7 +125,7 @@ def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Number
     sensor, harmonic = panel.key
     words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
     return {
-        "configuration": configuration(free),
+        "configuration": name_configuration(free),
         "label": f"{sensor}, {words}",
         "unit": typeset(panel.unit),
         "static": panel.is_static,
