@@ -15,7 +15,7 @@ from study.case.setup import read_case
 from study.compare import report as compare_words
 from study.compare.curve import Drawing
 from study.compare.pictures import pictures
-from study.compare.run import Compared, compare
+from study.compare.run import ComparisonResult, compare
 from study.diagnose import report as diagnose_words
 from study.diagnose.add import add
 from study.diagnose.history import history_of
@@ -33,7 +33,7 @@ with progress.step("simulating the measurements", expected=10):
 campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: the beam as drawn
 
 
-def show(compared: Compared, name: str) -> None:
+def show(compared: ComparisonResult, name: str) -> None:
     """Show where the model fails, as text and as responses."""
     print(f"\n=== {name}\n{compare_words.in_words(compared)}")
     drawn = pictures(f"Beam, {name}", Drawing.of(compared))

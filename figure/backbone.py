@@ -12,7 +12,7 @@ from figure.style import (
     INK,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -55,7 +55,7 @@ class BackboneCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Backbones(Headed):
+class Backbones(TitledFigure):
     """Backbones of one mode or several.
 
     Parameters

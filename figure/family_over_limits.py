@@ -16,7 +16,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -119,7 +119,7 @@ class FamilyRow:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FamiliesOverLimits(Headed):
+class FamiliesOverLimits(TitledFigure):
     """Rows of panels, at least one; the last one may have fewer."""
 
     rows: Sequence[FamilyRow]

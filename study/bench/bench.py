@@ -37,7 +37,7 @@ from study.bench.view.structure import show_structure
 from study.case.setup import ReadCase, Setup, read_case, require_loads
 from study.compare.curve import Coefficients, Drawing
 from study.compare.families import find_families
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.run import comparison_key, find_comparison
 from study.compare.suspicions import require_noise
 from study.diagnose.add import LoopError, add, undo
@@ -72,7 +72,7 @@ class _Comparison:
 
     text: str
     read: ReadCase
-    compared: Compared
+    compared: ComparisonResult
     unknowns: Unknowns
     values: Values
     lines: Mapping[str, Lines]

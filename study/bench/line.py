@@ -18,7 +18,7 @@ from fe.blas_threads import on_one_blas_thread
 from pipeline.store import stage
 from study.case.setup import Setup
 from study.compare.curve import LINE_TOLERANCE, joined, refine_points
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.unknown_gain import set_gains
 from study.diagnose.add import LoopError
 
@@ -87,7 +87,7 @@ def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], 
 
 
 @stage("lines that move", ignore=("compared", "unknowns", "values"))
-def find_lines(key: str, compared: Compared, unknowns: Unknowns, values: Values) -> dict[str, Lines]:
+def find_lines(key: str, compared: ComparisonResult, unknowns: Unknowns, values: Values) -> dict[str, Lines]:
     """Lines of each configuration with their slopes, "free" and "jointed"; the key is that of the comparison."""
     del key
     return {
@@ -96,7 +96,7 @@ def find_lines(key: str, compared: Compared, unknowns: Unknowns, values: Values)
     }
 
 
-def make_predictors(compared: Compared) -> dict[bool, Predictor]:
+def make_predictors(compared: ComparisonResult) -> dict[bool, Predictor]:
     """Predictor of the lines of each configuration, by whether the contacts are absent."""
     everything, _ = joined(compared.train, compared.held_out)
     sweeps, result = find_sweep_directions(compared.campaign), {}
@@ -109,7 +109,7 @@ def make_predictors(compared: Compared) -> dict[bool, Predictor]:
 
 @on_one_blas_thread
 def move_lines(
-    compared: Compared, lines: Mapping[str, Lines], unknowns: Unknowns, values: Values
+    compared: ComparisonResult, lines: Mapping[str, Lines], unknowns: Unknowns, values: Values
 ) -> dict[bool, tuple[Points, Complex[NDArray[np.complex128], " k"]]]:
     """Exact lines at other values of the parameters, by whether the contacts are absent."""
     model = unknowns.compose(unknowns.clipped(values))

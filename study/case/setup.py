@@ -11,7 +11,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from study.case.added import apply_all, apply_by_name, read_added_effects
 from study.case.model import model_of_case
@@ -51,7 +51,7 @@ class Setup:
     budget: Budget
     effect_files: tuple[Path, ...]
     without: tuple[str, ...]
-    added: tuple[Added, ...] = ()
+    added: tuple[AddedEffect, ...] = ()
     calibrated: Mapping[str, float] = field(default_factory=dict)
 
     @property

@@ -14,7 +14,7 @@ from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_group import group_rows
 from correlation.row_table import join_tables
 from study.compare.drawn_unit import choose_unit, per_level_unit
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 
 Frequencies = Float[NDArray[np.float64], " f"]
 Coefficients = Complex[NDArray[np.complex128], " f"]
@@ -116,7 +116,9 @@ class Drawing:
     unit: str = "N"
 
     @classmethod
-    def of(cls, compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]] | None = None) -> "Drawing":
+    def of(
+        cls, compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]] | None = None
+    ) -> "Drawing":
         """Curves of a comparison with its predicted lines by whether the contacts are absent; predicted by default."""
         everything, new = joined(compared.train, compared.held_out)
         free = everything.points.free

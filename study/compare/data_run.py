@@ -40,7 +40,7 @@ NEXT = "stickslip compare --calibrate fits the calibration parameters of the cas
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DataCompared:
+class DataComparisonResult:
     """A model beside data of other types than steady states.
 
     Parameters
@@ -93,7 +93,9 @@ class DataCompared:
         }
 
 
-def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunContext, *, fitted: bool) -> DataCompared:
+def run_data_comparison(
+    case: Path, setup: Setup, campaign: Campaign, run: RunContext, *, fitted: bool
+) -> DataComparisonResult:
     """Compare, and write tables, figures and a page.
 
     Parameters
@@ -134,7 +136,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
         drawn, sections = show_data(model, campaign.data, data, title)
-    result = DataCompared(
+    result = DataComparisonResult(
         title=setup.title, campaign=campaign.title, data=data, calibrated=calibrated, suspicions=suspicions
     )
     for suspicion in suspicions:

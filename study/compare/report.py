@@ -12,7 +12,7 @@ from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
 from study.compare.data import data_document, describe_data
-from study.compare.result import SWEEP_WORDS, Compared
+from study.compare.result import SWEEP_WORDS, ComparisonResult
 from study.compare.sentence import CLEAR_PEAK, summarise
 
 #: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
@@ -21,7 +21,7 @@ NO_PHASE = 0.05
 WORDS = {axis: f"worst {axis}" for axis in AXES}
 
 
-def in_words(compared: Compared) -> str:
+def in_words(compared: ComparisonResult) -> str:
     """For people: what was compared, where the model fails, by how much, and its resonances."""
     table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
@@ -54,7 +54,7 @@ def in_words(compared: Compared) -> str:
     return "\n".join([*lines, *map(str, compared.files)])
 
 
-def document(compared: Compared) -> dict[str, Any]:
+def document(compared: ComparisonResult) -> dict[str, Any]:
     """The same for ``--json``; errors are of the prediction, relative and in radians."""
     summary, families, unit = summarise(compared), None, compared.campaign.drive.unit
     if compared.families is not None:
@@ -110,7 +110,7 @@ def side_by_side(case: str, campaign: str) -> str:
     return " beside ".join(dict.fromkeys(filter(None, [case, campaign])))
 
 
-def _sides(compared: Compared) -> Mapping[str, Misfit]:
+def _sides(compared: ComparisonResult) -> Mapping[str, Misfit]:
     sides = {"training": compared.train}
     return sides if compared.held_out is None else sides | {"held out": compared.held_out}
 
@@ -148,7 +148,7 @@ def _not_found(misfit: Misfit) -> int:
     return int((~np.isfinite(misfit.predicted)).sum())
 
 
-def _calibrated(compared: Compared) -> list[str]:
+def _calibrated(compared: ComparisonResult) -> list[str]:
     if not compared.calibrated:
         return []
     factors = [item for item in compared.calibrated if not item.name.startswith(GAIN)]
@@ -196,7 +196,7 @@ def _signed(cell: Share) -> str:
     return f"{sentence} and its phase {plain(abs(phase), 3)} deg too {'early' if phase > 0 else 'late'}"
 
 
-def _peaks(compared: Compared) -> Iterator[str]:
+def _peaks(compared: ComparisonResult) -> Iterator[str]:
     unit = compared.campaign.drive.unit
     yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
     yield "  structure     level   frequency [Hz]     error             damping     error"
@@ -248,5 +248,5 @@ def _error(relative: float, value: float, deviation: float, digits: int) -> str:
     return f"{100 * relative:+.{digits}f} % ({abs(relative) * value / deviation:.1f})"
 
 
-def _held(compared: Compared, peak: PeakError) -> str:
+def _held(compared: ComparisonResult, peak: PeakError) -> str:
     return "" if np.isin(peak.level, compared.train.points.level) else "  held out"

@@ -38,7 +38,7 @@ class Calibrated:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Compared(Tabular):
+class ComparisonResult(Tabular):
     """A model beside measurements.
 
     Parameters

@@ -36,11 +36,11 @@ from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
-from study.compare.data_run import DataCompared, name_step, run_data_comparison
+from study.compare.data_run import DataComparisonResult, name_step, run_data_comparison
 from study.compare.data_view import show_data
 from study.compare.page import page
 from study.compare.pictures import pictures
-from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, Compared
+from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, ComparisonResult
 from study.compare.suspicions import find_all_suspicions, require_noise
 from study.compare.unknown_gain import SetGains, set_gains
 from study.compare.untested_friction import find_untested_friction
@@ -64,7 +64,7 @@ def run_compare(
     calibrate: bool = False,
     limits: bool = False,
     onto_families: bool = False,
-) -> Compared | DataCompared:
+) -> ComparisonResult | DataComparisonResult:
     """Compare, and write tables and figures.
 
     Parameters
@@ -135,7 +135,7 @@ def run_compare(
     return replace(compared, files=(*files, *compared.files))
 
 
-def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> Compared:
+def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> ComparisonResult:
     """`compare` from the store of a run, or computed."""
     step, seconds = name_step(15, calibrate)
     key = comparison_key(setup, campaign, calibrate)
@@ -150,14 +150,14 @@ def comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) ->
 
 
 @stage("comparison", ignore=("setup", "campaign", "calibrate"))
-def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> Compared:
+def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> ComparisonResult:
     """`compare` as a stage, so that an interrupted command goes on with its figures; the key holds all inputs."""
     del key
     return compare(setup, campaign, calibrate=calibrate)
 
 
 @on_one_blas_thread
-def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
+def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> ComparisonResult:
     """Compare without writing anything.
 
     Parameters
@@ -184,7 +184,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     if whole(train).whitened <= DIFFERS:
         states = sides[0].comparison, sides[0].prediction
         suspicions = (*suspicions, *find_untested_friction(model, campaign.data, states))
-    return Compared(
+    return ComparisonResult(
         title=setup.title,
         campaign=campaign,
         model=model,

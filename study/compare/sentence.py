@@ -15,7 +15,7 @@ from geometry.plain_number import plain
 from geometry.some_names import name_some
 from study.alike import name_wrong_places
 from study.compare.data import DataComparison, without_comparison
-from study.compare.result import AGREES, DIFFERS, Compared
+from study.compare.result import AGREES, DIFFERS, ComparisonResult
 from study.compare.section.overview import left_out
 
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
@@ -54,7 +54,7 @@ class Summary:
     cards: tuple[tuple[str, str], ...]
 
 
-def summarise(compared: Compared) -> Summary:
+def summarise(compared: ComparisonResult) -> Summary:
     """Verdict of a comparison."""
     difference = whole(compared.train).whitened
     differing = _differing(compared.data)
@@ -143,7 +143,7 @@ def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
     return tuple(far)
 
 
-def _vague(compared: Compared) -> str:
+def _vague(compared: ComparisonResult) -> str:
     """Why standard deviations are so wide that numbers within them are no agreement; empty if they are not."""
     share = whole(compared.train)
     if not isfinite(share.amplitude_error):
@@ -175,7 +175,7 @@ def _overall(misfit: Misfit) -> str:
     return f"The differences are {noise}: {amplitude}{phase}."
 
 
-def _levels(compared: Compared) -> dict[bool, tuple[float, ...]]:
+def _levels(compared: ComparisonResult) -> dict[bool, tuple[float, ...]]:
     """Levels that were compared, by whether the structure was free."""
     points = compared.train.points
     return {free: tuple(np.unique(points.level[points.free == free]).tolist()) for free in (False, True)}

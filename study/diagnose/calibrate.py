@@ -9,7 +9,7 @@ from study.diagnose.add import LoopError, as_written, save_step
 from study.diagnose.edit import difference, edited
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
 from study.diagnose.round import errors
-from study.diagnose.screen import Screened, screen_case
+from study.diagnose.screen import ScreeningResult, screen_case
 from study.diagnose.table import write_up
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
@@ -43,7 +43,7 @@ def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str
     return write_calibration(case, folder, screen_file(case, folder, run, without), text)
 
 
-def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> Screened:
+def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> ScreeningResult:
     """`screen_case` of a case file and a campaign folder.
 
     Raises
@@ -61,7 +61,7 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
     return screen_case(setup, campaign, without=without, store=run.store, progress=run.progress)
 
 
-def write_calibration(case: Path, folder: Path, screened: Screened, text: str) -> Step:
+def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text: str) -> Step:
     """Write a fit into a case, and note it in the history.
 
     Parameters

@@ -50,7 +50,7 @@ TONE = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DataDiagnosed:
+class DataDiagnosisResult:
     """Result of the command.
 
     Parameters
@@ -174,7 +174,7 @@ class DataDiagnosed:
 
 def run_data_diagnosis(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False
-) -> DataDiagnosed:
+) -> DataDiagnosisResult:
     """Diagnose, note it in the history of the case, and write page, figures and JSON.
 
     Parameters
@@ -214,7 +214,7 @@ def run_data_diagnosis(
 
 def diagnose_data(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str] = ()
-) -> DataDiagnosed:
+) -> DataDiagnosisResult:
     """One round of `run_data_diagnosis`, noted in the history of the case, without page and files."""
     setup = _read_setup(case, campaign, run)
     return _diagnose(case, setup, campaign, folder, run, without, _find_suspicions(setup, campaign))
@@ -223,7 +223,7 @@ def diagnose_data(
 def _diagnose(
     case: Path, setup: Setup, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str],
     suspicions: tuple[Suspicion, ...],
-) -> DataDiagnosed:  # fmt: skip
+) -> DataDiagnosisResult:  # fmt: skip
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
@@ -231,7 +231,7 @@ def _diagnose(
             setup.model, campaign.data, setup.calibration_parameters, added=setup.added, without=left_out,
             extra=setup.effect_files, run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
-    result = DataDiagnosed(
+    result = DataDiagnosisResult(
         setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,
         suspicions=suspicions,
     )  # fmt: skip
@@ -248,7 +248,7 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
     return merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
 
 
-def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
+def _record(found: DataDiagnosisResult, case: Path, folder: Path) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
         {**write_up(found.setup, refit), "after": _chi2(refit).document}
@@ -272,7 +272,7 @@ def _strength(refit: Refit) -> str:
     return interval(refit.strength, refit.deviation, refit.effect.parameters[0])
 
 
-def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes]:
+def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path, bytes]:
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
     best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
@@ -306,7 +306,7 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
     return {**files, run.output / f"{stem}.json": document.encode()}
 
 
-def _sections(found: DataDiagnosed) -> Iterator[Section]:
+def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
     """Indications and candidates."""
     if found.indications:
         rows = [

@@ -12,7 +12,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.mode_correction import FrequencyCorrection, ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
@@ -308,7 +308,7 @@ class Steps:
         return self._store.has(step, self._key, name, dict)
 
 
-def _at_levels(added: Added, known: Catalogue) -> Added:
+def _at_levels(added: AddedEffect, known: Catalogue) -> AddedEffect:
     try:
         return replace(added, effect=known.effect(added.effect.name))
     except EffectError:

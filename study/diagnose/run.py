@@ -18,7 +18,7 @@ from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
-from study.diagnose.data_run import DataDiagnosed, run_data_diagnosis
+from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
 from study.diagnose.round import Round, Steps, Watch, diagnose_case, errors
@@ -33,7 +33,7 @@ MOST_ADDED = 5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosed:
+class DiagnosisResult:
     """Result of the command.
 
     Parameters
@@ -58,7 +58,7 @@ class Diagnosed:
 
 def run_diagnose(
     case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False, trials: int = 0
-) -> Diagnosed | DataDiagnosed:
+) -> DiagnosisResult | DataDiagnosisResult:
     """Diagnose, note it in the history of the case, and write page, figures and JSON.
 
     Parameters
@@ -110,7 +110,7 @@ def diagnose_file(
     auto: bool = False,
     trials: int = 0,
     watch: Watch | None = None,
-) -> Diagnosed:
+) -> DiagnosisResult:
     """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
     if not len(campaign.measurement):
         raise CampaignError(
@@ -148,7 +148,7 @@ def diagnose_file(
         best = result.best
         stop = result.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
         if not auto or stop or best is None or best.effect is None:
-            return Diagnosed(rounds=tuple(rounds), history=history_of(case))
+            return DiagnosisResult(rounds=tuple(rounds), history=history_of(case))
         add(case, best.effect.name, run=run)
         setup = require_loads(read_case(case, campaign, run)).setup
 
@@ -217,9 +217,9 @@ def _list_alone(result: Round) -> list[Refit]:
     return listed
 
 
-def full_text(diagnosed: Diagnosed | DataDiagnosed) -> str:
+def full_text(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
     """For people: what was added, and the last round."""
-    if isinstance(diagnosed, DataDiagnosed):
+    if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.text()
     lines = []
     for number, result in enumerate(diagnosed.rounds[:-1]):
@@ -231,9 +231,9 @@ def full_text(diagnosed: Diagnosed | DataDiagnosed) -> str:
     return "\n".join(lines)
 
 
-def full_document(diagnosed: Diagnosed | DataDiagnosed) -> dict[str, Any]:
+def full_document(diagnosed: DiagnosisResult | DataDiagnosisResult) -> dict[str, Any]:
     """For ``--json``."""
-    if isinstance(diagnosed, DataDiagnosed):
+    if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.document()
     return {
         **document(diagnosed.last),

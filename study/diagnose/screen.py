@@ -20,7 +20,7 @@ LAST = "scores"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Screened:
+class ScreeningResult:
     """What a diagnosis knows after its screening.
 
     Parameters
@@ -54,7 +54,7 @@ def screen_case(
     without: Sequence[str] = (),
     store: Store | None = None,
     progress: Progress | None = None,
-) -> Screened:
+) -> ScreeningResult:
     """Screen the effects of a case; a diagnosis with the same store goes on from here.
 
     Parameters
@@ -83,4 +83,4 @@ def screen_case(
     with progress.step("test of the calibration", expected=3):
         before = run_step("calibrated", lambda: baseline_fit(arrangement))
         drawn = run_step("as drawn", lambda: arrangement.tested_as_drawn(own.model))
-    return Screened(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)
+    return ScreeningResult(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)

@@ -43,7 +43,7 @@ WRITTEN = ("kt", "mu", "zeta")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimated:
+class EstimationResult:
     """First values of a case.
 
     Parameters
@@ -114,7 +114,7 @@ class Estimated:
         return "\n".join(lines)
 
 
-def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = False) -> Estimated:
+def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = False) -> EstimationResult:
     """Estimate, and write into the case if that is asked for.
 
     Parameters
@@ -149,7 +149,7 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     after = edited(before, {}, {item.parameter: _written(item) for item in chosen}, str(case)) if chosen else before
     if write and after != before:
         replace_file(case, after.encode())
-    return Estimated(
+    return EstimationResult(
         case=case,
         estimates=estimates,
         chosen=chosen,

@@ -19,7 +19,7 @@ CLEAR, WEAK = 1.0, 10.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Planned:
+class PlanResult:
     """Result of the command.
 
     Parameters

@@ -17,7 +17,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
@@ -288,7 +288,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     start = 4.2e-3
     found = bench.diagnose(
         bench.campaign((WHERE, MASS), (LINE, RATIO)),
-        added=[Added(effect=bench.effect(WHERE), values=np.array([start]))],
+        added=[AddedEffect(effect=bench.effect(WHERE), values=np.array([start]))],
         without=["cubic", "gap", "dashpot", "air damping"],
     )
     assert found.verdict.finding is Finding.MISSING
@@ -311,7 +311,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
 
 @slow
 def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
-    added = [Added(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
+    added = [AddedEffect(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
     found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
     assert found.verdict.finding is Finding.NOTHING
     assert found.before.fit.values[3] == pytest.approx(MASS, abs=4 * found.before.fit.deviation[3])

@@ -21,7 +21,7 @@ from study.case.setup import read_case
 from study.compare.curve import Drawing
 from study.compare.data import DataComparison
 from study.compare.page import page
-from study.compare.result import Calibrated, Compared
+from study.compare.result import Calibrated, ComparisonResult
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
 from study.compare.section.overview import left_out
@@ -49,7 +49,7 @@ class References(HTMLParser):
 
 
 @cache
-def compared(gain: float = 1.0) -> Compared:
+def compared(gain: float = 1.0) -> ComparisonResult:
     """The shipped beam beside its own response with noise; the sensor "mid" reads `gain` times what it should."""
     setup = read_case(BEAM).setup
     model = setup.model.with_sensor("mid", gain=gain)

@@ -21,7 +21,7 @@ from study.diagnose import next_test
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.page import contents
 from study.diagnose.report import document, in_words
-from study.diagnose.run import Diagnosed, diagnose_file
+from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.json_value import plain
 from study.run_context import silent_run
 
@@ -30,7 +30,7 @@ FREQUENCIES = (20.0, 20.5, 21.0)
 
 
 @pytest.fixture
-def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> Diagnosed:
+def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> DiagnosisResult:
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     return diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
 
@@ -56,7 +56,7 @@ def make_advice(*probabilities: float) -> Advice:
     )  # fmt: skip
 
 
-def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: Diagnosed) -> None:
+def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
     advice = make_advice(0.93, 0.5, 0.1)
     several = replace(diagnosed.last.diagnosis.verdict, finding=Finding.AMBIGUOUS)
     found = replace(
@@ -84,7 +84,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert told["tests"][1]["further_sensor_at"] == "base"
 
 
-def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: Diagnosed) -> None:
+def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: DiagnosisResult) -> None:
     assert diagnosed.last.next_step.advice is None  # one effect is named alone: nothing is to be separated
     titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.1)).shown]
     assert titles[1] == "the same tests again, and a further sensor at base"
@@ -99,7 +99,7 @@ def test_a_test_that_hardly_decides_is_not_said_to_decide() -> None:
 
 
 def test_what_fails_leaves_one_sentence_and_the_diagnosis(
-    diagnosed: Diagnosed, monkeypatch: pytest.MonkeyPatch
+    diagnosed: DiagnosisResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise ModelError("the structure is not supported")

@@ -22,7 +22,7 @@ from study.diagnose.add import add
 from study.diagnose.missing_law import describe_law
 from study.diagnose.page import contents
 from study.diagnose.report import LAW_FILE, document
-from study.diagnose.run import Diagnosed, diagnose_file
+from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.diagnose.stages import waterfall
 from study.page.html import content_policy
 from study.run_context import silent_run
@@ -59,13 +59,13 @@ class References(HTMLParser):
 
 
 @pytest.fixture
-def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> Diagnosed:
+def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> DiagnosisResult:
     """A hidden mass, found."""
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     return diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
 
 
-def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> None:
+def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult) -> None:
     found = diagnosed
     files = contents(found.last, found.history, Path("chain.toml"))
     assert sorted(files) == [
@@ -93,7 +93,7 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> No
     assert "friction coefficient" in words  # which these tests say nothing about
 
 
-def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: Diagnosed) -> None:
+def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
     forces = diagnosed.last.diagnosis.places
     resonators = [each for each in forces if isinstance(each, Resonator)]
     assert 0 < len(resonators) < len(forces)
@@ -108,7 +108,7 @@ def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(dia
         assert f"{each.frequency:.4g} Hz" in page.words
 
 
-def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed) -> None:
+def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisResult) -> None:
     found = diagnosed
     text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     data = json.loads(re.search(r"const DATA = (\{.*?\});</script>", text, re.DOTALL)[1])  # type: ignore[index]
@@ -132,7 +132,7 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed)
     assert '" (root mean square " + label(map.whole[side])' in text  # what this number is, above each map
 
 
-def test_the_waterfall_goes_on_from_the_history(diagnosed: Diagnosed, kept_rounds: Store) -> None:
+def test_the_waterfall_goes_on_from_the_history(diagnosed: DiagnosisResult, kept_rounds: Store) -> None:
     found = diagnosed
     steps = waterfall(found.last, found.history)
     assert [(step.name, step.proposed) for step in steps] == [
@@ -162,7 +162,7 @@ def test_names_of_the_user_are_no_markup(two_masses: TwoMasses, kept_rounds: Sto
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")
-def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, tmp_path: Path) -> None:
+def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: DiagnosisResult, tmp_path: Path) -> None:
     found = diagnosed
     page = tmp_path / "page.html"
     text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
@@ -190,7 +190,7 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, 
         assert re.search(rf'<div id="{name}" class="plot js-plotly-plot">.*?<svg class="main-svg"', drawn, re.DOTALL)
 
 
-def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: Diagnosed) -> None:
+def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: DiagnosisResult) -> None:
     law = describe_law(recover_law(arranged(play(), (1, 3)), {"m1": SECOND}))
     assert law is not None
     found = replace(diagnosed.last, law=law)

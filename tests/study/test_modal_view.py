@@ -12,7 +12,7 @@ from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.response_modes import read_modes
 from correlation.model import Model, Sensor
 from figure.stabilisation import StabilisationDrawing
-from figure.style import Headed
+from figure.style import TitledFigure
 from reduction.jointed_system import JointedSystem
 from study.compare.data import compare_data
 from study.compare.data_view import make_captions, show_data
@@ -82,10 +82,14 @@ def test_pictures_have_the_words_of_their_figures_as_captions() -> None:
 
 
 def test_captions_that_are_alike_are_numbered() -> None:
-    results = {"loop_1": Headed(title="Chain: loops"), "loop_2": Headed(title="Chain: loops"), "other": object()}
+    results = {
+        "loop_1": TitledFigure(title="Chain: loops"),
+        "loop_2": TitledFigure(title="Chain: loops"),
+        "other": object(),
+    }
     assert make_captions(results, "Chain") == {"loop_1": "loops", "loop_2": "loops (2)"}
     # Two names of users, the second of which ends like a number of the first.
-    results = {name: Headed(title=title) for name, title in (("a", "x"), ("b", "x"), ("c", "x (2)"), ("d", "x"))}
+    results = {name: TitledFigure(title=title) for name, title in (("a", "x"), ("b", "x"), ("c", "x (2)"), ("d", "x"))}
     assert list(make_captions(results, "Chain").values()) == ["x", "x (2)", "x (2) (2)", "x (3)"]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from correlation.campaign.measurement import name_configuration
 from correlation.model import LineSensor
 from study.compare.curve import Curve, Drawing, Panel
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -18,7 +18,7 @@ TEXT = (
 )
 
 
-def contact_force_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section, if a line's force was measured."""
     del compared
     rows = [

@@ -8,7 +8,7 @@ from correlation.campaign.measurement import name_configuration
 from correlation.metric.misfit import Misfit
 from correlation.modal.linearity import check_linearity
 from study.compare.curve import Drawing
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -19,7 +19,7 @@ TEXT = (
 )
 
 
-def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section if motions were measured at two levels or more at the same frequencies."""
     del compared
     sentences, rows = [], []

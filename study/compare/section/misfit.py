@@ -10,7 +10,7 @@ from correlation.campaign.measurement import name_configuration
 from correlation.metric.misfit import Misfit
 from figure.misfit_map import COLOURS, STEPS
 from study.compare.curve import Drawing, find_rows, keys
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.number import bin_image, round_list
 
@@ -21,7 +21,7 @@ TEXT = (
 )
 
 
-def misfit_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section with a map per configuration."""
     del compared
     maps = [_map(misfit, free, drawing) for free, misfit in drawing.misfit.items()]

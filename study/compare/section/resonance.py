@@ -9,7 +9,7 @@ from correlation.metric.peak_error import PeakError
 from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.report import describe_jump
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -34,7 +34,7 @@ HEAD = (
 )
 
 
-def resonance_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section, if the bands hold a resonance."""
     remarks = [f"Not read: {reason}." for reason in compared.unread]
     jumps = [describe_jump(jump, drawing.unit) for jump in compared.jumps]

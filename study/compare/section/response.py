@@ -12,7 +12,7 @@ from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
 from figure.style import choose_family_colours, typeset
 from study.compare.curve import Curve, Drawing, Panel, stands_out
-from study.compare.result import DIFFERS, Compared
+from study.compare.result import DIFFERS, ComparisonResult
 from study.compare.section.section import Section
 from study.page.number import round_list
 
@@ -28,7 +28,7 @@ TEXT = (
 )
 
 
-def response_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section for all sensors."""
     runs = _Runs(compared.campaign)
     levels = drawing.levels
