@@ -14,6 +14,7 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
+from correlation.uncertainty.interval import TWO_SIDED_95
 from geometry.plain_number import plain
 from pipeline.output import replace_file
 from study.alike import merge_suspicions
@@ -75,7 +76,9 @@ class DataComparisonResult:
         count = "1 set" if len(self.data) == 1 else f"{len(self.data)} sets"
         lines = [f"{side_by_side(self.title, self.campaign)}: {count} of data", ""]
         if self.calibrated:
-            values = ", ".join(f"{item.name} x {item.factor:.4f} +- {item.deviation:.2g}" for item in self.calibrated)
+            values = ", ".join(
+                f"{item.name} x {item.factor:.4f} +- {TWO_SIDED_95 * item.deviation:.2g}" for item in self.calibrated
+            )
             lines += [f"Calibrated on the training data: {values}", ""]
         lines += [f"{summary.tag}.", *summary.sentences, "", *describe_data(self.data), "", summary.next, ""]
         return "\n".join([*lines, *map(str, self.files)])

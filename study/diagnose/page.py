@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
@@ -181,13 +181,13 @@ def _place(place: Place) -> dict[str, Any]:
         "name": place.name,
         "configuration": place.configuration,
         "gain": digits(place.gain, 4),
-        "exponent": f"{place.exponent:.2f} ± {INTERVAL * place.exponent_deviation:.2g}"
+        "exponent": f"{place.exponent:.2f} ± {TWO_SIDED_95 * place.exponent_deviation:.2g}"
         if np.isfinite(place.exponent_deviation)
         else "",
         "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [
-            f"{level:g} N: {digits(abs(kappa), 3)} ± {digits(INTERVAL * deviation, 2)} N/m"
+            f"{level:g} N: {digits(abs(kappa), 3)} ± {digits(TWO_SIDED_95 * deviation, 2)} N/m"
             for level, kappa, deviation in levels
         ],
     }
@@ -200,7 +200,7 @@ def _resonator(resonator: Resonator) -> dict[str, str]:
         "gain": digits(resonator.gain, 4),
         "frequency": f"{resonator.frequency:.4g} Hz",
         "damping": f"{100 * resonator.damping:.2g} %",
-        "mass": f"{digits(resonator.mass, 3)} ± {digits(INTERVAL * resonator.deviation, 2)} {resonator.unit}",
+        "mass": f"{digits(resonator.mass, 3)} ± {digits(TWO_SIDED_95 * resonator.deviation, 2)} {resonator.unit}",
     }
 
 
@@ -228,7 +228,7 @@ def _factor(estimate: tuple[float, float]) -> str:
     """A factor with its 95 % interval, and as many places as that needs."""
     value, deviation = estimate
     places = 4 if deviation >= 5e-4 else 5
-    return f"{value:.{places}f} ± {INTERVAL * deviation:.{places}f}"
+    return f"{value:.{places}f} ± {TWO_SIDED_95 * deviation:.{places}f}"
 
 
 def _added(result: Round) -> list[dict[str, str]]:

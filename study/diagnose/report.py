@@ -6,7 +6,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.problem import Refit
@@ -300,7 +300,7 @@ def _law_document(law: FittedLaw) -> dict[str, Any]:
 
 def _estimate(value: float, deviation: float, name: str = "strength") -> dict[str, Any]:
     """A fitted number with its standard deviation and its 95 % interval."""
-    half = INTERVAL * deviation
+    half = TWO_SIDED_95 * deviation
     return {name: value, "deviation": deviation, "interval_95": [value - half, value + half]}
 
 
@@ -371,7 +371,7 @@ def _name_factors(result: Round, refit: Refit) -> str:
     """Calibration parameters of a fit, with their intervals."""
     in_case = result.setup.calibrated
     return ", ".join(
-        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
+        f"{name} x {value:.5g} +- {TWO_SIDED_95 * deviation:.2g}"
         + (f" (case: {in_case.get(name, 1.0):.5g})" if in_case else "")
         for name, (value, deviation) in factors(result.setup, refit).items()
     )

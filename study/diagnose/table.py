@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import INTERVAL, Effect, EffectParameter
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.decision.verdict import worth
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.mode_correction import FrequencyCorrection
@@ -122,11 +123,11 @@ def digits(value: float, count: int) -> str:
 
 def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
-    if np.isfinite(deviation) and INTERVAL * deviation > UNTOLD * abs(value):
-        size, unit = split_unit(INTERVAL * deviation, parameter)
-        return f"0 +- {digits(INTERVAL * deviation / size, 2)} {unit}".rstrip()
+    if np.isfinite(deviation) and TWO_SIDED_95 * deviation > UNTOLD * abs(value):
+        size, unit = split_unit(TWO_SIDED_95 * deviation, parameter)
+        return f"0 +- {digits(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)
-    half = INTERVAL * deviation / size
+    half = TWO_SIDED_95 * deviation / size
     number = digits(value / size, worth(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
@@ -187,7 +188,7 @@ def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
         "values": added.pop(name, {}),
         "added": added,
         "calibrated": {
-            name: Written(float(f"{value:.6g}"), f"{INTERVAL * deviation:.2g}")
+            name: Written(float(f"{value:.6g}"), f"{TWO_SIDED_95 * deviation:.2g}")
             for name, (value, deviation) in factors(setup, refit).items()
         },
         "after": errors(refit).document,
@@ -207,7 +208,7 @@ def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float,
 
 def _written(value: float, deviation: float, parameter: EffectParameter) -> Written:
     text, (size, unit) = text_of(value, parameter), split_unit(value, parameter)
-    return Written(text if unit else float(text), f"{INTERVAL * deviation / size:.2g} {unit}".rstrip())
+    return Written(text if unit else float(text), f"{TWO_SIDED_95 * deviation / size:.2g} {unit}".rstrip())
 
 
 def split_unit(value: float, parameter: EffectParameter) -> tuple[float, str]:

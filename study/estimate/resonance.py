@@ -14,6 +14,7 @@ from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError
 from correlation.modal.backbone import fit_peak
 from correlation.model import Model
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.fit.calibration_parameter import BOUNDS, CONTACT, DEVIATION
 from fe.dense_modes import compute_dense_modes
@@ -133,7 +134,7 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
 
 def _are_equal(one: float, deviation: float, other: float, other_deviation: float) -> bool:
     """Whether two damping ratios differ by no more than their scatter and what a test is read to."""
-    return abs(other - one) <= 1.96 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
+    return abs(other - one) <= TWO_SIDED_95 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
 
 
 def _peak(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> tuple[float, float, float, float] | None:
@@ -173,11 +174,11 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
     joints = (model.without_contacts() if resonance.free else model).system.joints
     slips = bool(joints) and not resonance.is_steady
-    low = 0.0 if slips else max(resonance.damping - 1.96 * deviation, 0.0)
+    low = 0.0 if slips else max(resonance.damping - TWO_SIDED_95 * deviation, 0.0)
     yield FirstEstimate(
         parameter="zeta",
         value=resonance.damping,
-        interval=(low, resonance.damping + 1.96 * deviation),
+        interval=(low, resonance.damping + TWO_SIDED_95 * deviation),
         unit="-",
         model_value=ratio,
         source=resonance.source,
@@ -267,8 +268,8 @@ def estimate_stiffness(
         float(np.interp(item, curve, GRID, left=0.0, right=np.inf))
         for item in (
             wanted * (1 + softening / 2),
-            wanted - 1.96 * deviation,
-            wanted * (1 + softening) + 1.96 * deviation,
+            wanted - TWO_SIDED_95 * deviation,
+            wanted * (1 + softening) + TWO_SIDED_95 * deviation,
         )
     )
     if not 0 < value < np.inf:

@@ -8,7 +8,7 @@ from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from geometry.rig import SIDES
 from pipeline.output import replace_file
@@ -147,7 +147,7 @@ def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ..
 
 
 def _interval(name: str, unit: float, offset: float, number: tuple[float, float]) -> Interval:
-    value, half = offset + unit * number[0], INTERVAL * unit * number[1]
+    value, half = offset + unit * number[0], TWO_SIDED_95 * unit * number[1]
     return Interval(name=name, value=value, lower=value - half, upper=value + half, source=COVARIANCE)
 
 

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import INTERVAL, EffectParameter
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from study.case.added import text_of
 from study.case.setup import Setup
@@ -103,7 +104,7 @@ def show_fitted(
     return {
         name: {
             "text": interval(float(value), float(one), parameter),
-            "half": float(INTERVAL * one),
+            "half": float(TWO_SIDED_95 * one),
             "value": float(value),
             "at_bound": is_at_bound(float(value), parameter),
         }
