@@ -310,6 +310,11 @@ class Campaign:
         """Whether there are typed data and no steady states."""
         return bool(self.data) and not len(self.measurement)
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """What was read, by field, wherever its files are."""
+        return {name: value for name, value in vars(self).items() if name != "folder"}
+
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
         """The same, with more that looks wrong."""
         return replace(self, suspicions=(*self.suspicions, *more))

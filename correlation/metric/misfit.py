@@ -78,6 +78,11 @@ class Misfit(RowTable, Tabular):
         return np.asarray(np.sqrt(np.nanmean(self.standardised**2, axis=1)))
 
     @property
+    def root_mean_square(self) -> float:
+        """Of all standardised numbers [standard deviations]; 1 is perfect."""
+        return float(np.sqrt(np.nanmean(self.standardised**2)))
+
+    @property
     def clear(self) -> Mask:
         """Rows whose amplitude and phase stand out of the noise, and are predicted, shape (k,)."""
         there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
@@ -252,7 +257,7 @@ def _share(of: Misfit, label: str) -> Share:
     scaled = predicted / np.abs(measured)
     return Share(
         label=label,
-        deviations=float(np.sqrt(np.nanmean(of.standardised**2))),
+        deviations=of.root_mean_square,
         whitened=float(np.sqrt(np.nanmean(of.whitened**2))),
         amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
         phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,

@@ -43,7 +43,7 @@ from study.compare.suspicions import require_noise
 from study.diagnose.add import LoopError, add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file
 from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
-from study.diagnose.round import Steps, errors
+from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import waterfall
 from study.measured_campaign import read_measured
@@ -149,7 +149,7 @@ class Bench:
             return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
-        drawn, now = errors(screened.drawn), errors(screened.before)
+        drawn, now = summarise_errors(screened.drawn), summarise_errors(screened.before)
         added = [item.effect.name for item in screened.setup.added]
         unknowns, fit = screened.before.fit.unknowns, screened.before.fit
         best = screened.scores[0] if screened.scores else None
@@ -185,8 +185,8 @@ class Bench:
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
-        before = errors(diagnosed.last.diagnosis.before)
-        after = None if best is None or best.effect is None else errors(best)
+        before = summarise_errors(diagnosed.last.diagnosis.before)
+        after = None if best is None or best.effect is None else summarise_errors(best)
         views = {
             "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},
             "law": show_law(diagnosed.last),

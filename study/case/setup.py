@@ -68,6 +68,17 @@ class Setup:
         ]
         return replace(self.budget, refined=finer)
 
+    def with_sensors(self, campaign: Campaign) -> "Setup":
+        """The set-up with every sensor of a campaign, on the finer models too.
+
+        Raises
+        ------
+        CampaignError
+            A sensor that does not fit a model.
+        """
+        refined = [with_sensors(finer, campaign) for finer in self.budget.refined]
+        return replace(self, model=with_sensors(self.model, campaign), budget=replace(self.budget, refined=refined))
+
     def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
         """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
         return list_campaign_effects(campaign, self.model, without=without, extra=self.effect_files)

@@ -185,6 +185,21 @@ def make_panels(
     return panels
 
 
+def compute_phase(value: Coefficients, deviation: Frequencies | float, harmonic: int) -> Frequencies:
+    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
+    phase = np.degrees(np.angle(np.nan_to_num(value)))
+    if harmonic == 1:
+        phase = np.unwrap(phase, period=360)
+        phase -= 360 * np.ceil((phase[0] - 270) / 360)
+        return np.asarray(np.where(np.isfinite(value), phase, np.nan))
+    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))
+
+
+def name_harmonic(harmonic: int) -> str:
+    """Name of a harmonic: "static", "fundamental", "harmonic 3"."""
+    return {0: "static", 1: "fundamental"}.get(harmonic, f"harmonic {harmonic}")
+
+
 def stands_out(misfit: Misfit, key: Key) -> bool:
     """Whether a sensor's harmonic is more than noise."""
     rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))

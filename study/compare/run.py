@@ -19,7 +19,6 @@ from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
-from correlation.sensor_placement import with_sensors
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.weighting import (
     Measured,
@@ -144,9 +143,8 @@ def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibr
 
 def comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
     """Hash of all that a comparison depends on, code included."""
-    # What was read counts, not from which folder.
-    measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
-    return fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
+    inputs = {"setup": setup, "campaign": campaign.content, "calibrate": calibrate}
+    return fingerprint.key("comparison", inputs, __name__)
 
 
 @stage("comparison", ignore=("setup", "campaign", "calibrate"))
@@ -174,10 +172,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     CampaignError
         A sensor that does not fit the model, or a campaign without repeats.
     """
-    model = with_sensors(setup.model, campaign)
-    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
-    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    gained = set_gains(setup, campaign)
+    gained = set_gains(setup.with_sensors(campaign), campaign)
     sides, calibrated, model = _sides(gained, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     suspicions = (*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)

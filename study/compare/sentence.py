@@ -14,6 +14,7 @@ from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
 from geometry.some_names import name_some
 from study.alike import name_wrong_places
+from study.compare.curve import name_harmonic
 from study.compare.data import DataComparison, without_comparison
 from study.compare.result import AGREES, DIFFERS, ComparisonResult
 from study.compare.section.overview import left_out
@@ -334,7 +335,7 @@ def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
     sensor = f"The worst sensor is {worst(sensors).label}. " if len(sensors) > 1 else ""
     low, high = points.frequency.min(), points.frequency.max()
     harmonic = int(points.harmonic[0])
-    part = {0: "static part", 1: "fundamental"}.get(harmonic, f"harmonic {harmonic}")
+    part = name_harmonic(harmonic) if harmonic else "static part"
     where = f"the {part} of {points.sensor[0]} at {points.level[0]:g} {unit}, {low:.5g} to {high:.5g} Hz"
     size = ""
     if np.isfinite(cell.signed_amplitude_error):

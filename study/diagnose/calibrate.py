@@ -8,7 +8,7 @@ from study.compare.suspicions import require_held_out, require_repeats
 from study.diagnose.add import LoopError, as_written, save_step
 from study.diagnose.edit import difference, edited
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
-from study.diagnose.round import errors
+from study.diagnose.round import summarise_errors
 from study.diagnose.screen import ScreeningResult, screen_case
 from study.diagnose.table import write_up
 from study.kind.registry import open_case
@@ -85,7 +85,7 @@ def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text:
         raise LoopError(f"{case}: was edited during the fit, which is not written: calibrate again")
     added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
     new = edited(text, added, as_written(values["calibrated"]), str(case))
-    drawn, after = errors(screened.drawn), errors(screened.before)
+    drawn, after = summarise_errors(screened.drawn), summarise_errors(screened.before)
     step = Step(
         what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
         before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,

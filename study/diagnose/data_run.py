@@ -30,7 +30,7 @@ from study.diagnose.add import add
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.report import ADVICE
-from study.diagnose.round import Steps, errors
+from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.table import interval, write_up
 from study.json_value import plain
 from study.page.table import Table
@@ -264,7 +264,7 @@ def _record(found: DataDiagnosisResult, case: Path, folder: Path) -> None:
 
 def _chi2(refit: Refit) -> Errors:
     """Reduced chi-squared alone: features have errors in standard deviations, not in per cent."""
-    return replace(errors(refit), training=nan, held_out=nan)
+    return replace(summarise_errors(refit), training=nan, held_out=nan)
 
 
 def _strength(refit: Refit) -> str:

@@ -16,14 +16,14 @@ from figure.registry import pictures
 from figure.waterfall import Waterfall
 from geometry.plain_number import percent
 from study.compare.report import side_by_side
-from study.diagnose.curves import curves, maps
+from study.diagnose.curves import make_curves, make_maps
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.next_test_drawing import make_next_tests
 from study.diagnose.report import LAW_FILE, advice, headline, threshold_in_words
 from study.diagnose.resonance import draw_resonances, tell_resonances
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
 from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
 from study.page.html import embed, render_page, set_in_type
@@ -106,9 +106,9 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
     backbones = draw_resonances(result, shown)
     drawn = {
         "waterfall": [vars(step) for step in falling],
-        "curves": curves(result, shown),
+        "curves": make_curves(result, shown),
         "backbones": backbones,
-        "maps": maps(result, [before, after]),
+        "maps": make_maps(result, [before, after]),
         "steps": list(STEPS),
         "mapColours": list(COLOURS),
     }
@@ -160,7 +160,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
 
 def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
     """Key numbers of the first, the present and the proposed model."""
-    values = [errors(stage.refit) for stage in listed]
+    values = [summarise_errors(stage.refit) for stage in listed]
 
     def chain(values: Sequence[str]) -> str:
         return " → ".join(values)

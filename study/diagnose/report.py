@@ -21,7 +21,7 @@ from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
 from study.diagnose.missing_law import tell_law
 from study.diagnose.next_test import tell_next_tests
 from study.diagnose.resonance import tell_resonances
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import stages
 from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
 
@@ -109,7 +109,7 @@ def _name_effects(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
+    fall = tell_fall(*map(summarise_errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
     if verdict.finding is Finding.MISSING:
         return f"{listed} {missing}: {fall}."
     if len(named) == 1:
@@ -217,7 +217,7 @@ def document(result: Round) -> dict[str, Any]:
         "further": None if further is None else _document_effect(further),
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
-        "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},
+        "errors": {**_case_errors(result), "before": summarise_errors(diagnosis.before).document},
         "named": [_document_effect(item) for item in diagnosis.verdict.effects],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
@@ -264,7 +264,7 @@ def document(result: Round) -> dict[str, Any]:
 def _case_errors(result: Round) -> dict[str, Any]:
     """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
-    return {named[item.name]: errors(item.refit).document for item in stages(result) if item.name in named}
+    return {named[item.name]: summarise_errors(item.refit).document for item in stages(result) if item.name in named}
 
 
 def _resonator_document(resonator: Resonator) -> dict[str, Any]:
@@ -359,7 +359,7 @@ def _fitted(result: Round) -> Iterator[str]:
         yield f"Added: {effect.name}, {now} (case: {interval(float(was.values[0]), 0.0, parameter)})"
     if in_case or result.setup.added:
         yield from fill(ANEW, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
-    steps = [(stage.name, errors(stage.refit)) for stage in stages(result)]
+    steps = [(stage.name, summarise_errors(stage.refit)) for stage in stages(result)]
     width = max(len(name) for name, _ in steps)
     for name, values in steps:
         yield f"  {name:<{width}}  {errors_in_words(values)}"

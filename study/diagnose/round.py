@@ -8,9 +8,9 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.observation import Observation, find_sweep_directions, take_training_part
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
+from diagnosis.decision.evidence import compute_stated
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -236,10 +236,7 @@ def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[
     -------
     The case, and what the data cannot tell of gains that nobody stated.
     """
-    model = with_sensors(setup.model, campaign)
-    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
-    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    remarks = []
+    setup, remarks = setup.with_sensors(campaign), []
     if has_unknown_gains(campaign):
         gained = set_gains(setup, campaign)
         setup = replace(gained.setup, calibration_parameters=(*setup.calibration_parameters, *gained.gains.parameters))
@@ -263,14 +260,13 @@ def find_mode_corrections(
     return list_mode_corrections(Measured.prepare(observed, sweeps), model, budget)
 
 
-def errors(refit: Refit) -> Errors:
+def summarise_errors(refit: Refit) -> Errors:
     """Errors of a fitted model."""
-    training, held_out = refit.stated_chi2, refit.held_stated_chi2
     return Errors(
         training=refit.error,
         held_out=refit.held_error,
-        training_chi2=refit.fit.chi2 / refit.fit.n_number if training is None else training,
-        held_out_chi2=refit.held_chi2 if held_out is None else held_out,
+        training_chi2=compute_stated(refit),
+        held_out_chi2=refit.held_misfit,
     )
 
 
@@ -291,9 +287,7 @@ class Steps:
         self._store, self._key = store, ""
         self._results: dict[str, Any] = {}
         if store.folder is not None:
-            # What was read from a campaign counts, not its folder.
-            measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
-            inputs = {"setup": replace(setup, title=""), "campaign": measured, "without": without}
+            inputs = {"setup": replace(setup, title=""), "campaign": campaign.content, "without": without}
             self._key = fingerprint.key("diagnosis", inputs, __name__)
 
     def __call__(self, name: str, make: Callable[[], T]) -> T:

@@ -21,7 +21,7 @@ from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
-from study.diagnose.round import Round, Steps, Watch, diagnose_case, errors
+from study.diagnose.round import Round, Steps, Watch, diagnose_case, summarise_errors
 from study.diagnose.table import write_up
 from study.json_value import plain
 from study.kind.registry import open_case
@@ -185,7 +185,7 @@ def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
         Hash of the case as it was diagnosed; of the file as it is by default.
     """
     history, key = history_of(case), key or case_key(read_text(case))
-    before, drawn = errors(result.diagnosis.before), errors(result.drawn)
+    before, drawn = summarise_errors(result.diagnosis.before), summarise_errors(result.drawn)
     added = {item.effect.name for item in result.setup.added}
     # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
     earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign.resolve())]

@@ -10,7 +10,7 @@ from figure.waterfall import WaterfallStep
 from geometry.plain_number import plain
 from study.compare.run import Side
 from study.diagnose.history import Errors, History
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,9 +60,11 @@ def list_sides(result: Round, stage: Stage) -> list[Side]:
 def waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
     best, present = result.best, [item.effect.name for item in result.setup.added]
-    steps = list_known_errors(history, present, errors(result.drawn), errors(result.diagnosis.before))
+    steps = list_known_errors(
+        history, present, summarise_errors(result.drawn), summarise_errors(result.diagnosis.before)
+    )
     if best is not None and best.effect is not None:
-        steps.append(make_step(f"+ {best.label}", errors(best), proposed=True))
+        steps.append(make_step(f"+ {best.label}", summarise_errors(best), proposed=True))
     return steps
 
 

@@ -17,7 +17,7 @@ from study.case.added import WRITTEN, key_of, text_of
 from study.case.setup import Setup
 from study.diagnose.edit import Written
 from study.diagnose.history import Errors
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 
 #: Cosine of two effects' changes above which a table calls them alike.
 ALIKE = 0.95
@@ -191,7 +191,7 @@ def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
             name: Written(float(f"{value:.6g}"), f"{TWO_SIDED_95 * deviation:.2g}")
             for name, (value, deviation) in factors(setup, refit).items()
         },
-        "after": errors(refit).document,
+        "after": summarise_errors(refit).document,
     }
 
 
@@ -226,7 +226,7 @@ def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> R
         gain=None if refit is None else refit.gain,
         strength=score.strength if refit is None else refit.strength,
         deviation=(size / parameter if parameter else np.inf) if refit is None else refit.deviation,
-        errors=None if refit is None else errors(refit),
+        errors=None if refit is None else summarise_errors(refit),
         detectable=detectable,
         named=named,
     )

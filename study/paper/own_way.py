@@ -14,7 +14,7 @@ from geometry.rig import SIDES
 from pipeline.output import replace_file
 from study.diagnose.history import history_file
 from study.diagnose.report import headline
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.table import factors, interval, strengths
 from study.paper.case_file import write_parameters
@@ -111,10 +111,10 @@ def write_case(model: PaperModel, parameters: RigParameters) -> str:
 
 def _told(result: Round) -> OwnRound:
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
-    before = errors(result.diagnosis.before)
+    before = summarise_errors(result.diagnosis.before)
     return OwnRound(
         sentence=headline(result), held_before=before.held_out,
-        held_after=(before if best is None else errors(best)).held_out,
+        held_after=(before if best is None else summarise_errors(best)).held_out,
     )  # fmt: skip
 
 

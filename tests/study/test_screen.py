@@ -15,7 +15,7 @@ from study.case.setup import read_case
 from study.diagnose.add import add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file, write_calibration
 from study.diagnose.history import case_key, history_of, read_text
-from study.diagnose.round import Round, diagnose_case, errors
+from study.diagnose.round import Round, diagnose_case, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.screen import screen_case
 from study.diagnose.table import factors
@@ -43,8 +43,8 @@ def test_a_screening_has_the_scores_and_errors_of_the_diagnosis(
     assert [(score.effect.name, score.gain) for score in screened.scores] == [
         (score.effect.name, score.gain) for score in whole.diagnosis.scores
     ]
-    assert errors(screened.before) == errors(whole.diagnosis.before)
-    assert errors(screened.drawn) == errors(whole.drawn)
+    assert summarise_errors(screened.before) == summarise_errors(whole.diagnosis.before)
+    assert summarise_errors(screened.drawn) == summarise_errors(whole.drawn)
 
 
 @slow

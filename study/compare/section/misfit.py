@@ -24,12 +24,13 @@ TEXT = (
 def misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section with a map per configuration."""
     del compared
-    maps = [_map(misfit, free, drawing) for free, misfit in drawing.misfit.items()]
+    maps = [map_misfit(misfit, free, drawing.unit) for free, misfit in drawing.misfit.items()]
     data = {"maps": maps, "steps": list(STEPS), "colours": list(COLOURS)}
     yield Section(title="Where the model fails", text=TEXT, element="map", data=data)
 
 
-def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
+def map_misfit(misfit: Misfit, free: bool, level_unit: str) -> dict[str, Any]:
+    """Misfit of one configuration: rows are levels within sensors and harmonics, columns frequencies."""
     points, size = misfit.points, misfit.size
     frequency, levels = np.unique(points.frequency), np.unique(points.level)[::-1]
     groups: list[dict[str, Any]] = []
@@ -42,7 +43,7 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
             labels.append("")
             places.append({})
             rows.append(np.full(len(frequency), np.nan))
-        named = [f"{level:g} {drawing.unit}" for level in levels.tolist()]
+        named = [f"{level:g} {level_unit}" for level in levels.tolist()]
         groups.append({"label": words, "first": len(rows), "last": len(rows) + len(levels) - 1, "levels": named})
         labels += [f"{words}, {level}" for level in named]
         for level in levels.tolist():
@@ -59,5 +60,5 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
         "groups": groups,
         "image": bin_image(np.array(rows), STEPS),
         "values": [round_list(line, 4) for line in rows],
-        "whole": float(np.sqrt(np.nanmean(misfit.standardised**2))),
+        "whole": misfit.root_mean_square,
     }
