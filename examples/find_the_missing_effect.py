@@ -14,15 +14,15 @@ from study.beam.case import write_beam_case
 from study.case.setup import read_case
 from study.compare import report as compare_words
 from study.compare.curve import Drawing
-from study.compare.pictures import pictures
+from study.compare.pictures import draw_pictures
 from study.compare.run import ComparisonResult, compare
 from study.diagnose import report as diagnose_words
 from study.diagnose.add import add
 from study.diagnose.history import history_of
-from study.diagnose.page import contents
+from study.diagnose.page import make_files
 from study.diagnose.round import Round, diagnose_case
-from study.diagnose.run import record
-from study.diagnose.stages import waterfall
+from study.diagnose.run import record_diagnosis
+from study.diagnose.stages import make_waterfall
 from transient.virtual_bench.hidden_effect import make_campaign, random_effect
 
 folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3
@@ -36,15 +36,15 @@ campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: t
 def show(compared: ComparisonResult, name: str) -> None:
     """Show where the model fails, as text and as responses."""
     print(f"\n=== {name}\n{compare_words.in_words(compared)}")
-    drawn = pictures(f"Beam, {name}", Drawing.of(compared))
+    drawn = draw_pictures(f"Beam, {name}", Drawing.of(compared))
     (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
 
 
 def diagnose(name: str) -> Round:
     """Report the missing effect as text, page and figures, and record it in the history of the case."""
     found = diagnose_case(read_case(case, campaign).setup, campaign, progress=progress)
-    record(found, case, measured)
-    for file, content in contents(found, history_of(case), case).items():
+    record_diagnosis(found, case, measured)
+    for file, content in make_files(found, history_of(case), case).items():
         (folder / f"{name}_{file}").write_bytes(content)
     print(f"\n=== {name}\n{diagnose_words.in_words(found)}\n")
     return found
@@ -56,7 +56,7 @@ assert best.effect is not None
 print(diagnose_words.step_in_words(add(case, best.effect.name), case))
 show(compare(read_case(case).setup, campaign), f"with {best.effect.name}")
 last = diagnose("second")
-for step in waterfall(last, history_of(case)):
+for step in make_waterfall(last, history_of(case)):
     print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out reduced chi-squared {step.held_out_chi2:6.2f}")
 print(f"Hidden effect: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (fitted: {best.strength:.4g})")
 assert (best.effect.name, last.best) == (f"{hidden.kind} at {hidden.place}", None)

@@ -54,7 +54,7 @@ class ControlledComparison:
     search: ClassVar[Search] = Search()
 
     @classmethod
-    def beside(cls, comparison: Comparison, model: Model, size: ErrorSize) -> "ControlledComparison":
+    def from_comparison(cls, comparison: Comparison, model: Model, size: ErrorSize) -> "ControlledComparison":
         """The same measurements under response control.
 
         Parameters

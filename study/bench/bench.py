@@ -16,7 +16,7 @@ from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
-from correlation.metric.misfit import whole
+from correlation.metric.misfit import summarise_misfit
 from correlation.prediction import Points
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
@@ -45,7 +45,7 @@ from study.diagnose.calibrate import calibrate_case, screen_file
 from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
 from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.run import diagnose_file
-from study.diagnose.stages import waterfall
+from study.diagnose.stages import make_waterfall
 from study.measured_campaign import read_measured
 from study.run_context import RunContext, silent_run
 
@@ -132,9 +132,9 @@ class Bench:
             views["structure"] = show_structure(compared.model, surfaces, operations)
             views["own"] = show_own_effects(self.case, found.read.setup.model)
         views["history"] = show_history(history)
-        numbers = {"training deviations [-]": whole(compared.train).whitened}
+        numbers = {"training deviations [-]": summarise_misfit(compared.train).whitened}
         if compared.held_out is not None:
-            numbers["held-out deviations [-]"] = whole(compared.held_out).whitened
+            numbers["held-out deviations [-]"] = summarise_misfit(compared.held_out).whitened
         return Result(numbers={**numbers, **list_errors(compared, found.drawn)}, views=views)
 
     def screen(self) -> Result:
@@ -192,7 +192,7 @@ class Bench:
             "law": show_law(diagnosed.last),
             "next_test": show_next_tests(diagnosed.last),
             "history": show_history(diagnosed.history),
-            "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
+            "errors": [vars(step) for step in make_waterfall(diagnosed.last, diagnosed.history)],
         }
         return Result(
             numbers={"finding": shown["finding"], "verdict": shown["sentence"], **list_numbers(before, after)},

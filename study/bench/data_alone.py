@@ -27,7 +27,7 @@ from study.compare.section.section import Section
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.data_run import DataDiagnosisResult, diagnose_data
 from study.diagnose.history import history_of
-from study.diagnose.table import interval
+from study.diagnose.table import format_interval
 from study.run_context import RunContext
 
 Views = dict[str, Any]
@@ -123,7 +123,7 @@ def _list_candidates(found: DataDiagnosisResult) -> list[dict[str, Any]]:
             {
                 "name": effect.name,
                 "physics": effect.physics,
-                "strength": interval(refit.strength, refit.deviation, effect.parameters[0]),
+                "strength": format_interval(refit.strength, refit.deviation, effect.parameters[0]),
                 "gain": count * (before.error**2 - refit.error**2),
                 "is_fitted": True,
                 "is_named": effect.name in named,

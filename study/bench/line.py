@@ -17,7 +17,7 @@ from diagnosis.fit.tangent import differentiate
 from fe.blas_threads import on_one_blas_thread
 from pipeline.store import stage
 from study.case.setup import Setup
-from study.compare.curve import LINE_TOLERANCE, joined, refine_points
+from study.compare.curve import LINE_TOLERANCE, join_sides, refine_points
 from study.compare.result import ComparisonResult
 from study.compare.unknown_gain import set_gains
 from study.diagnose.add import LoopError
@@ -98,7 +98,7 @@ def find_lines(key: str, compared: ComparisonResult, unknowns: Unknowns, values:
 
 def make_predictors(compared: ComparisonResult) -> dict[bool, Predictor]:
     """Predictor of the lines of each configuration, by whether the contacts are absent."""
-    everything, _ = joined(compared.train, compared.held_out)
+    everything, _ = join_sides(compared.train, compared.held_out)
     sweeps, result = find_sweep_directions(compared.campaign), {}
     for free in np.unique(everything.points.free):
         points = refine_points(everything.where(np.asarray(everything.points.free == free)).points)

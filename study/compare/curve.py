@@ -120,7 +120,7 @@ class Drawing:
         cls, compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]] | None = None
     ) -> "Drawing":
         """Curves of a comparison with its predicted lines by whether the contacts are absent; predicted by default."""
-        everything, new = joined(compared.train, compared.held_out)
+        everything, new = join_sides(compared.train, compared.held_out)
         free = everything.points.free
         misfit = {bool(item): everything.where(np.asarray(free == item)) for item in np.unique(free)}
         campaign, model = compared.campaign, compared.model
@@ -154,7 +154,7 @@ def make_panels(
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels, points, lines_of = [], list(_curves(misfit.points)), dict(_curves(fine))
-    for key in keys(misfit):
+    for key in list_curve_keys(misfit):
         sensor = sensors[key[0]]
         per_level = key[1] == 1 and isinstance(sensor, Sensor)
         own = (misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])
@@ -207,7 +207,7 @@ def stands_out(misfit: Misfit, key: Key) -> bool:
     return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
 
 
-def joined(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
+def join_sides(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
     """Training data, and held-out levels; and which levels those are."""
     if held_out is None:
         return train, set()
@@ -215,7 +215,7 @@ def joined(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
     return join_tables([train, held_out.where(np.isin(held_out.points.level, list(new)))]), new
 
 
-def keys(misfit: Misfit) -> list[Key]:
+def list_curve_keys(misfit: Misfit) -> list[Key]:
     """Sensors in the order of the campaign, and the harmonics of each."""
     pairs = zip(map(str, misfit.points.sensor), misfit.points.harmonic.tolist(), strict=True)
     order = {name: number for number, name in enumerate(dict.fromkeys(map(str, misfit.points.sensor)))}

@@ -29,7 +29,7 @@ SECTIONS: Sequence[Callable[[ComparisonResult, Drawing], Iterator[Section]]] = (
 )
 
 
-def page(compared: ComparisonResult, drawing: Drawing) -> str:
+def make_page(compared: ComparisonResult, drawing: Drawing) -> str:
     """HTML of a comparison.
 
     Parameters

@@ -7,7 +7,15 @@ import numpy as np
 
 from correlation.campaign.measurement import name_configuration
 from correlation.metric.jump_error import JumpError
-from correlation.metric.misfit import AXES, Misfit, Share, split_misfit, whole, worst, worst_cell
+from correlation.metric.misfit import (
+    AXES,
+    Misfit,
+    MisfitSummary,
+    find_worst,
+    find_worst_cell,
+    split_misfit,
+    summarise_misfit,
+)
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
@@ -54,7 +62,7 @@ def in_words(compared: ComparisonResult) -> str:
     return "\n".join([*lines, *map(str, compared.files)])
 
 
-def document(compared: ComparisonResult) -> dict[str, Any]:
+def make_document(compared: ComparisonResult) -> dict[str, Any]:
     """The same for ``--json``; errors are of the prediction, relative and in radians."""
     summary, families, unit = summarise(compared), None, compared.campaign.drive.unit
     if compared.families is not None:
@@ -116,12 +124,12 @@ def _sides(compared: ComparisonResult) -> Mapping[str, Misfit]:
 
 
 def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
-    cell, points = worst_cell(misfit, unit)
+    cell, points = find_worst_cell(misfit, unit)
     return {
-        **_share_document(whole(misfit)),
+        **_summary_document(summarise_misfit(misfit)),
         "n_not_found": _not_found(misfit),
         "worst_cell": {
-            **_share_document(cell),
+            **_summary_document(cell),
             "configuration": name_configuration(bool(points.free[0])),
             "level_n": float(points.level[0]),
             "level_unit": unit,
@@ -129,18 +137,18 @@ def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
         },
-        "by": {axis: [_share_document(share) for share in split_misfit(misfit, axis, unit)] for axis in AXES},
+        "by": {axis: [_summary_document(summary) for summary in split_misfit(misfit, axis, unit)] for axis in AXES},
     }
 
 
-def _share_document(share: Share) -> dict[str, Any]:
+def _summary_document(summary: MisfitSummary) -> dict[str, Any]:
     return {
-        "label": share.label,
-        "standard_deviations": share.deviations,
-        "whitened": share.whitened,
-        "median_amplitude_error": share.amplitude_error,
-        "median_phase_error_rad": share.phase_error,
-        "n_number": share.n_number,
+        "label": summary.label,
+        "standard_deviations": summary.deviations,
+        "whitened": summary.whitened,
+        "median_amplitude_error": summary.amplitude_error,
+        "median_phase_error_rad": summary.phase_error,
+        "n_number": summary.n_number,
     }
 
 
@@ -162,30 +170,30 @@ def _calibrated(compared: ComparisonResult) -> list[str]:
 
 
 def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
-    all_of = whole(misfit)
+    all_of = summarise_misfit(misfit)
     mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes at most 1)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:
         yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
-    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
-    width = max([len(share.label) for _, share in rows] + [len("all points")])
+    rows = [(WORDS[axis], find_worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
+    width = max([len(summary.label) for _, summary in rows] + [len("all points")])
     yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
-    for what, share in [("all", all_of), *rows]:
-        label = "all points" if share is all_of else share.label
-        yield f"  {what:<19}  {label:<{width}}  {share.deviations:19.3g}  {_errors(share)}"
-    cell, _ = worst_cell(misfit, unit)
+    for what, summary in [("all", all_of), *rows]:
+        label = "all points" if summary is all_of else summary.label
+        yield f"  {what:<19}  {label:<{width}}  {summary.deviations:19.3g}  {_errors(summary)}"
+    cell, _ = find_worst_cell(misfit, unit)
     yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
 
 
-def _errors(share: Share) -> str:
-    if not np.isfinite(share.amplitude_error):
+def _errors(summary: MisfitSummary) -> str:
+    if not np.isfinite(summary.amplitude_error):
         return "none stands out of the noise"
-    phase = f"{np.degrees(share.phase_error):6.2f} deg" if np.isfinite(share.phase_error) else ""
-    return f"{100 * share.amplitude_error:6.2f} %  {phase}"
+    phase = f"{np.degrees(summary.phase_error):6.2f} deg" if np.isfinite(summary.phase_error) else ""
+    return f"{100 * summary.amplitude_error:6.2f} %  {phase}"
 
 
-def _signed(cell: Share) -> str:
+def _signed(cell: MisfitSummary) -> str:
     if not np.isfinite(cell.signed_amplitude_error):
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)

@@ -13,7 +13,7 @@ from correlation.campaign.measurement import Campaign, name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
-from correlation.metric.misfit import Misfit, compute_misfit, whole
+from correlation.metric.misfit import Misfit, compute_misfit, summarise_misfit
 from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
@@ -37,8 +37,8 @@ from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
 from study.compare.data_run import DataComparisonResult, name_step, run_data_comparison
 from study.compare.data_view import show_data
-from study.compare.page import page
-from study.compare.pictures import pictures
+from study.compare.page import make_page
+from study.compare.pictures import draw_pictures
 from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, ComparisonResult
 from study.compare.suspicions import find_all_suspicions, require_noise
 from study.compare.unknown_gain import SetGains, set_gains
@@ -120,11 +120,11 @@ def run_compare(
         compared = replace(compared, families=families, sections=sections, files=families.files)
     with run.progress.step("figures", expected=4):
         drawing = Drawing.of(compared)
-        drawn = pictures(title, drawing)
+        drawn = draw_pictures(title, drawing)
         data = compare_data(compared.model, campaign.data)
         others, shown = show_data(compared.model, campaign.data, data, title)
     compared = replace(compared, data=data, sections=(*compared.sections, *shown))
-    files = {run.output / f"{stem}.html": page(compared, drawing).encode()}
+    files = {run.output / f"{stem}.html": make_page(compared, drawing).encode()}
     files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}
     if compared.data:
@@ -176,7 +176,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     sides, calibrated, model = _sides(gained, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     suspicions = (*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)
-    if whole(train).whitened <= DIFFERS:
+    if summarise_misfit(train).whitened <= DIFFERS:
         states = sides[0].comparison, sides[0].prediction
         suspicions = (*suspicions, *find_untested_friction(model, campaign.data, states))
     return ComparisonResult(
@@ -227,7 +227,7 @@ class Side:
         )  # fmt: skip
 
 
-def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
+def predict_sides(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
     """Sets of measurements beside a model as it is, weighted by noise, friction histories and numerical error.
 
     Parameters
@@ -278,11 +278,11 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
     model, budget = setup.complete, setup.complete_budget
     sweeps, none_held_out = find_sweep_directions(campaign), not (campaign.held_out.levels or campaign.held_out.repeats)
     sets = [take_training_part(campaign)] if none_held_out else split_held_out(campaign)
-    sides = beside(sets, sweeps, model, budget)
+    sides = predict_sides(sets, sweeps, model, budget)
     if not unknown:
         return sides, (), model
     model, gains = gained.refine(model, sides[0].comparison)
-    return beside(sets, sweeps, model, budget), gains, model
+    return predict_sides(sets, sweeps, model, budget), gains, model
 
 
 def list_peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:

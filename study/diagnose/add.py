@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
 from study.case.setup import Setup, read_case
-from study.diagnose.edit import Written, difference, edited, taken_back
+from study.diagnose.edit import Written, edit_case, list_changes, taken_back
 from study.diagnose.history import (
     ADD,
     DIAGNOSIS,
@@ -67,13 +67,13 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     step = _given(case, history, name, values, run) if values else _diagnosed(case, history, text, name, run)
     written = {effect: as_written(values) for effect, values in step.pop("added").items()}
     written[step["effect"]] = as_written(step["values"])
-    new = edited(text, written, as_written(step["calibrated"]), str(case))
+    new = edit_case(text, written, as_written(step["calibrated"]), str(case))
     noted = Step(
         what=ADD,
         **step,
         case_before=text,
         case_after=new,
-        diff=difference(text, new, case.name),
+        diff=list_changes(text, new, case.name),
         case_key=case_key(new),
     )
     return save_step(case, history, noted, new)
@@ -114,12 +114,12 @@ def undo(case: Path) -> Step:
         )
     noted = Step(
         what=UNDO, effect=last.effect, before=last.after, after=last.before, case_before=text, case_after=old,
-        diff=difference(text, old, case.name), case_key=case_key(old),
+        diff=list_changes(text, old, case.name), case_key=case_key(old),
     )  # fmt: skip
     return save_step(case, history, noted, old)
 
 
-def named(words: Sequence[str]) -> str:
+def read_effect_name(words: Sequence[str]) -> str:
     """The name of an effect from the words of a command line.
 
     Raises

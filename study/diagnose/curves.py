@@ -12,7 +12,7 @@ from correlation.metric.misfit import Misfit
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.style import choose_family_colours, typeset
-from study.compare.curve import compute_phase, find_rows, joined, keys, name_harmonic, refine_points
+from study.compare.curve import compute_phase, find_rows, join_sides, list_curve_keys, name_harmonic, refine_points
 from study.compare.drawn_unit import choose_unit, per_level_unit
 from study.compare.section.misfit import map_misfit
 from study.diagnose.round import Round
@@ -25,7 +25,7 @@ Numbers = Float[NDArray[np.float64], " f"]
 def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
     train, held_out = (side.misfit for side in list_sides(result, stage))
-    return joined(train, held_out)
+    return join_sides(train, held_out)
 
 
 def make_curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
@@ -39,7 +39,7 @@ def make_curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
         part = misfit.where(np.asarray(misfit.points.free == free))
         fine = refine_points(part.points)
         lines = [_lines(result, stage, fine, name_configuration(bool(free))) for stage in shown]
-        for sensor, harmonic in keys(part):
+        for sensor, harmonic in list_curve_keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
             size = np.abs(part.measured[all_rows]) / (part.points.level[all_rows] if per_level else 1.0)

@@ -31,7 +31,7 @@ from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of
 from study.diagnose.progress import phases
 from study.diagnose.report import ADVICE
 from study.diagnose.round import Steps, summarise_errors
-from study.diagnose.table import interval, write_up
+from study.diagnose.table import format_interval, write_up
 from study.json_value import plain
 from study.page.table import Table
 from study.run_context import RunContext
@@ -269,7 +269,7 @@ def _chi2(refit: Refit) -> Errors:
 
 def _strength(refit: Refit) -> str:
     assert refit.effect is not None
-    return interval(refit.strength, refit.deviation, refit.effect.parameters[0])
+    return format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])
 
 
 def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path, bytes]:

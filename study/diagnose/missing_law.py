@@ -66,7 +66,7 @@ class RecoveredLaw:
         }
 
 
-def recover(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
+def find_missing_law(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
     """The law, where none of the known effects explains what is missing."""
     return recover_law(arrangement) if verdict.finding is Finding.UNKNOWN else None
 

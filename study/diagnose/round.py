@@ -30,7 +30,7 @@ from study.alike import merge_suspicions
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
-from study.diagnose.missing_law import RecoveredLaw, describe_law, recover
+from study.diagnose.missing_law import RecoveredLaw, describe_law, find_missing_law
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
@@ -142,12 +142,12 @@ def diagnose_case(
         An unknown kind, or an effect of one's own that fails.
     """
     store, progress = store or Store(None), progress or SilentProgress()
-    setup, remarks = beside(setup, campaign, store)
+    setup, remarks = prepare_setup(setup, campaign, store)
     without = tuple(sorted({*setup.without, *without}))
     run_step = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
-        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce, workers)
+        thresholds = simulate_thresholds(setup, campaign, without, trials, run_step, store, progress, announce, workers)
     with phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
@@ -158,11 +158,11 @@ def diagnose_case(
             without=without,
             extra=setup.effect_files,
             thresholds=thresholds,
-            run_step=tell(watch, shown.watched(run_step)),
+            run_step=watch_steps(watch, shown.watched(run_step)),
             report=shown.report,
         )
         drawn = run_step("as drawn", lambda: diagnosis.arrangement.tested_as_drawn(setup.model))
-        law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
+        law = run_step("missing law", lambda: find_missing_law(diagnosis.arrangement, diagnosis.verdict))
         next_step = run_step("next test", lambda: find_next_step(campaign, diagnosis, law))
     return Round(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
@@ -171,7 +171,7 @@ def diagnose_case(
     )  # fmt: skip
 
 
-def tell(watch: Watch | None, run_step: RunStep) -> RunStep:
+def watch_steps(watch: Watch | None, run_step: RunStep) -> RunStep:
     """The same steps, whose results a function receives."""
     if watch is None:
         return run_step
@@ -184,7 +184,7 @@ def tell(watch: Watch | None, run_step: RunStep) -> RunStep:
     return find
 
 
-def bootstrap(
+def simulate_thresholds(
     setup: Setup,
     campaign: Campaign,
     without: Sequence[str],
@@ -227,7 +227,7 @@ def bootstrap(
     )
 
 
-def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[str]]:
+def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[str]]:
     """A case with the sensors and gains of a campaign, and its added effects as they are at the campaign's levels.
 
     Errors of natural frequencies that readings are not linear in become calibration parameters.

@@ -20,7 +20,7 @@ from study.compare.suspicions import find_all_suspicions, require_held_out, requ
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
-from study.diagnose.report import document, headline, in_words
+from study.diagnose.report import format_headline, in_words, make_document
 from study.diagnose.round import Round, Steps, Watch, diagnose_case, summarise_errors
 from study.diagnose.table import write_up
 from study.json_value import plain
@@ -87,10 +87,10 @@ def run_diagnose(
     if campaign.has_data_alone:
         return run_data_diagnosis(case, campaign, folder, run, without=without, auto=auto)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
-    from study.diagnose.page import contents
+    from study.diagnose.page import make_files
 
     with run.progress.step("page and figures", expected=10):
-        drawn = contents(diagnosed.last, diagnosed.history, case)
+        drawn = make_files(diagnosed.last, diagnosed.history, case)
     files = {run.output / name: content for name, content in drawn.items()}
     table = run.output / f"{case.stem}_diagnosis.json"
     diagnosed = replace(diagnosed, files=(*files, table))
@@ -144,7 +144,7 @@ def diagnose_file(
             suspicions=suspicions,
         )
         rounds.append(result)
-        record(result, case, folder, key)
+        record_diagnosis(result, case, folder, key)
         best = result.best
         stop = result.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
         if not auto or stop or best is None or best.effect is None:
@@ -172,7 +172,7 @@ def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: R
     return campaign
 
 
-def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
+def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths.
 
     Parameters
@@ -193,7 +193,7 @@ def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
         what=DIAGNOSIS,
         case_key=key,
         campaign=str(campaign.resolve()),
-        sentence=headline(result),
+        sentence=format_headline(result),
         finding=result.diagnosis.verdict.finding.value,
         drawn=drawn,
         accepted=before if not result.setup.added else earlier[-1] if earlier else None,
@@ -224,7 +224,7 @@ def full_text(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
     lines = []
     for number, result in enumerate(diagnosed.rounds[:-1]):
         assert result.best is not None
-        lines.append(f"Round {number + 1}: {headline(result)} {result.best.name} was added to the case.")
+        lines.append(f"Round {number + 1}: {format_headline(result)} {result.best.name} was added to the case.")
     if lines:
         lines += ["", f"Round {len(diagnosed.rounds)}:"]
     lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]
@@ -236,8 +236,8 @@ def full_document(diagnosed: DiagnosisResult | DataDiagnosisResult) -> dict[str,
     if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.document()
     return {
-        **document(diagnosed.last),
-        "rounds": [document(result) for result in diagnosed.rounds],
+        **make_document(diagnosed.last),
+        "rounds": [make_document(result) for result in diagnosed.rounds],
         "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, CALIBRATION, UNDO}],
         "files": [str(file) for file in diagnosed.files],
     }

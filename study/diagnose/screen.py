@@ -13,7 +13,7 @@ from diagnosis.screening import Score
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
 from study.case.setup import Setup
-from study.diagnose.round import Steps, beside, diagnose_case
+from study.diagnose.round import Steps, diagnose_case, prepare_setup
 
 #: Last step of a diagnosis that a screening needs.
 LAST = "scores"
@@ -77,7 +77,7 @@ def screen_case(
 
     with suppress(_EnoughError):
         diagnose_case(setup, campaign, without=without, store=store, progress=progress, watch=watch)
-    own, _ = beside(setup, campaign, store)
+    own, _ = prepare_setup(setup, campaign, store)
     run_step = Steps(store, own, campaign, tuple(sorted({*own.without, *without})))
     arrangement: Arrangement = found.get("branches", found["arrangement"])
     with progress.step("test of the calibration", expected=3):

@@ -29,7 +29,7 @@ class Stage:
     refit: Refit
 
 
-def stages(result: Round) -> list[Stage]:
+def list_stages(result: Round) -> list[Stage]:
     """As drawn; if the case has fitted values, with these; fitted in this round; with the effect that is named.
 
     Each is tested on the held-out data in the same way, with the covariance of this round.
@@ -57,7 +57,7 @@ def list_sides(result: Round, stage: Stage) -> list[Side]:
     return [Side(comparison=leave_out_model_error(one), prediction=prediction) for one, prediction in beside]
 
 
-def waterfall(result: Round, history: History) -> list[WaterfallStep]:
+def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
     best, present = result.best, [item.effect.name for item in result.setup.added]
     steps = list_known_errors(
@@ -95,7 +95,7 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
     return steps
 
 
-def falls(steps: Sequence[WaterfallStep]) -> str:
+def describe_fall(steps: Sequence[WaterfallStep]) -> str:
     """The held-out error from the first step to the last, in words."""
     first, last = steps[0].held_out, steps[-1].held_out
     if not (isfinite(first) and isfinite(last)):

@@ -68,14 +68,14 @@ class Row:
     @property
     def in_words(self) -> str:
         """Strength with its interval."""
-        return interval(self.strength, self.deviation, self.parameter)
+        return format_interval(self.strength, self.deviation, self.parameter)
 
     @property
     def detectable_in_words(self) -> str:
         """Detection threshold, reckoned from where the effect vanishes: of a ratio +- so many per cent."""
         if np.isfinite(self.detectable) and self.parameter.unit == "-" and self.parameter.vanishes:
-            return f"{digits(100 * self.detectable, 2)} %"
-        return short(self.detectable, self.parameter, 2)
+            return f"{format_number(100 * self.detectable, 2)} %"
+        return format_strength(self.detectable, self.parameter, 2)
 
     @property
     def fall(self) -> float:
@@ -83,7 +83,7 @@ class Row:
         return self.expected if self.gain is None else self.gain
 
 
-def rows(result: Round) -> list[Row]:
+def list_rows(result: Round) -> list[Row]:
     """All candidates, each by its fall of chi^2: those named first, then those that were fitted, then the others.
 
     An effect that was added before is no candidate.
@@ -113,7 +113,7 @@ def rows(result: Round) -> list[Row]:
     ]
 
 
-def digits(value: float, count: int) -> str:
+def format_number(value: float, count: int) -> str:
     """A number with so many digits, without an exponent where that is readable: 310,000."""
     if not np.isfinite(value):
         return "none"
@@ -121,28 +121,28 @@ def digits(value: float, count: int) -> str:
     return f"{rounded:,.10g}" if 1e-4 <= abs(rounded) < 1e7 or not rounded else f"{rounded:g}"
 
 
-def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
+def format_interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
     if np.isfinite(deviation) and TWO_SIDED_95 * deviation > UNTOLD * abs(value):
         size, unit = split_unit(TWO_SIDED_95 * deviation, parameter)
-        return f"0 +- {digits(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
+        return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)
     half = TWO_SIDED_95 * deviation / size
-    number = digits(value / size, worth(value / size, half))
+    number = format_number(value / size, worth(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
-    return f"{number} +- {digits(half, 2)} {unit}".rstrip()
+    return f"{number} +- {format_number(half, 2)} {unit}".rstrip()
 
 
-def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
+def format_strength(value: float, parameter: EffectParameter, count: int = 3) -> str:
     """A strength with a few digits; "none" if it is infinite."""
     if not np.isfinite(value):
         return "none"
     size, unit = split_unit(value, parameter)
-    return f"{digits(value / size, count)} {unit}".rstrip()
+    return f"{format_number(value / size, count)} {unit}".rstrip()
 
 
-def factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
+def list_factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Calibration parameters of the case in a fit, with their standard deviations, by name."""
     return {item.name: (a, b) for item, a, b in _calibrated(setup, refit) if item.is_of_case}
 
@@ -165,7 +165,7 @@ def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, 
     return list(zip(setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False))
 
 
-def strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
+def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
     """Effects that were added before, and the refit's own, with strength and standard deviation."""
     return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
 
@@ -189,7 +189,7 @@ def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
         "added": added,
         "calibrated": {
             name: Written(float(f"{value:.6g}"), f"{TWO_SIDED_95 * deviation:.2g}")
-            for name, (value, deviation) in factors(setup, refit).items()
+            for name, (value, deviation) in list_factors(setup, refit).items()
         },
         "after": summarise_errors(refit).document,
     }

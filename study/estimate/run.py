@@ -18,10 +18,10 @@ from pipeline.output import replace_file
 from study.alike import merge_suspicions
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
-from study.diagnose.edit import BOUND, UPPER, Written, difference, edited
+from study.diagnose.edit import BOUND, UPPER, Written, edit_case, list_changes
 from study.diagnose.history import read_text
 from study.estimate.contact_force import estimate_from_forces
-from study.estimate.first_estimate import FirstEstimate, choose, contradictions
+from study.estimate.first_estimate import FirstEstimate, choose_estimate, list_contradictions
 from study.estimate.loops import estimate_from_loop
 from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_partners, find_resonances
 from study.kind.registry import open_case
@@ -142,11 +142,11 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     warnings: list[str] = []
     with run.progress.step("estimates", expected=2):
         estimates = tuple(estimate_all(model, campaign, warnings))
-    chosen = tuple(item for name in WRITTEN if name in known and (item := choose(estimates, name)))
+    chosen = tuple(item for name in WRITTEN if name in known and (item := choose_estimate(estimates, name)))
     have = {item.parameter for item in estimates}
     missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
     before = read_text(case)
-    after = edited(before, {}, {item.parameter: _written(item) for item in chosen}, str(case)) if chosen else before
+    after = edit_case(before, {}, {item.parameter: _written(item) for item in chosen}, str(case)) if chosen else before
     if write and after != before:
         replace_file(case, after.encode())
     return EstimationResult(
@@ -155,8 +155,8 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
         chosen=chosen,
         missing=missing,
         suspicions=suspicions,
-        warnings=(*warnings, *contradictions(estimates), *_beyond_priors(chosen, known)),
-        lines=tuple(difference(before, after, case.name)),
+        warnings=(*warnings, *list_contradictions(estimates), *_beyond_priors(chosen, known)),
+        lines=tuple(list_changes(before, after, case.name)),
         written=write and after != before,
     )
 
@@ -188,7 +188,7 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
     for item in stuck:
         yield from estimate_damping(model, item)
     if stuck and model.lines:
-        best = choose(without, "zeta")
+        best = choose_estimate(without, "zeta")
         factor = best.factor if best else 1.0
         for item in stuck:
             partners: list[Resonance | None] = [*find_partners(model, item, free)] or [None]

@@ -12,7 +12,7 @@ from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.plan import CONFUSED, Plan
 from diagnosis.screening import Score
 from geometry.plain_number import plain as words_of
-from study.diagnose.table import short
+from study.diagnose.table import format_strength
 
 #: Largest detectable strength over the typical one that is called clear, and that is called weak [-].
 CLEAR, WEAK = 1.0, 10.0
@@ -136,7 +136,7 @@ def _strengths(plan: Plan, score: Score) -> tuple[str, str]:
     values = plan.detectable[score.effect.name], abs(parameter.typical - parameter.vanishes)
     if parameter.unit == "-" and parameter.vanishes:
         return f"{words_of(100 * values[0])} %", f"{words_of(100 * values[1])} %"
-    return short(values[0], parameter, 2), short(values[1], parameter, 2)
+    return format_strength(values[0], parameter, 2), format_strength(values[1], parameter, 2)
 
 
 def _describe_test(test: NextTest) -> dict[str, Any]:

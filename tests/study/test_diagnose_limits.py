@@ -18,7 +18,7 @@ from study.case.setup import read_case
 from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
 from study.diagnose.null_campaign import null_campaign
-from study.diagnose.round import bootstrap, diagnose_case
+from study.diagnose.round import diagnose_case, simulate_thresholds
 from study.diagnose.ship_thresholds import ship
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
 from study.shipped_cases import BEAM
@@ -100,7 +100,7 @@ def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, mo
     setup, asked = replace(setup, effect_files=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
     monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
-    bootstrap(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
+    simulate_thresholds(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["catalogue_of"](finer), replace(setup, model=finer).candidates(campaign)
     assert "third harmonic of the exciter" in known.names

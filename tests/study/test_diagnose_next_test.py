@@ -19,8 +19,8 @@ from pipeline.store import Store
 from study.bench.view.finding import show_next_tests
 from study.diagnose import next_test
 from study.diagnose.next_test import NextStep, find_next_step
-from study.diagnose.page import contents
-from study.diagnose.report import document, in_words
+from study.diagnose.page import make_files
+from study.diagnose.report import in_words, make_document
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.json_value import plain
 from study.run_context import silent_run
@@ -66,7 +66,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert "93 %" in found.next_step.sentence
     assert found.next_step.sentence in in_words(found)
     assert found.next_step.remark in in_words(found)  # another mass needs a case of its own
-    files = contents(found, diagnosed.history, Path("chain.toml"))
+    files = make_files(found, diagnosed.history, Path("chain.toml"))
     assert files["chain_diagnosis_next_test.png"].startswith(b"\x89PNG")
     page = files["chain_diagnosis.html"].decode()
     assert "What to measure next" in page
@@ -76,7 +76,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert [row["probability"] for row in shown["rows"]] == [each.probability for each in found.next_step.shown]
     assert b64decode(shown["picture"]).startswith(b"\x89PNG")
     assert show_next_tests(diagnosed.last) is None
-    told = json.loads(json.dumps(plain(document(found))))["next_test"]
+    told = json.loads(json.dumps(plain(make_document(found))))["next_test"]
     assert told["candidates"] == {"mass at tip": 0.6, "density of all": 0.4}
     assert told["tests"][0]["probability"] == 0.93
     assert told["tests"][0]["added_mass"] == {"place": "tip", "mass_kg": 3e-3}
@@ -110,7 +110,7 @@ def test_what_fails_leaves_one_sentence_and_the_diagnosis(
     assert step.advice is None
     assert "the structure is not supported" in step.reason
     assert step.reason in in_words(replace(found, next_step=step))
-    assert step.reason in str(document(replace(found, next_step=step))["next_test"])
+    assert step.reason in str(make_document(replace(found, next_step=step))["next_test"])
 
 
 def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses: TwoMasses) -> None:
@@ -128,4 +128,4 @@ def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses:
     assert step.visible is not None
     assert "measure a higher level" in step.sentence
     assert step.sentence in words
-    assert document(found.last)["next_test"]["would_show"] == [*step.visible.seen]
+    assert make_document(found.last)["next_test"]["would_show"] == [*step.visible.seen]

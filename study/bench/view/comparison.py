@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Suspicion
-from correlation.metric.misfit import whole
+from correlation.metric.misfit import summarise_misfit
 from correlation.prediction import Points
 from figure.style import choose_family_colours
 from study.bench.line import Lines, at_measured
-from study.compare.curve import Coefficients, Drawing, Panel, find_rows, joined
+from study.compare.curve import Coefficients, Drawing, Panel, find_rows, join_sides
 from study.compare.result import ComparisonResult
 from study.compare.section.misfit import misfit_sections
 from study.compare.section.response import response_sections
@@ -73,13 +73,13 @@ def show_moved(
 
 def list_errors(compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]]) -> dict[str, float]:
     """Median errors of amplitude [%] and phase [deg] of training data and held-out levels beside some lines."""
-    misfit, _ = joined(compared.train, compared.held_out)
+    misfit, _ = join_sides(compared.train, compared.held_out)
     for points, line in lines.values():
         misfit = at_measured(misfit, points, line)
-    share = whole(misfit)
+    summary = summarise_misfit(misfit)
     return {
-        "median error of the amplitude [%]": 100 * share.amplitude_error,
-        "median error of the phase [deg]": float(np.degrees(share.phase_error)),
+        "median error of the amplitude [%]": 100 * summary.amplitude_error,
+        "median error of the phase [deg]": float(np.degrees(summary.phase_error)),
     }
 
 

@@ -11,7 +11,7 @@ from diagnosis.fit.fit_parameter import Unknowns, Values
 from study.case.added import text_of
 from study.case.setup import Setup
 from study.diagnose.history import History
-from study.diagnose.table import interval, split_unit
+from study.diagnose.table import format_interval, split_unit
 
 #: A value nearer to its bound than this share of the range is at it [-].
 AT_BOUND = 1e-3
@@ -56,7 +56,7 @@ def _row(
         "name": name,
         "is_effect": of_effect,
         "value": value,
-        "text": interval(value, 0.0, parameter),
+        "text": format_interval(value, 0.0, parameter),
         "interval": noted.get(name, ""),
         "prior": f"± {100 * prior:.3g} %" if np.isfinite(prior) else "none",
         "bounds": [text_of(bound, parameter, 3) if np.isfinite(bound) else "none" for bound in (lower, upper)],
@@ -103,7 +103,7 @@ def show_fitted(
     """Value with interval of each parameter of a fit, and whether it is at a bound, by name."""
     return {
         name: {
-            "text": interval(float(value), float(one), parameter),
+            "text": format_interval(float(value), float(one), parameter),
             "half": float(TWO_SIDED_95 * one),
             "value": float(value),
             "at_bound": is_at_bound(float(value), parameter),

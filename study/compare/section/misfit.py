@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import name_configuration
 from correlation.metric.misfit import Misfit
 from figure.misfit_map import COLOURS, STEPS
-from study.compare.curve import Drawing, find_rows, keys
+from study.compare.curve import Drawing, find_rows, list_curve_keys
 from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.number import bin_image, round_list
@@ -37,7 +37,7 @@ def map_misfit(misfit: Misfit, free: bool, level_unit: str) -> dict[str, Any]:
     places: list[dict[str, Any]] = []
     labels: list[str] = []
     rows: list[NDArray[np.float64]] = []
-    for sensor, harmonic in keys(misfit):
+    for sensor, harmonic in list_curve_keys(misfit):
         words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
         if rows:
             labels.append("")
