@@ -12,11 +12,11 @@ from correlation.campaign.read_campaign import read_campaign
 from pipeline.progress import LineProgress
 from study.beam.case import write_beam_case
 from study.case.setup import read_case
-from study.compare import report as compare_words
+from study.compare import report as compare_report
 from study.compare.curve import Drawing
 from study.compare.pictures import draw_pictures
 from study.compare.run import ComparisonResult, compare
-from study.diagnose import report as diagnose_words
+from study.diagnose import report as diagnose_report
 from study.diagnose.add import add
 from study.diagnose.history import history_of
 from study.diagnose.page import make_files
@@ -35,7 +35,7 @@ campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: t
 
 def show(compared: ComparisonResult, name: str) -> None:
     """Show where the model fails, as text and as responses."""
-    print(f"\n=== {name}\n{compare_words.in_words(compared)}")
+    print(f"\n=== {name}\n{compare_report.format_report(compared)}")
     drawn = draw_pictures(f"Beam, {name}", Drawing.of(compared))
     (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
 
@@ -46,14 +46,14 @@ def diagnose(name: str) -> Round:
     record_diagnosis(found, case, measured)
     for file, content in make_files(found, history_of(case), case).items():
         (folder / f"{name}_{file}").write_bytes(content)
-    print(f"\n=== {name}\n{diagnose_words.in_words(found)}\n")
+    print(f"\n=== {name}\n{diagnose_report.format_report(found)}\n")
     return found
 
 
 show(compare(read_case(case).setup, campaign, calibrate=True), "calibrated")  # no calibration explains the misfit
 best = diagnose("first").diagnosis.verdict.effects[0]
 assert best.effect is not None
-print(diagnose_words.step_in_words(add(case, best.effect.name), case))
+print(diagnose_report.describe_step(add(case, best.effect.name), case))
 show(compare(read_case(case).setup, campaign), f"with {best.effect.name}")
 last = diagnose("second")
 for step in make_waterfall(last, history_of(case)):

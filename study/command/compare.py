@@ -46,7 +46,7 @@ def compare(
     """Compare a model with measurements."""
     one_thread_by_default()
     from study.compare.data_run import DataComparisonResult
-    from study.compare.report import in_words, make_document
+    from study.compare.report import format_report, make_document
     from study.compare.run import run_compare
 
     compared = run_compare(
@@ -55,4 +55,4 @@ def compare(
     )  # fmt: skip
     if isinstance(compared, DataComparisonResult):
         return Answer(document=compared.document(), text=compared.text())
-    return Answer(document=make_document(compared), text=in_words(compared))
+    return Answer(document=make_document(compared), text=format_report(compared))

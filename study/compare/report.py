@@ -29,7 +29,7 @@ NO_PHASE = 0.05
 WORDS = {axis: f"worst {axis}" for axis in AXES}
 
 
-def in_words(compared: ComparisonResult) -> str:
+def format_report(compared: ComparisonResult) -> str:
     """For people: what was compared, where the model fails, by how much, and its resonances."""
     table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
@@ -54,9 +54,9 @@ def in_words(compared: ComparisonResult) -> str:
     if compared.data:
         lines += [*describe_data(compared.data), ""]
     if compared.families is not None:
-        from study.compare.family_report import family_lines
+        from study.compare.family_report import format_family_report
 
-        lines += family_lines(compared.families)
+        lines += format_family_report(compared.families)
     pages = [file for file in compared.files if file.suffix == ".html"]
     lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
     return "\n".join([*lines, *map(str, compared.files)])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion
 from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import Misfit
 from correlation.metric.peak_error import PeakError
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from study.compare.families import FamilyComparison
 
 #: Sweep of a row of a table; none where both agree.
-SWEEP_WORDS = {0: "", 1: "up", -1: "down"}
+SWEEP_WORDS = SWEEPS | {0: ""}
 
 
 #: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of

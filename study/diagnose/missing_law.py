@@ -79,7 +79,7 @@ def describe_law(law: MissingLaw | None) -> RecoveredLaw | None:
     return RecoveredLaw(law=law, curves=curves, words=describe(curves))
 
 
-def tell_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
+def format_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
     """Lines of the report."""
     if law is None:
         return

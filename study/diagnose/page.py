@@ -21,8 +21,8 @@ from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.next_test_drawing import make_next_tests
-from study.diagnose.report import LAW_FILE, choose_advice, format_headline, threshold_in_words
-from study.diagnose.resonance import draw_resonances, tell_resonances
+from study.diagnose.report import LAW_FILE, choose_advice, describe_threshold, format_headline
+from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
 from study.diagnose.table import ALIKE, format_interval, format_number, list_factors, list_rows, list_strengths
@@ -125,9 +125,9 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         advice=choose_advice(result),
         two=result.diagnosis.verdict.further is not None,
         wrong=bool(result.wrong),
-        threshold=threshold_in_words(result),
+        threshold=describe_threshold(result),
         n_backbone=len(backbones),
-        resonances=[*tell_resonances(result)],
+        resonances=[*describe_level_dependence(result)],
         cards=_cards(listed),
         chain=" → ".join(stage.name for stage in listed),
         falls=describe_fall(falling),

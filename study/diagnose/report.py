@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from math import isfinite, isnan
 from pathlib import Path
-from textwrap import fill
+from textwrap import wrap
 from typing import Any
 
 from correlation.uncertainty.interval import TWO_SIDED_95
@@ -16,11 +16,12 @@ from diagnosis.resonator import Resonator
 from geometry.plain_number import percent, plain
 from study.alike import name_wrong_places
 from study.compare.report import side_by_side
+from study.console import WIDTH
 from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
-from study.diagnose.missing_law import tell_law
-from study.diagnose.next_test import tell_next_tests
-from study.diagnose.resonance import tell_resonances
+from study.diagnose.missing_law import format_law
+from study.diagnose.next_test import format_next_tests
+from study.diagnose.resonance import describe_level_dependence
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import list_stages
 from study.diagnose.table import (
@@ -83,7 +84,7 @@ UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
 MEASURE = '{measure}; or add one of them: stickslip add "{effect}"'
 
 
-def in_words(result: Round) -> str:
+def format_report(result: Round) -> str:
     """For people: verdict in three lines with doubts; then calibration, candidates, and what cannot be tested."""
     return "\n".join(
         [
@@ -94,8 +95,8 @@ def in_words(result: Round) -> str:
             "",
             *_candidates(result),
             *_places(result),
-            *tell_law(result.law, LAW_FILE),
-            *tell_next_tests(result.next_step),
+            *format_law(result.law, LAW_FILE),
+            *format_next_tests(result.next_step),
             *_untestable(result),
         ]
     )
@@ -119,7 +120,7 @@ def _name_effects(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = tell_fall(*map(summarise_errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
+    fall = describe_error_fall(*map(summarise_errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
     if verdict.finding is Finding.MISSING:
         return f"{listed} {missing}: {fall}."
     if len(named) == 1:
@@ -141,7 +142,7 @@ def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
         yield f"probability {plain(100 * chance[row.effect.name])} %"
 
 
-def tell_fall(drawn: Errors, before: Errors, after: Errors) -> str:
+def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
     """Change of the held-out error by an effect, from the model as drawn where calibration alone has gone astray."""
     if before.held_out > CLEARLY_WORSE * drawn.held_out > CLEARLY_WORSE * after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
@@ -185,7 +186,7 @@ def choose_advice(result: Round) -> str:
     return ADVICE[verdict.finding].format(effect=effect)
 
 
-def threshold_in_words(result: Round) -> str:
+def describe_threshold(result: Round) -> str:
     """The detection threshold, and its origin."""
     thresholds = result.diagnosis.thresholds
     if not result.diagnosis.scores:
@@ -316,7 +317,7 @@ def _estimate(value: float, deviation: float, name: str = "strength") -> dict[st
     return {name: value, "deviation": deviation, "interval_95": [value - half, value + half]}
 
 
-def errors_in_words(values: Errors) -> str:
+def describe_errors(values: Errors) -> str:
     """Both errors, if they are known, with the reduced chi-squared."""
     training, held_out = format_number(values.training_chi2, 3), format_number(values.held_out_chi2, 3)
     chi2 = f"reduced chi-squared {training:>7}, held out {held_out:>7}"
@@ -325,7 +326,7 @@ def errors_in_words(values: Errors) -> str:
     return f"error {percent(values.training, 3):>9}, held out {percent(values.held_out, 3):>9}; {chi2}"
 
 
-def step_in_words(step: Step, case: Path) -> str:
+def describe_step(step: Step, case: Path) -> str:
     """Report of `add`, `calibrate` or `undo`."""
     values = ", ".join(str(value) for value, _ in step.values.values())
     done = {
@@ -335,7 +336,7 @@ def step_in_words(step: Step, case: Path) -> str:
     }
     lines = [f"{case}: {done[step.what]}"]
     if step.before is not None and step.after is not None:
-        lines += [f"  before  {errors_in_words(step.before)}", f"  after   {errors_in_words(step.after)}"]
+        lines += [f"  before  {describe_errors(step.before)}", f"  after   {describe_errors(step.after)}"]
         if step.what == ADD:
             lines.append("  from its diagnosis; the next diagnosis fits all values anew")
     return "\n".join([*lines, "", *step.diff])
@@ -346,15 +347,15 @@ def _verdict(result: Round) -> Iterator[str]:
     yield ""
     yield format_headline(result)
     for doubt in list_doubts(result):
-        yield from fill(f"! {doubt}", 118, initial_indent="  ", subsequent_indent="    ").splitlines()
-    yield f"  {threshold_in_words(result)}"
+        yield from wrap(f"! {doubt}", WIDTH, initial_indent="  ", subsequent_indent="    ")
+    yield f"  {describe_threshold(result)}"
     yield f"  next: {choose_advice(result)}"
 
 
 def _resonances(result: Round) -> Iterator[str]:
     """How the resonances change with the level, where something that has no name is missing."""
-    for sentence in tell_resonances(result):
-        yield from fill(sentence, 118, initial_indent="  ", subsequent_indent="    ").splitlines()
+    for sentence in describe_level_dependence(result):
+        yield from wrap(sentence, WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _fitted(result: Round) -> Iterator[str]:
@@ -373,13 +374,13 @@ def _fitted(result: Round) -> Iterator[str]:
         now = format_interval(strength, deviation, parameter)
         yield f"Added: {effect.name}, {now} (case: {format_interval(float(was.values[0]), 0.0, parameter)})"
     if in_case or result.setup.added:
-        yield from fill(ANEW, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
+        yield from wrap(ANEW, WIDTH, initial_indent="  ", subsequent_indent="  ")
     steps = [(stage.name, summarise_errors(stage.refit)) for stage in list_stages(result)]
     width = max(len(name) for name, _ in steps)
     for name, values in steps:
-        yield f"  {name:<{width}}  {errors_in_words(values)}"
+        yield f"  {name:<{width}}  {describe_errors(values)}"
     if in_case or result.setup.added:
-        yield from fill(SETTLED, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
+        yield from wrap(SETTLED, WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
 def _name_factors(result: Round, refit: Refit) -> str:
@@ -421,9 +422,9 @@ def _candidates(result: Round) -> Iterator[str]:
         for words, names in told.items():
             if names:
                 yield words
-                yield from fill(
-                    "; ".join(names), 118, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
-                ).splitlines()
+                yield from wrap(
+                    "; ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
+                )
 
 
 def _places(result: Round) -> Iterator[str]:

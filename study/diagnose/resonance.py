@@ -23,7 +23,7 @@ def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any
     return draw_backbones({name: of for name, of in peaks.items() if of}, result.campaign.drive.unit)
 
 
-def tell_resonances(result: Round) -> Iterator[str]:
+def describe_level_dependence(result: Round) -> Iterator[str]:
     """How the resonances change with the level in sentences, where something that has no name is missing."""
     if result.diagnosis.verdict.finding in {Finding.UNKNOWN, Finding.NOT_CLOSE}:
         peaks = find_resonances(result, list_stages(result)[-1])

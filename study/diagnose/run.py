@@ -20,7 +20,7 @@ from study.compare.suspicions import find_all_suspicions, require_held_out, requ
 from study.diagnose.add import add
 from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
-from study.diagnose.report import format_headline, in_words, make_document
+from study.diagnose.report import format_headline, format_report, make_document
 from study.diagnose.round import Round, Steps, Watch, diagnose_case, summarise_errors
 from study.diagnose.table import write_up
 from study.json_value import plain
@@ -94,7 +94,7 @@ def run_diagnose(
     files = {run.output / name: content for name, content in drawn.items()}
     table = run.output / f"{case.stem}_diagnosis.json"
     diagnosed = replace(diagnosed, files=(*files, table))
-    files[table] = json.dumps(plain(full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
+    files[table] = json.dumps(plain(make_full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
     for file, content in files.items():
         replace_file(file, content)
     return diagnosed
@@ -217,7 +217,7 @@ def _list_alone(result: Round) -> list[Refit]:
     return listed
 
 
-def full_text(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
+def format_full_report(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
     """For people: what was added, and the last round."""
     if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.text()
@@ -227,23 +227,25 @@ def full_text(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
         lines.append(f"Round {number + 1}: {format_headline(result)} {result.best.name} was added to the case.")
     if lines:
         lines += ["", f"Round {len(diagnosed.rounds)}:"]
-    lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]
+    lines += [format_report(diagnosed.last), "", *map(str, diagnosed.files)]
     return "\n".join(lines)
 
 
-def full_document(diagnosed: DiagnosisResult | DataDiagnosisResult) -> dict[str, Any]:
+def make_full_document(diagnosed: DiagnosisResult | DataDiagnosisResult) -> dict[str, Any]:
     """For ``--json``."""
     if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.document()
     return {
         **make_document(diagnosed.last),
         "rounds": [make_document(result) for result in diagnosed.rounds],
-        "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, CALIBRATION, UNDO}],
+        "history": [
+            make_step_document(step) for step in diagnosed.history.steps if step.what in {ADD, CALIBRATION, UNDO}
+        ],
         "files": [str(file) for file in diagnosed.files],
     }
 
 
-def step_document(step: Step) -> dict[str, Any]:
+def make_step_document(step: Step) -> dict[str, Any]:
     """A step of the history."""
     return {
         "what": step.what,

@@ -88,7 +88,7 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
     return levels
 
 
-def limits_text(limited: LimitsResult) -> str:
+def format_limits_report(limited: LimitsResult) -> str:
     """The same as a table."""
     document = limits_document(limited)
     reach = float(limited.curves.limits.reach.max())

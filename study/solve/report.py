@@ -24,7 +24,7 @@ def solve_document(solved: SolveResult, extras: Extras | None = None) -> dict[st
     }
 
 
-def solve_text(solved: SolveResult, extras: Extras | None = None) -> str:
+def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> str:
     """The same as a table."""
     model, highest = solved.model, _highest(solved)
     refined = f", up to {highest} where refined" if highest > model.harmonics else ""

@@ -70,7 +70,7 @@ def _curve(
     }
 
 
-def sweep_text(swept: SweepResult) -> str:
+def format_sweep_report(swept: SweepResult) -> str:
     """The same as a table."""
     sampled, grid = swept.sampled, swept.grid
     lines = [f"{len(sampled.values)} points:"]

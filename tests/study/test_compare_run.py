@@ -18,7 +18,7 @@ from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from study import cli
 from study.case.setup import Setup, read_case
-from study.compare.report import in_words
+from study.compare.report import format_report
 from study.compare.run import compare
 from study.compare.suspicions import find_all_suspicions
 from study.shipped_cases import BEAM
@@ -142,7 +142,7 @@ def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pyt
 
 
 def test_the_answer_is_in_words() -> None:
-    words = in_words(compare(setup(), measured_from_the_model(1.1)))
+    words = format_report(compare(setup(), measured_from_the_model(1.1)))
     assert "worst sensor         mid" in words
     assert "the model's amplitude is 9" in words
     assert "% too small" in words
@@ -156,7 +156,7 @@ def test_calibrating_a_perfect_model_changes_nothing() -> None:
         # The start is the truth, the end its estimate: five of the standard deviations that it gives itself.
         assert abs(each.factor - 1) < 5 * each.deviation
         assert each.deviation < 0.1
-    assert "Calibrated on the training data: kt x " in in_words(found)
+    assert "Calibrated on the training data: kt x " in format_report(found)
 
 
 def renamed(sensors: Sequence[MeasuredSensor], which: str, **changes: object) -> tuple[MeasuredSensor, ...]:

@@ -20,7 +20,7 @@ from study.bench.view.finding import show_next_tests
 from study.diagnose import next_test
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.page import make_files
-from study.diagnose.report import in_words, make_document
+from study.diagnose.report import format_report, make_document
 from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.json_value import plain
 from study.run_context import silent_run
@@ -64,8 +64,8 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     )
     assert "a mass of 3 g added at tip" in found.next_step.sentence
     assert "93 %" in found.next_step.sentence
-    assert found.next_step.sentence in in_words(found)
-    assert found.next_step.remark in in_words(found)  # another mass needs a case of its own
+    assert found.next_step.sentence in format_report(found)
+    assert found.next_step.remark in format_report(found)  # another mass needs a case of its own
     files = make_files(found, diagnosed.history, Path("chain.toml"))
     assert files["chain_diagnosis_next_test.png"].startswith(b"\x89PNG")
     page = files["chain_diagnosis.html"].decode()
@@ -109,7 +109,7 @@ def test_what_fails_leaves_one_sentence_and_the_diagnosis(
     step = find_next_step(found.campaign, found.diagnosis, None)
     assert step.advice is None
     assert "the structure is not supported" in step.reason
-    assert step.reason in in_words(replace(found, next_step=step))
+    assert step.reason in format_report(replace(found, next_step=step))
     assert step.reason in str(make_document(replace(found, next_step=step))["next_test"])
 
 
@@ -122,7 +122,7 @@ def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses:
     drowned = replace(campaign, measurement=replace(table, value=table.value + noise[0] + 1j * noise[1]))
     found = diagnose_file(case, drowned, folder, silent_run())
     assert found.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
-    words = in_words(found.last)
+    words = format_report(found.last)
     assert "cannot tell whether anything is missing: no motion stands out of its scatter" in words
     step = found.last.next_step
     assert step.visible is not None

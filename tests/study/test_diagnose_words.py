@@ -21,7 +21,14 @@ from study.compare.report import side_by_side
 from study.diagnose.add import add
 from study.diagnose.history import Errors, history_of
 from study.diagnose.page import make_files
-from study.diagnose.report import choose_advice, format_headline, held_out_falls, in_words, make_document, tell_fall
+from study.diagnose.report import (
+    choose_advice,
+    describe_error_fall,
+    format_headline,
+    format_report,
+    held_out_falls,
+    make_document,
+)
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
 from study.diagnose.stages import list_stages
@@ -38,7 +45,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     campaign = read_campaign(folder)
     first = diagnose_file(case, campaign, folder, replace(silent_run(), store=kept_rounds)).last
-    assert "(case:" not in in_words(first)
+    assert "(case:" not in format_report(first)
     assert [stage.name for stage in list_stages(first)] == ["as drawn", "calibrated", "with mass at tip"]
     add(case, "mass at tip")
     setup = read_case(case, campaign).setup
@@ -46,7 +53,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     held = replace(setup, added=(replace(setup.added[0], values=(0.0055,)),))
     # What counts here is fitted whatever is a candidate.
     later = diagnose_case(held, campaign, without=["spring", "dashpot", "cubic"])
-    words = in_words(later)
+    words = format_report(later)
     assert later.diagnosis.before.fit.values[len(later.setup.calibration_parameters)] == pytest.approx(0.006, rel=0.02)
     assert "(case: 5.5 g)" in words
     assert f"(case: {setup.calibrated['zeta']:.5g})" in words
@@ -192,7 +199,7 @@ def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, 
 )
 def test_a_calibration_that_went_astray_makes_no_effect_look_better(calibrated: float, after: float, said: str) -> None:
     states = (replace(ERRORS, held_out=error) for error in (0.837, calibrated, after))
-    assert tell_fall(*states).endswith(said)
+    assert describe_error_fall(*states).endswith(said)
 
 
 @pytest.mark.parametrize(

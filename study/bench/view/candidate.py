@@ -9,7 +9,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from study.case.added import text_of
 from study.diagnose.doubt import list_doubts
-from study.diagnose.report import choose_advice, format_headline, threshold_in_words
+from study.diagnose.report import choose_advice, describe_threshold, format_headline
 from study.diagnose.round import Round
 from study.diagnose.table import Row, format_interval, list_rows
 
@@ -44,7 +44,7 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
         "sentence": format_headline(result),
         "doubts": list_doubts(result),
         "advice": choose_advice(result),
-        "threshold": threshold_in_words(result),
+        "threshold": describe_threshold(result),
         "chance": float(result.diagnosis.thresholds.gain),
         "candidates": [_fitted(row, scores[row.effect.name], confused, chance) for row in list_rows(result)],
         "untestable": [{"name": item.name, "reason": item.reason} for item in result.diagnosis.catalogue.untestable],

@@ -37,7 +37,7 @@ def several_limits_document(limited: SeveralLimitsResult) -> dict[str, Any]:
     }
 
 
-def several_limits_text(limited: SeveralLimitsResult) -> str:
+def format_several_limits_report(limited: SeveralLimitsResult) -> str:
     """The same as a table."""
     document, limits = several_limits_document(limited), limited.curves[0].limits
     n, reach = document["n_frequency"], document["reach_m"]
