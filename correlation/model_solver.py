@@ -115,15 +115,15 @@ class ModelSolver:
         near
             The same configuration of another model, whose linear structure serves this one too if it is the same.
         """
-        seen = model.without_contacts() if free else model
-        balance = None if near is None else near.linear.balance_of(seen.system, model.n_harmonic, model.n_sample)
+        configured = model.without_contacts() if free else model
+        balance = None if near is None else near.linear.balance_of(configured.system, model.n_harmonic, model.n_sample)
         if balance is None:
-            balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+            balance = HarmonicBalance(system=configured.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
             near = None
         shift = model.frequency_shift.get(name_configuration(free), 0.0)
         linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, linear=linear, levels={}, slider=start)
+        return cls(free=free, model=configured, balance=balance, linear=linear, levels={}, slider=start)
 
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""

@@ -105,14 +105,14 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
         raise CampaignError(
             f'loop "{loop.name}": the model has no sensor of motion "{loop.sensor}": add it to the case'
         )
-    seen = ModelSolver.from_model(Model(**{**vars(model), "sensors": (motion, force)}), free=False, slider=None)
+    solver = ModelSolver.from_model(Model(**{**vars(model), "sensors": (motion, force)}), free=False, slider=None)
     assert loop.level is not None
-    state = seen.solve(loop.level, loop.frequency, seen.slider, ())
+    state = solver.solve(loop.level, loop.frequency, solver.slider, ())
     if state is None:
         return None
     harmonics = np.arange(model.n_harmonic)
-    x = seen.read(state, np.full(len(harmonics), motion.name), harmonics)
-    f = seen.read(state, np.full(len(harmonics), force.name), harmonics)
+    x = solver.read(state, np.full(len(harmonics), motion.name), harmonics)
+    f = solver.read(state, np.full(len(harmonics), force.name), harmonics)
     members = model.lines[force.line]
     tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in members], axis=0)
     # A sensor may read the motion against the tangent: the force of a loop resists the motion that is read.

@@ -118,8 +118,8 @@ def read_limits(
         for; 0 for none [-].
     """
     balance, sensors = curve.problem.balance, {item.name: item for item in model.sensors}
-    seen = ModelSolver.from_model(model, False, None)
-    finely = _finer_configurations(model, balance)
+    solver = ModelSolver.from_model(model, False, None)
+    finely = _finer_solvers(model, balance)
     scales = make_variants(curve, model, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
@@ -133,7 +133,7 @@ def read_limits(
             state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
             if state is None:
                 continue
-            refined = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
+            refined = _refined_readings(states, state, curve, at, slider, [(solver, solver), *finely])
             readings = refined.values
             if len(readings) < 3:
                 continue
@@ -148,7 +148,7 @@ def read_limits(
                     for variant in scale.variants
                 ]
             if errors.tangents:
-                *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
+                *rates, slope[side, at] = _rates(states, state, solver, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
         # At one frequency a change may be 0 by chance.
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
@@ -183,7 +183,7 @@ def _in_order(
     )
 
 
-def _finer_configurations(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSolver, ModelSolver]]:
+def _finer_solvers(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSolver, ModelSolver]]:
     """More samples, then more and more harmonics; the second of each pair has the sensors of `_with_check_sensors`."""
     checked, finely = _with_check_sensors(model), []
     for number, times in enumerate(HARMONICS):
@@ -251,15 +251,15 @@ def _other_reading(
     if own is None:
         return np.nan
     alone = len(refined.values) - 1 > FEWEST_BALANCE
-    seen, found = variant.refined(refined.solver.balance, own, state, refined.state, alone=alone)
+    solver, found = variant.refined(refined.solver.balance, own, state, refined.state, alone=alone)
     if found is None:
         return np.nan
-    return _reading(states, found, seen) / (variant.factor if states.harmonic else 1.0)
+    return _reading(states, found, solver) / (variant.factor if states.harmonic else 1.0)
 
 
-def _reading(states: LimitStates, state: SteadyState, seen: ModelSolver) -> float:
+def _reading(states: LimitStates, state: SteadyState, solver: ModelSolver) -> float:
     """Amplitude, or signed mean."""
-    z = seen.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
+    z = solver.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
     return float(abs(z) if states.harmonic else z.real)
 
 
@@ -293,15 +293,15 @@ def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[N
 
 
 def _rates(
-    states: LimitStates, state: SteadyState, seen: ModelSolver, tangents: Sequence[Tangent]
+    states: LimitStates, state: SteadyState, solver: ModelSolver, tangents: Sequence[Tangent]
 ) -> Float[NDArray[np.float64], " t"]:
     """Change of the reading by each tangent of the numerical error, shape (t,)."""
     names, harmonic = np.array([states.sensor]), np.array([states.harmonic])
-    frequency = state.angular_frequency / (2 * np.pi * (1 + seen.linear.frequency_shift))
-    rates = seen.slopes(state, frequency, names, harmonic, seen.rates(tangents))[0]
+    frequency = state.angular_frequency / (2 * np.pi * (1 + solver.linear.frequency_shift))
+    rates = solver.slopes(state, frequency, names, harmonic, solver.rates(tangents))[0]
     if not states.harmonic:
         return np.asarray(rates.real)
-    found = seen.read(state, names, harmonic)[0]
+    found = solver.read(state, names, harmonic)[0]
     return np.asarray((np.conj(found) * rates).real / max(abs(found), np.finfo(float).tiny))
 
 
