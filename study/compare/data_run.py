@@ -14,7 +14,6 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
-from correlation.uncertainty.interval import TWO_SIDED_95
 from geometry.plain_number import plain
 from pipeline.output import replace_file
 from study.alike import merge_suspicions
@@ -77,7 +76,7 @@ class DataComparisonResult:
         lines = [f"{side_by_side(self.title, self.campaign)}: {count} of data", ""]
         if self.calibrated:
             values = ", ".join(
-                f"{item.name} x {item.factor:.4f} +- {TWO_SIDED_95 * item.deviation:.2g}" for item in self.calibrated
+                f"{item.name} x {item.factor:.4f} +- {item.half_interval:.2g}" for item in self.calibrated
             )
             lines += [f"Calibrated on the training data: {values}", ""]
         lines += [f"{summary.tag}.", *summary.sentences, "", *describe_data(self.data), "", summary.next, ""]

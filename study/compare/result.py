@@ -10,6 +10,7 @@ from correlation.metric.misfit import Misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
+from correlation.uncertainty.interval import TWO_SIDED_95
 from fe.notebook import Tabular
 from study.compare.data import DataComparison
 from study.compare.section.section import Section
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 #: Sweep of a row of a table; none where both agree.
 SWEEP_WORDS = SWEEPS | {0: ""}
-
-
 #: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
 #: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
 AGREES, DIFFERS = 1.25, 2.0
@@ -35,6 +34,11 @@ class Calibrated:
     name: str
     factor: float
     deviation: float
+
+    @property
+    def half_interval(self) -> float:
+        """Half of its 95 % interval [-]."""
+        return TWO_SIDED_95 * self.deviation
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
