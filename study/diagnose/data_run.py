@@ -10,7 +10,6 @@ from typing import Any
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_type.indication import Indication
 from correlation.sensor_placement import with_sensors
-from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
@@ -123,7 +122,7 @@ class DataDiagnosisResult:
             yield "What the data show by themselves:"
             yield from (f"  {'!' if each.is_clear else ' '} {each.sentence}" for each in self.indications)
             yield ""
-        fitted = [f"{each.name} x {each.factor:.4f} +- {TWO_SIDED_95 * each.deviation:.2g}" for each in self.calibrated]
+        fitted = [f"{each.name} x {each.factor:.4f} +- {each.half_interval:.2g}" for each in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
         before = self.diagnosis.before
         yield f"  error {before.error:.3g}, held out {before.held_error:.3g} standard deviations"

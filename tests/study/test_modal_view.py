@@ -37,7 +37,7 @@ def model() -> Model:
 
 def mode(name: str, frequency: float, *shape: float) -> MeasuredMode:
     return MeasuredMode(
-        name=name, configuration="jointed", frequency=frequency, frequency_deviation=0.01, sensors=("a", "b"),
+        name=name, configuration="jointed", frequency=frequency, frequency_deviation=0.05, sensors=("a", "b"),
         shape=np.array(shape, dtype=np.complex128),
     )  # fmt: skip
 
@@ -57,6 +57,8 @@ def test_shapes_decide_which_mode_is_which() -> None:
     section, sensors = modal_sections(view, {"mac": b""})
     assert section.table is not None
     assert len(section.table.rows) == 2
+    half = {row[1].split(" \u00b1 ")[1] for row in section.table.rows}
+    assert half == {f"{1.96 * mode.frequency_deviation:.2g}" for mode in own.measured}
     assert "2 sensors" in section.text
     assert sensors.table is not None
     assert {row[1]: float(row[2]) for row in sensors.table.rows} == pytest.approx(
