@@ -160,11 +160,11 @@ def write_measurements(model: Model, names: Sequence[str], folder: Path, seed: i
     )
     before, tables = None, []
     for repeat in range(1, N_REPEAT + 1):
-        moved = model.shifted("jointed", FREQUENCY_JITTER * random.standard_normal())
+        moved = model.with_frequency_shift("jointed", FREQUENCY_JITTER * random.standard_normal())
         for group in model.preload_groups:
             by = PRELOAD_JITTER * random.standard_normal()
             for name in group:
-                moved = moved.pressed(name, 1 + by)
+                moved = moved.with_preload_ratio(name, 1 + by)
         start = sliders_after_history(moved, random.random(len(model.system.joints)))
         before = Predictor(points=points, slider=start, sweeps=(1, -1)).predict(moved, before)
         for way, value in zip((1, -1), before.by_sweep, strict=True):

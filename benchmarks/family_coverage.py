@@ -154,7 +154,7 @@ def measure(model: Model, random: np.random.Generator, change: str, jitter: floa
         load, shift = 1 + jitter * random.standard_normal(2) * [PRELOAD_JITTER, FREQUENCY_JITTER]
         own = replace(model, system=changed(model.system, change))
         for name in own.preloads:
-            own = own.pressed(name, float(load))
+            own = own.with_preload_ratio(name, float(load))
         bench = SweptBench(own.system, rows, STEPS_PER_PERIOD)
         for level in LEVELS:
             share = random.uniform(-HISTORY, HISTORY, len(model.system.joints))

@@ -101,7 +101,12 @@ def examine(
         without = excluded_kinds(planted.effect, groups) if case.excluded else ()
         campaign = read_campaign(where)
         diagnosis = judge(
-            campaign, model.model, model.accepted, model.budget, without=without, thresholds=limits(campaign, without)
+            campaign,
+            model.model,
+            model.calibration_parameters,
+            model.budget,
+            without=without,
+            thresholds=limits(campaign, without),
         )
         return _record(case, planted, without, diagnosis, (made - started, time.process_time() - made))
     except Exception as error:

@@ -100,7 +100,7 @@ def make_groups(file: Path = FILE) -> Groups:
     with tempfile.TemporaryDirectory() as folder:
         make_campaign(folder, seed=SEED, kind="nothing")
         campaign = read_campaign(Path(folder))
-        arrangement = arrange(campaign, model.model, model.accepted, model.budget)
+        arrangement = arrange(campaign, model.model, model.calibration_parameters, model.budget)
         level = float(campaign.measurement.level.max())
         scores = screen(arrangement, list_effects(model.model, level=level).candidates)
     groups = groups_of(scores)

@@ -28,7 +28,7 @@ from fe.dense_modes import compute_dense_modes  # noqa: E402
 from reduction.stuck import stuck_stiffness  # noqa: E402
 from study.case.setup import read_case  # noqa: E402
 from study.compare.families import compare_families  # noqa: E402
-from study.compare.family_report import family_lines  # noqa: E402
+from study.compare.family_report import format_family_report  # noqa: E402
 from study.kind.registry import open_case  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped_cases import RIG  # noqa: E402
@@ -123,7 +123,7 @@ def main() -> None:
         model, read.setup.complete_budget, measured, LimitsTable(population=asked.population, samples=asked.samples),
         read.structure, replace(stored_run(), output=asked.folder), title="Rig", stem="rig",
     )  # fmt: skip
-    text = "\n".join(family_lines(comparison))
+    text = "\n".join(format_family_report(comparison))
     (asked.folder / "verdict.txt").write_text(text, encoding="utf-8")
     print(text)
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
 from benchmarks.rig_case import stored_run
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.diagnose import diagnose
 from study.case.setup import read_case
 from study.kind.registry import open_case
@@ -80,7 +80,7 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
     made = time.process_time()
     campaign = read_campaign(where)
     setup = read_case(case, campaign, stored_run()).setup
-    found = diagnose(campaign, setup.model, setup.accepted, setup.budget)
+    found = diagnose(campaign, setup.model, setup.calibration_parameters, setup.budget)
     best = next((each for each in found.verdict.effects if each.effect is not None), None)
     row = {
         "planted": hidden.name,
@@ -116,7 +116,7 @@ def main(words: Sequence[str] | None = None) -> None:
                 continue
             row = examine(case, given.folder, hidden, seed)
             named = " or ".join(row["named"]) or row["finding"]
-            found = "-" if row["found"] is None else f"{row['found']:.4g} +- {INTERVAL * row['deviation']:.2g}"
+            found = "-" if row["found"] is None else f"{row['found']:.4g} +- {TWO_SIDED_95 * row['deviation']:.2g}"
             before, after = row["held_error"]
             fell = f"{100 * before:.1f} %" + ("" if after is None else f" to {100 * after:.1f} %")
             made, diagnosed = row["seconds"]

@@ -72,9 +72,9 @@ def write_two_masses(
     file = folder / "chain.toml"
     file.write_text(case, encoding="utf-8")
     setup = read_case(file).setup
-    zeta = next(each for each in setup.accepted if each.name == "zeta")
+    zeta = next(each for each in setup.calibration_parameters if each.name == "zeta")
     model = zeta.apply(setup.model, [1.1])
-    known = case_catalogue(model, setup.effects, level=max(LEVELS), configurations=["jointed"])
+    known = case_catalogue(model, setup.effect_files, level=max(LEVELS), configurations=["jointed"])
     for name, strength in effects.items():
         model = known.effect(name).apply(model, [strength])
     resonance = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).min()) / (2 * np.pi)

@@ -51,14 +51,14 @@ class LinearStructure:
     ----------
     balance
         Harmonic balance of the configuration.
-    shift
+    frequency_shift
         Relative shift of true frequencies above their labels [-].
     base
         The same structure under another static load, which has the receptances.
     """
 
     balance: HarmonicBalance
-    shift: float
+    frequency_shift: float
     base: "LinearStructure | None" = None
     _condensed: dict[float, Condensed] = field(default_factory=dict)
     _recovery: dict[float, Recovery] = field(default_factory=dict)
@@ -69,9 +69,11 @@ class LinearStructure:
     @classmethod
     def of(cls, balance: HarmonicBalance, shift: float, near: "LinearStructure | None") -> "LinearStructure":
         """Structure of a balance that `balance_of` gave, with the results of the structure that is near."""
-        if near is not None and near.shift == shift:
-            return near if balance is near.balance else cls(balance=balance, shift=shift, base=near.base or near)
-        return cls(balance=balance, shift=shift)
+        if near is not None and near.frequency_shift == shift:
+            return (
+                near if balance is near.balance else cls(balance=balance, frequency_shift=shift, base=near.base or near)
+            )
+        return cls(balance=balance, frequency_shift=shift)
 
     def balance_of(self, system: JointedSystem, n_harmonic: int, n_sample: int) -> HarmonicBalance | None:
         """Balance of another system on the same linear structure; none if its structure is another."""
@@ -96,7 +98,7 @@ class LinearStructure:
             self.base.condense(frequencies)
             return
         new = [frequency for frequency in dict.fromkeys(frequencies) if frequency not in self._condensed]
-        omega = [2 * np.pi * frequency * (1 + self.shift) for frequency in new]
+        omega = [2 * np.pi * frequency * (1 + self.frequency_shift) for frequency in new]
         if not self.balance.is_dense:
             self._condensed.update(zip(new, self.balance.at_each(omega), strict=True))
             return
@@ -192,7 +194,7 @@ class LinearStructure:
             return self
         transposed = replace(system, damping=system.damping.T, structural_damping=None if loss is None else loss.T)
         turned = HarmonicBalance(system=transposed, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)
-        return LinearStructure(balance=turned, shift=self.shift)
+        return LinearStructure(balance=turned, frequency_shift=self.frequency_shift)
 
     @property
     def frequencies(self) -> tuple[float, ...]:

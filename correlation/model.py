@@ -96,7 +96,7 @@ class Model:
     suspension
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m]; none by
         default.
-    shift
+    frequency_shift
         Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
         default [-].
     force_error
@@ -129,7 +129,7 @@ class Model:
     elastic_bodies: Mapping[str, ElasticBody] = field(default_factory=dict)
     linked_preloads: tuple[tuple[str, ...], ...] = ()
     suspension: Matrix | None = None
-    shift: Mapping[str, float] = field(default_factory=dict)
+    frequency_shift: Mapping[str, float] = field(default_factory=dict)
     force_error: Mapping[str, float] = field(default_factory=dict)
     base_acceleration: Row | Complex[NDArray[np.complex128], "n r"] | None = None
     level_power: int = 0
@@ -236,7 +236,7 @@ class Model:
         static = np.sum([each.preload * each.normal for each in members] or [np.zeros(self.system.n_dof)], axis=0)
         return static, {each.name: each.preload for each in members}
 
-    def pressed(self, name: str, ratio: float) -> "Model":
+    def with_preload_ratio(self, name: str, ratio: float) -> "Model":
         """The model with one of `preloads` times a ratio.
 
         Raises
@@ -287,7 +287,7 @@ class Model:
         changed = self.with_system(mass=mass + (after[0] - before[0]), stiffness=stiffness + (after[1] - before[1]))
         return replace(changed, elastic_bodies={**self.elastic_bodies, name: body})
 
-    def free(self) -> "Model":
+    def without_contacts(self) -> "Model":
         """The same structure without the contacts of its lines and the static load that balances them, suspended."""
         members = {name for line in self.lines.values() for name in line}
         joints = [joint for joint in self.system.joints if joint.name not in members]
@@ -297,6 +297,10 @@ class Model:
         return replace(
             self, system=system, sensors=sensors, lines={}, dead_weights={}, linked_preloads=(), suspension=None
         )
+
+    def in_configuration(self, configuration: str) -> "Model":
+        """The structure as a test has it: "jointed", or "free" of all contacts."""
+        return self.without_contacts() if configuration == "free" else self
 
     def with_system(self, **changes: Any) -> "Model":
         """Other matrices, joints or loads; on a shaken base another mass has another inertia load."""
@@ -316,9 +320,10 @@ class Model:
         joints = [joint.with_values(change.get(joint.name, {})) for joint in self.system.joints]
         return self.with_system(joints=joints)
 
-    def shifted(self, configuration: str, shift: float) -> "Model":
+    def with_frequency_shift(self, configuration: str, shift: float) -> "Model":
         """The frequencies of one configuration raised by a share more."""
-        return replace(self, shift={**self.shift, configuration: self.shift.get(configuration, 0.0) + shift})
+        known = self.frequency_shift
+        return replace(self, frequency_shift={**known, configuration: known.get(configuration, 0.0) + shift})
 
     def with_force_error(self, configuration: str, error: float) -> "Model":
         """The force of one configuration larger by a share more."""

@@ -21,8 +21,8 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
+from correlation.model_solver import ModelSolver, Tangent
 from correlation.row_table import RowTable
 from correlation.sweep_path import SweepPath, has_wide_steps, is_same
 from fe.blas_threads import on_one_blas_thread
@@ -140,7 +140,7 @@ class Predictor:
     points: Points
     slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None = None
     sweeps: tuple[int, ...] = ()
-    shared: Mapping[bool, Configuration] = field(default_factory=dict)
+    shared: Mapping[bool, ModelSolver] = field(default_factory=dict)
     tolerance: float = TOLERANCE
 
     @on_one_blas_thread
@@ -299,8 +299,8 @@ class Predictor:
                     slopes[rows] = own
         return slopes
 
-    def _solver(self, model: Model, free: bool) -> Configuration:
-        solver = Configuration.from_model(model, free, self.slider, self.shared.get(free))
+    def _solver(self, model: Model, free: bool) -> ModelSolver:
+        solver = ModelSolver.from_model(model, free, self.slider, self.shared.get(free))
         return replace(solver, force=self._force[free]) if self._force[free] else solver
 
     @cached_property
@@ -314,7 +314,7 @@ class Predictor:
 
     def share(self, model: Model) -> "Predictor":
         """The same, which keeps the linear structures of a model for models that differ in joints and static loads."""
-        shared = {free: Configuration.from_model(model, free, None) for free, _ in self._configurations}
+        shared = {free: ModelSolver.from_model(model, free, None) for free, _ in self._configurations}
         return replace(self, shared=shared)
 
     @cached_property
@@ -338,7 +338,7 @@ class Predictor:
 class _Track(NamedTuple):
     """States of one configuration and level, in their order."""
 
-    solver: Configuration
+    solver: ModelSolver
     free: bool
     level: float
     frequencies: list[float]

@@ -27,8 +27,8 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration
 from correlation.model import Model
+from correlation.model_solver import ModelSolver
 from correlation.prediction import Points
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.follow import Track, Way, empty_track, follow
@@ -133,7 +133,7 @@ class ControlledPredictor:
         """
         value, guesses = np.full(len(self.points), np.nan, dtype=np.complex128), {} if before is None else before.motion
         free = {group.curve[0] for group in self._groups} | {fold.free for fold in self.folds}
-        solvers = {each: Configuration.from_model(model, each, None) for each in free}
+        solvers = {each: ModelSolver.from_model(model, each, None) for each in free}
         motion = {}
         for group in self._groups:
             solver = solvers[group.curve[0]]
@@ -143,7 +143,7 @@ class ControlledPredictor:
             needed[number] = _find_fold_force(solvers[fold.free], fold) / fold.force
         return ControlledPrediction(value=value, fold=needed, motion=motion)
 
-    def _read(self, solver: Configuration, group: _Group, guess: Motions | None, value: Coefficients) -> Motions:
+    def _read(self, solver: ModelSolver, group: _Group, guess: Motions | None, value: Coefficients) -> Motions:
         """Write the values of a curve, and return the motions of its joint directions."""
         points, force = self.points, self.points.force[group.control]
         held = _solve(solver, group.frequency, force, points.sensor[group.control], self.measured[group.control], guess)
@@ -177,7 +177,7 @@ class ControlledPredictor:
 
 
 def _solve(
-    solver: Configuration,
+    solver: ModelSolver,
     frequencies: Sequence[float],
     force: Float[NDArray[np.float64], " n"],
     sensors: NDArray[np.str_],
@@ -189,7 +189,7 @@ def _solve(
     Parameters
     ----------
     solver
-        Configuration of the model.
+        Solver of the configuration.
     frequencies, force
         Frequency, and amplitude of the force in all harmonics but the first, of each state [Hz, N].
     sensors, held
@@ -230,7 +230,7 @@ def _solve(
     return _Held(track, drive, solver.read_driven(by_harmonic[..., None], frequencies, track))
 
 
-def _find_fold_force(solver: Configuration, fold: Fold) -> float:
+def _find_fold_force(solver: ModelSolver, fold: Fold) -> float:
     """Force at the fold of the S curve that is nearest to the branch that ends [N]; NaN if there is none."""
     ends = (fold.lower / BEYOND, fold.upper * BEYOND)
     amplitude = np.geomspace(*ends, AMPLITUDES)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration
+from correlation.model_solver import ModelSolver
 from hbsolve.follow import Track
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState
@@ -42,7 +42,7 @@ class SweepPath:
         Level of the drive [its unit].
     """
 
-    solver: Configuration
+    solver: ModelSolver
     level: float
     _sliders: NDArray[np.float64] = field(init=False)
     _first: dict[float, SteadyState] = field(init=False, default_factory=dict)
@@ -149,14 +149,14 @@ class SweepPath:
 
 
 def has_wide_steps(
-    solver: Configuration, level: float, frequencies: Sequence[float], sweep: Sequence[int], track: Track
+    solver: ModelSolver, level: float, frequencies: Sequence[float], sweep: Sequence[int], track: Track
 ) -> bool:
     """Whether a sweep makes steps so large that a branch may have ended in between.
 
     Parameters
     ----------
     solver, level, frequencies, track
-        As `Configuration.follow` takes and returns them.
+        As `ModelSolver.follow` takes and returns them.
     sweep
         Number of the sweep of each state.
     """

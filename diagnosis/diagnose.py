@@ -16,7 +16,7 @@ from diagnosis.decision.closeness import AbsentPeak, FarResonance, find_absent_p
 from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange, expect_usual_error
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
@@ -180,7 +180,7 @@ def diagnose(
     calibration: Sequence[CalibrationParameter],
     budget: Budget,
     *,
-    added: Sequence[Added] = (),
+    added: Sequence[AddedEffect] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
     thresholds: Thresholds | None = None,

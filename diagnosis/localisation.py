@@ -24,8 +24,10 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
+from correlation.campaign.measurement import name_configuration
 from correlation.model import Model
+from correlation.model_solver import Tangent
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Matrix
@@ -92,7 +94,8 @@ class Place:
     def sentence(self) -> str:
         """Place, exponent and phase in words."""
         phase = "" if self.phase is None else f", at {self.phase:.0f} deg to the displacement ({PHASES})"
-        power = f" that grows with amplitude to the power {self.exponent:.1f} +- {2 * self.exponent_deviation:.1f}"
+        half = TWO_SIDED_95 * self.exponent_deviation
+        power = f" that grows with amplitude to the power {self.exponent:.1f} +- {half:.1f}"
         grows = power if np.isfinite(self.exponent_deviation) else ""
         return f"near {self.name}, a force{grows}{phase}, in the {self.configuration} structure"
 
@@ -266,7 +269,7 @@ def _place(
         exponent=exponent,
         exponent_deviation=exponent_deviation,
         phase=find_common_phase(force, np.abs(parts) / np.where(spread > 0, spread, np.inf)),
-        configuration="free" if free else "jointed",
+        configuration=name_configuration(free),
     )
 
 

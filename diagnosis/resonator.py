@@ -18,8 +18,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.model import Model
+from correlation.model_solver import Tangent
 from diagnosis.candidate.place import ROTATIONS, find_dof
 from diagnosis.error_share import Weights
 from diagnosis.fit.arrangement import Arrangement

@@ -112,7 +112,7 @@ WAYS = (
             "diagnosis.fit.arrangement": "all that a fit needs",
             "diagnosis.fit.comparison": "weighted differences",
             "correlation.prediction": "predicted readings",
-            "correlation.configuration": "jointed or free",
+            "correlation.model_solver": "with or without contacts",
             "hbsolve.steady_state": "periodic responses",
             "diagnosis.decision.judgement": "the verdict",
             "study.diagnose.page": "the page to look at",

@@ -12,17 +12,17 @@ from correlation.campaign.read_campaign import read_campaign
 from pipeline.progress import LineProgress
 from study.beam.case import write_beam_case
 from study.case.setup import read_case
-from study.compare import report as compare_words
+from study.compare import report as compare_report
 from study.compare.curve import Drawing
-from study.compare.pictures import pictures
-from study.compare.run import Compared, compare
-from study.diagnose import report as diagnose_words
+from study.compare.pictures import draw_pictures
+from study.compare.run import ComparisonResult, compare
+from study.diagnose import report as diagnose_report
 from study.diagnose.add import add
 from study.diagnose.history import history_of
-from study.diagnose.page import contents
+from study.diagnose.page import make_files
 from study.diagnose.round import Round, diagnose_case
-from study.diagnose.run import record
-from study.diagnose.stages import waterfall
+from study.diagnose.run import record_diagnosis
+from study.diagnose.stages import make_waterfall
 from transient.virtual_bench.hidden_effect import make_campaign, random_effect
 
 folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3
@@ -33,30 +33,30 @@ with progress.step("simulating the measurements", expected=10):
 campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: the beam as drawn
 
 
-def show(compared: Compared, name: str) -> None:
+def show(compared: ComparisonResult, name: str) -> None:
     """Show where the model fails, as text and as responses."""
-    print(f"\n=== {name}\n{compare_words.in_words(compared)}")
-    drawn = pictures(f"Beam, {name}", Drawing.of(compared))
+    print(f"\n=== {name}\n{compare_report.format_report(compared)}")
+    drawn = draw_pictures(f"Beam, {name}", Drawing.of(compared))
     (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
 
 
 def diagnose(name: str) -> Round:
     """Report the missing effect as text, page and figures, and record it in the history of the case."""
     found = diagnose_case(read_case(case, campaign).setup, campaign, progress=progress)
-    record(found, case, measured)
-    for file, content in contents(found, history_of(case), case).items():
+    record_diagnosis(found, case, measured)
+    for file, content in make_files(found, history_of(case), case).items():
         (folder / f"{name}_{file}").write_bytes(content)
-    print(f"\n=== {name}\n{diagnose_words.in_words(found)}\n")
+    print(f"\n=== {name}\n{diagnose_report.format_report(found)}\n")
     return found
 
 
 show(compare(read_case(case).setup, campaign, calibrate=True), "calibrated")  # no calibration explains the misfit
 best = diagnose("first").diagnosis.verdict.effects[0]
 assert best.effect is not None
-print(diagnose_words.step_in_words(add(case, best.effect.name), case))
+print(diagnose_report.describe_step(add(case, best.effect.name), case))
 show(compare(read_case(case).setup, campaign), f"with {best.effect.name}")
 last = diagnose("second")
-for step in waterfall(last, history_of(case)):
+for step in make_waterfall(last, history_of(case)):
     print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out reduced chi-squared {step.held_out_chi2:6.2f}")
 print(f"Hidden effect: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (fitted: {best.strength:.4g})")
 assert (best.effect.name, last.best) == (f"{hidden.kind} at {hidden.place}", None)

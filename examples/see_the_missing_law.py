@@ -12,7 +12,7 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_effects
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.missing_law.curves import compute_curves
@@ -83,7 +83,7 @@ for number in range(0, len(u), 8):
 
 # Second round: the file's effect, fitted with the calibration parameters.
 effect = list_effects(model, extra=[folder / "recovered_law.py"], level=0.4).effect(law.name)
-second = arrange(campaign, model, calibration, budget, added=[Added(effect=effect, values=(1.0,))])
+second = arrange(campaign, model, calibration, budget, added=[AddedEffect(effect=effect, values=(1.0,))])
 errors = [each.tested(None, each.fit).held_error for each in (first, second)]
 print(f"held-out error: {100 * errors[0]:.1f} %, with the recovered law {100 * errors[1]:.1f} %")
 assert found.credible == ("mass 2",)

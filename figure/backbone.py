@@ -7,12 +7,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.uncertainty.interval import TWO_SIDED_95
 from figure.registry import draws
 from figure.style import (
     INK,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -55,7 +56,7 @@ class BackboneCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Backbones(Headed):
+class Backbones(TitledFigure):
     """Backbones of one mode or several.
 
     Parameters
@@ -81,18 +82,15 @@ def backbone_figure(result: Backbones) -> Figure:
     left, right = figure.subplots(1, 2)
     measured = [curve for curve in result.curves if curve.kind != "model"]
     for curve, colour in zip(measured, choose_family_colours(len(measured)), strict=True):
-        for axes, (value, deviation) in zip((left, right), _values(curve), strict=True):
+        for axes, (value, half) in zip((left, right), _values(curve), strict=True):
             if curve.kind == "levels":
                 axes.errorbar(
-                    curve.amplitude, value, 1.96 * deviation, color=colour, marker="o", markersize=5,
+                    curve.amplitude, value, half, color=colour, marker="o", markersize=5,
                     markerfacecolor="white", linestyle="none", capsize=3, label=curve.label,
                 )  # fmt: skip
                 continue
             if curve.kind == "decay":
-                axes.fill_between(
-                    curve.amplitude, value - 1.96 * deviation, value + 1.96 * deviation, color=colour, alpha=0.22,
-                    linewidth=0,
-                )  # fmt: skip
+                axes.fill_between(curve.amplitude, value - half, value + half, color=colour, alpha=0.22, linewidth=0)
             axes.plot(curve.amplitude, value, color=colour, linewidth=LINE, label=curve.label)
     for number, axes in enumerate((left, right)):
         _draw_models(axes, result.curves, number)
@@ -110,11 +108,11 @@ def backbone_figure(result: Backbones) -> Figure:
 
 
 def _values(curve: BackboneCurve) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
-    """Change of frequency and damping with their standard deviations [%]."""
+    """Change of frequency and damping with half their 95 % intervals [%]."""
     of = curve.reference
     return (
-        (100 * (curve.frequency / of - 1), 100 * curve.frequency_deviation / of),
-        (100 * curve.damping, 100 * curve.damping_deviation),
+        (100 * (curve.frequency / of - 1), TWO_SIDED_95 * (100 * curve.frequency_deviation / of)),
+        (100 * curve.damping, TWO_SIDED_95 * (100 * curve.damping_deviation)),
     )
 
 
@@ -123,7 +121,7 @@ def _draw_models(axes: Axes, curves: Sequence[BackboneCurve], number: int) -> No
     values = [_values(curve)[number] for curve in curves]
     if not any(curve.kind == "model" for curve in curves):
         return
-    ends = np.concatenate([value + side * deviation for value, deviation in values for side in (-1.96, 1.96)])
+    ends = np.concatenate([value + side * half for value, half in values for side in (-1, 1)])
     ends = ends[np.isfinite(ends)]
     near = 2 * float(np.ptp(ends)) / WIDTHS if ends.size else 0.0
     drawn: list[tuple[Values, Values]] = []

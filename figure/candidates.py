@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from figure.registry import draws
-from figure.style import INK, PALE, Figure, Headed, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, PALE, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
 
 #: Named by the verdict, fitted, and to first order alone.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
@@ -41,7 +41,7 @@ class CandidateBar:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Candidates(Headed):
+class Candidates(TitledFigure):
     """Candidate effects of a diagnosis.
 
     Parameters

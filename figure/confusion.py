@@ -8,7 +8,7 @@ from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, new_figure
+from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, new_figure
 
 #: From no campaign to all of a row: what is right in blue, what is not in red.
 RIGHT = ("#eef2f6", "#0b5394")
@@ -20,7 +20,7 @@ WIDTH, HEIGHT = 0.72, 0.42
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ConfusionMatrix(Headed):
+class ConfusionMatrix(TitledFigure):
     """Counts of what was planted by what was named.
 
     Parameters

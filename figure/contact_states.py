@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import CONTACT_STATES, Axes, Figure, Headed, add_legend, add_title, evenly, new_figure
+from figure.style import CONTACT_STATES, Axes, Figure, TitledFigure, add_legend, add_title, evenly, new_figure
 
 #: Labelled places along a curve that turns back.
 N_TICK = 5
@@ -37,7 +37,7 @@ class StatePanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ContactStates(Headed):
+class ContactStates(TitledFigure):
     """Shares of the states of contacts along curves, as a grid of panels.
 
     Parameters

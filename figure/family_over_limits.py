@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import SWEEPS
 from figure.registry import draws
 from figure.style import (
     INK,
@@ -16,7 +17,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -38,7 +39,7 @@ SWEEP: dict[int, dict[str, Any]] = {
     -1: {"linestyle": "--", "marker": "v"},
     0: {"linestyle": "-", "marker": "o"},
 }
-WAYS = {1: "up", -1: "down", 0: "no sweep"}
+WAYS = SWEEPS | {0: "no sweep"}
 #: Points of a curve that have a marker; more would hide each other.
 MOST_MARKED = 25
 #: Width of the line of a limit [points]; a panel is at least so many of them high.
@@ -119,7 +120,7 @@ class FamilyRow:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FamiliesOverLimits(Headed):
+class FamiliesOverLimits(TitledFigure):
     """Rows of panels, at least one; the last one may have fewer."""
 
     rows: Sequence[FamilyRow]

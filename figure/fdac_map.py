@@ -7,11 +7,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import Figure, Headed, add_heading, new_figure
+from figure.style import Figure, TitledFigure, add_heading, new_figure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FdacMap(Headed):
+class FdacMap(TitledFigure):
     """Frequency domain assurance criterion.
 
     Parameters

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Figure, Headed, add_legend, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class ForceLimits:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LineForceLimits(Headed):
+class LineForceLimits(TitledFigure):
     """Limits of the forces of contact lines: one row per force, one column per line.
 
     Parameters

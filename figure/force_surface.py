@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import GRID, Axes, Figure, Headed, add_heading, add_legend, choose_family_colours, new_figure
+from figure.style import GRID, Axes, Figure, TitledFigure, add_heading, add_legend, choose_family_colours, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.colors import LogNorm
@@ -40,7 +40,7 @@ class ForceCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ForceSurface(Headed):
+class ForceSurface(TitledFigure):
     """Force over frequency and amplitude.
 
     Parameters

@@ -7,13 +7,13 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import Figure, Headed, add_title, new_figure, open_box
+from figure.style import Figure, TitledFigure, add_title, new_figure, open_box
 
 LINE = "#0072b2"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrequencyResponse(Headed):
+class FrequencyResponse(TitledFigure):
     """A receptance over frequency.
 
     Parameters

@@ -18,7 +18,7 @@ from figure.style import (
     LEFT,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_axes,
     add_heading,
     bare_figure,
@@ -79,7 +79,7 @@ class OverlayPanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrfOverlay(Headed):
+class FrfOverlay(TitledFigure):
     """Measured and predicted responses over frequency.
 
     Parameters

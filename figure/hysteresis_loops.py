@@ -5,7 +5,16 @@ from dataclasses import dataclass
 
 from figure.period_axis import Samples, closed
 from figure.registry import draws
-from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
+from figure.style import (
+    LONGEST_LEGEND,
+    Axes,
+    Figure,
+    TitledFigure,
+    add_title,
+    choose_family_colours,
+    new_figure,
+    open_box,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,7 +46,7 @@ class Loop:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HysteresisLoops(Headed):
+class HysteresisLoops(TitledFigure):
     """Motions and forces of joints over one period.
 
     Parameters

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Axes, Figure, Headed, add_legend, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Axes, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 Flags = Bool[NDArray[np.bool_], "2 f"]
@@ -50,7 +50,7 @@ class Band:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LimitBands(Headed):
+class LimitBands(TitledFigure):
     """Bands of response limits over frequency; next to a jump a limit is dotted, since nothing says where it lies.
 
     Parameters

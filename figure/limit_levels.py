@@ -8,13 +8,13 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import LIMITS, PALE, Axes, Figure, Headed, add_legend, add_title, new_figure, open_box
+from figure.style import LIMITS, PALE, Axes, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LimitsByLevel(Headed):
+class LimitsByLevel(TitledFigure):
     """What tells each level; arrays of both limits have the lower one first.
 
     Parameters

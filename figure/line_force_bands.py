@@ -7,11 +7,11 @@ import numpy as np
 
 from figure.limit_band import Band, add_band_legend, draw_band
 from figure.registry import draws
-from figure.style import Figure, Headed, add_title, new_figure
+from figure.style import Figure, TitledFigure, add_title, new_figure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LineForceBands(Headed):
+class LineForceBands(TitledFigure):
     """Bands of static and dynamic forces of one line.
 
     Parameters

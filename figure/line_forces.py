@@ -12,7 +12,7 @@ from figure.style import (
     LONGEST_LEGEND,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -66,7 +66,7 @@ class LineForce:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LineForces(Headed):
+class LineForces(TitledFigure):
     """Forces of contact lines over one period, one row per line, all rows on one scale.
 
     Parameters

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from figure.period_axis import name_period, over_one_period
 from figure.registry import draws
-from figure.style import CONTACT_STATES, INK, Axes, Figure, Headed, add_heading, add_legend, new_figure
+from figure.style import CONTACT_STATES, INK, Axes, Figure, TitledFigure, add_heading, add_legend, new_figure
 from geometry.errors import InputError
 
 #: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
@@ -65,7 +65,7 @@ def refuse_unknown_states(what: str, states: Int[NDArray[np.int64], "..."]) -> I
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StateHistories(Headed):
+class StateHistories(TitledFigure):
     """States of contact lines over one period, as a grid of panels.
 
     Parameters

@@ -8,14 +8,14 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_heading, new_figure
+from figure.style import INK, Figure, TitledFigure, add_heading, new_figure
 
 #: Numbers are written into at most so many modes of either kind.
 MOST_NUMBERS = 14
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MacMatrix(Headed):
+class MacMatrix(TitledFigure):
     """Modal assurance criterion.
 
     Parameters

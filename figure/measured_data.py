@@ -5,7 +5,18 @@ from dataclasses import dataclass
 
 from correlation.data_type.registry import Panel
 from figure.registry import draws
-from figure.style import INK, LIMITS, Axes, Figure, Headed, add_heading, add_legend, new_figure, open_box, use_log_scale
+from figure.style import (
+    INK,
+    LIMITS,
+    Axes,
+    Figure,
+    TitledFigure,
+    add_heading,
+    add_legend,
+    new_figure,
+    open_box,
+    use_log_scale,
+)
 
 COLUMNS = 2
 #: A title needs so much [inches].
@@ -15,7 +26,7 @@ FEW = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MeasuredData(Headed):
+class MeasuredData(TitledFigure):
     """Panels of measured data, at least one."""
 
     panels: Sequence[Panel]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from figure.registry import draws
-from figure.style import LIMITS, Axes, Figure, Headed, add_title, new_figure, open_box
+from figure.style import LIMITS, Axes, Figure, TitledFigure, add_title, new_figure, open_box
 
 GREY = "#6b7280"
 #: Of linear and quadratic elements.
@@ -44,7 +44,7 @@ class ModelFrequency:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshConvergence(Headed):
+class MeshConvergence(TitledFigure):
     """First natural frequencies of one blade on several meshes.
 
     Parameters

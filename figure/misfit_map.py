@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import HEADING, INK, Axes, Figure, Headed, add_axes, add_heading, bare_figure, evenly
+from figure.style import HEADING, INK, Axes, Figure, TitledFigure, add_axes, add_heading, bare_figure, evenly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +55,7 @@ class MapPanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MisfitMap(Headed):
+class MisfitMap(TitledFigure):
     """Misfits by level and frequency: sensors are rows, harmonics columns.
 
     Parameters

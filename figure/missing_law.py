@@ -14,7 +14,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -71,7 +71,7 @@ class KnownLaw:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LawDrawing(Headed):
+class LawDrawing(TitledFigure):
     """A recovered law.
 
     Parameters

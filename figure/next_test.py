@@ -14,7 +14,7 @@ from figure.style import (
     LIMITS,
     PALE,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -49,7 +49,7 @@ class PredictedCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NextTests(Headed):
+class NextTests(TitledFigure):
     """Tests, the advised one first.
 
     Parameters

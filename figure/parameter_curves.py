@@ -15,7 +15,7 @@ from figure.style import (
     LAST_COLOUR,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     new_figure,
@@ -51,7 +51,7 @@ class ParameterCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ParameterCurves(Headed):
+class ParameterCurves(TitledFigure):
     """Curves for values of a parameter.
 
     Parameters

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_legend, add_title, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, TitledFigure, add_legend, add_title, choose_family_colours, new_figure, open_box
 
 #: Panels in a row.
 COLUMNS = 5
@@ -30,7 +30,7 @@ class IntervalPanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ParameterIntervals(Headed):
+class ParameterIntervals(TitledFigure):
     """Panels of all parameters, all with the same ways."""
 
     panels: Sequence[IntervalPanel]

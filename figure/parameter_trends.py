@@ -14,7 +14,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -52,7 +52,7 @@ class TrendLine:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ParameterTrends(Headed):
+class ParameterTrends(TitledFigure):
     """Trends of k quantities.
 
     Parameters

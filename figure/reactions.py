@@ -11,7 +11,7 @@ from figure.style import (
     LONGEST_LEGEND,
     PALE,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     choose_family_colours,
     new_figure,
@@ -56,7 +56,7 @@ class Reaction:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reactions(Headed):
+class Reactions(TitledFigure):
     """Reactions of load cells over one period, one panel per de-coupler, all on one scale.
 
     Parameters

@@ -14,7 +14,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_title,
     choose_family_colours,
     new_figure,
@@ -82,7 +82,7 @@ class DrawnCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseCurves(Headed):
+class ResponseCurves(TitledFigure):
     """Response curves of one output.
 
     Parameters

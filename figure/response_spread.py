@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, PALE, Axes, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -49,7 +49,7 @@ class SpreadBand:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseSpread(Headed):
+class ResponseSpread(TitledFigure):
     """Bands of several panels.
 
     Parameters

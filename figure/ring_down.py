@@ -12,7 +12,7 @@ from figure.style import (
     GRID,
     PALE,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -26,7 +26,7 @@ MOST_POINTS = 20000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DecayDrawing(Headed):
+class DecayDrawing(TitledFigure):
     """A signal and the amplitudes of its modes.
 
     Parameters

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_legend, add_title, choose_family_colours, new_figure, open_box
+from figure.style import INK, Figure, TitledFigure, add_legend, add_title, choose_family_colours, new_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class SmallResponsePanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SmallResponses(Headed):
+class SmallResponses(TitledFigure):
     """Panels side by side, all with lines of the same names.
 
     Parameters

@@ -7,11 +7,11 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Figure, Headed, add_heading, add_legend, new_figure, open_box
+from figure.style import INK, Figure, TitledFigure, add_heading, add_legend, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StabilisationDrawing(Headed):
+class StabilisationDrawing(TitledFigure):
     """Poles over the order.
 
     Parameters

@@ -53,7 +53,7 @@ HEADING, TITLE, SUBTITLE, LEFT = 0.72, 0.12, 0.42, 0.12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Headed:
+class TitledFigure:
     """A result with the title of its figure, and the smaller line below it."""
 
     title: str
@@ -197,7 +197,7 @@ def add_legend(
     figure.legend(handles, labels, loc=loc, ncols=ncols, frameon=False, **style)
 
 
-def add_heading(figure: Figure, result: Headed) -> None:
+def add_heading(figure: Figure, result: TitledFigure) -> None:
     """Write title and subtitle at the top left, and keep the axes of a constrained layout below them."""
     width, height = figure.get_size_inches()
     margin = LEFT / width

@@ -8,14 +8,14 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, PALE, Figure, Headed, add_heading, new_figure, open_box
+from figure.style import INK, LIMITS, PALE, Figure, TitledFigure, add_heading, new_figure, open_box
 
 #: Size of the signs of the matrix [points].
 SIGN = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PlanDrawing(Headed):
+class PlanDrawing(TitledFigure):
     """What tests would show.
 
     Parameters

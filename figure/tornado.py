@@ -8,11 +8,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, LIMITS, Figure, Headed, add_legend, add_title, new_figure, open_box
+from figure.style import INK, LIMITS, Figure, TitledFigure, add_legend, add_title, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tornado(Headed):
+class Tornado(TitledFigure):
     """Changes of quantities by steps of parameters.
 
     Parameters

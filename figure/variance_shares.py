@@ -13,7 +13,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     choose_family_colours,
@@ -51,7 +51,7 @@ class SharePanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class VarianceShares(Headed):
+class VarianceShares(TitledFigure):
     """Shares of several quantities.
 
     Parameters

@@ -12,7 +12,7 @@ from figure.style import (
     PALE,
     Axes,
     Figure,
-    Headed,
+    TitledFigure,
     add_heading,
     add_legend,
     format_three_digits,
@@ -56,7 +56,7 @@ class WaterfallStep:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Waterfall(Headed):
+class Waterfall(TitledFigure):
     """Errors of a model on its way to the measurements, step by step.
 
     Parameters

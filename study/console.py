@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from study.run_context import Answer
 
 
+#: Columns of a report: sentences are wrapped at it, tables keep within it.
+WIDTH = 118
 #: What to do where memory is short.
 OUT_OF_MEMORY = "out of memory; take fewer elements, or a machine with more memory"
 

@@ -25,7 +25,7 @@ def find_differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dic
     }
 
 
-def tell_differences(found: Mapping[str, Any]) -> list[str]:
+def describe_differences(found: Mapping[str, Any]) -> list[str]:
     """Lines about what `find_differences` found."""
     different = found["different"]
     lines = [f"{len(different)} of {found['compared']} values differ"]

@@ -34,7 +34,7 @@ def amplitude(
     model: Model, place: str, levels: Sequence[float], frequencies: Sequence[float], *, free: bool
 ) -> NDArray[np.float64]:
     """Displacement of a place per newton, shape (level, frequency) [m/N]; zero where there is no steady state."""
-    probe = model.free() if free else model
+    probe = model.without_contacts() if free else model
     probe = Model(**{**vars(probe), "sensors": (Sensor(name="probe", row=model.places[place]),)})
     points = points_of([(False, level, f, "probe", 1) for level in levels for f in frequencies])
     value = np.nan_to_num(np.abs(predict(probe, points).value)).reshape(len(levels), -1)

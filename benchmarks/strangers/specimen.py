@@ -80,7 +80,7 @@ def make_specimen(model: Model, hidden: Sequence[Hidden], random: np.random.Gene
         stiffness=weighted * squared @ weighted.T, damping=factors["zeta"] * system.damping, joints=joints
     )
     made = replace(made, parts=())
-    jointed, free = made, made.free()
+    jointed, free = made, made.without_contacts()
     for effect in hidden:
         apply = effect.bound(made)
         jointed, free = apply(jointed), apply(free)

@@ -18,7 +18,7 @@ from benchmarks.processor_time import TimeUp, limited
 from benchmarks.strangers.campaign import make
 from benchmarks.strangers.hidden import Hidden
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
@@ -124,7 +124,7 @@ def _fitted(refit: Refit) -> dict[str, Any]:
     return {
         "name": refit.name,
         "strength": refit.strength,
-        "half": INTERVAL * refit.deviation,
+        "half": TWO_SIDED_95 * refit.deviation,
         "gain": refit.gain,
         "held_gain": refit.held_gain,
         "finite": bool(np.isfinite([refit.strength, refit.deviation]).all()),

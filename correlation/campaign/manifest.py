@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from correlation.campaign.load_cell import LoadCellPair, read_load_cells
 from correlation.campaign.measurement import CONFIGURATIONS, CONTROLS, Drive, HeldOut, MeasuredSensor, Test
-from correlation.campaign.measurement_unit import si_factor, si_quantity
+from correlation.campaign.measurement_unit import positive_si_quantity, si_factor, si_quantity
 from correlation.campaign.run_entry import RunEntry, read_run
 from correlation.campaign.run_table import RunUnits
 from correlation.campaign.sensor_entry import read_sensor
@@ -280,7 +280,7 @@ def _record(table: TomlTable) -> RecordEntry:
         signs=signs,
         force=table.take("force", str, None),
         held_out=table.take("held_out", bool, False),
-        rate=table.converted("rate", partial(_positive, "Hz")) if "rate" in table.values else None,
+        rate=table.converted("rate", partial(positive_si_quantity, si="Hz")) if "rate" in table.values else None,
         start=table.converted("start", lambda value: si_quantity(value, "s"), -math.inf),
         end=table.converted("end", lambda value: si_quantity(value, "s"), math.inf),
     )
@@ -305,13 +305,6 @@ def _channels(table: TomlTable) -> tuple[dict[str, str], dict[str, int]]:
             signs[column] = read_sign(entry)
         entry.finish()
     return units, signs
-
-
-def _positive(si: str, value: object) -> float:
-    number = si_quantity(value, si)
-    if not number > 0:
-        raise ValueError("must be above zero")
-    return number
 
 
 def _held_out(table: TomlTable, level_factor: float) -> HeldOut:

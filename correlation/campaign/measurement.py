@@ -301,13 +301,28 @@ class Campaign:
         return np.unique(self.measurement.level)
 
     @property
+    def is_free(self) -> Mask:
+        """Whether each test is of the structure without its contacts, shape (t,)."""
+        return np.array([test.configuration == "free" for test in self.tests], dtype=bool)
+
+    @property
     def has_data_alone(self) -> bool:
         """Whether there are typed data and no steady states."""
         return bool(self.data) and not len(self.measurement)
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """What was read, by field, wherever its files are."""
+        return {name: value for name, value in vars(self).items() if name != "folder"}
+
     def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
         """The same, with more that looks wrong."""
         return replace(self, suspicions=(*self.suspicions, *more))
+
+
+def name_configuration(free: bool) -> str:
+    """Name of the configuration without contacts, or with them."""
+    return "free" if free else "jointed"
 
 
 def number_frequencies(frequency: FloatColumn) -> IntColumn:

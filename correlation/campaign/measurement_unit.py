@@ -95,6 +95,20 @@ def si_quantity(value: object, si: str) -> float:
     return number
 
 
+def positive_si_quantity(value: object, si: str) -> float:
+    """The same of a quantity that is above zero.
+
+    Raises
+    ------
+    ValueError
+        It is not, or no such quantity; in words, with the remedy.
+    """
+    number = si_quantity(value, si)
+    if not number > 0:
+        raise ValueError("must be above zero")
+    return number
+
+
 @cache
 def unit_registry() -> "pint.UnitRegistry[Decimal]":
     """One registry for the process: pint takes over half a second to import and to read its definitions."""

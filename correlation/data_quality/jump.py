@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion
+from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion, name_configuration
 from correlation.feature.branch import Branches, find_branches
 
 
@@ -21,7 +21,7 @@ def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
 def _where(campaign: Campaign, of: Branches, frequency: float) -> str:
     level = f"{of.curves.level:g} {campaign.drive.unit}"
-    return f"{'free' if of.curves.free else 'jointed'} test, {level}, {frequency:g} Hz"
+    return f"{name_configuration(of.curves.free)} test, {level}, {frequency:g} Hz"
 
 
 def _sentence(of: Branches, state: int) -> str:

@@ -39,7 +39,7 @@ def find_common_factors(size: Float[NDArray[np.float64], "n r"]) -> Float[NDArra
     return np.exp(factor - np.nanmin(factor)) if apart else None
 
 
-def in_words(factors: Float[NDArray[np.float64], " r"]) -> str:
+def format_factors(factors: Float[NDArray[np.float64], " r"]) -> str:
     """Factors as people write them: 1 : 3 : 10."""
     return " : ".join(f"{factor:.2g}" for factor in factors)
 
@@ -69,6 +69,6 @@ def find_missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
             yield Suspicion(
                 where=f'test "{test.name}"',
                 sentence=f"repeats {listed} at {level:.4g} {campaign.drive.unit} differ by factors "
-                f"{in_words(factors[long])} over the whole sweep: they seem to be several levels; give each run its "
-                "level, or levels = [...] with a number for each sweep of its file",
+                f"{format_factors(factors[long])} over the whole sweep: they seem to be several levels; give each run "
+                "its level, or levels = [...] with a number for each sweep of its file",
             )

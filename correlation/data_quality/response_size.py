@@ -75,7 +75,7 @@ def find_wrong_size(model: Model, response: MeasuredResponse) -> Iterator[Suspic
 
 def _read_ratios(model: Model, response: MeasuredResponse) -> _Ratios:
     frequency, _, shapes = linear_modes(model, response.configuration)
-    system = (model.free() if response.configuration == "free" else model).system
+    system = model.in_configuration(response.configuration).system
     sensors = motion_sensors(model, response.sensors)
     rows = np.array([sensor.gain * sensor.row for sensor in sensors])
     found: list[tuple[int, float, complex]] = []

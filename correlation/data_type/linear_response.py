@@ -19,12 +19,12 @@ def predict_linear_response(model: Model, response: MeasuredResponse) -> Complex
     CampaignError
         A sensor that the model has not as one of motion.
     """
-    configured = model.free() if response.configuration == "free" else model
+    configured = model.in_configuration(response.configuration)
     system = configured.system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     shapes = modes.mode_shapes
     # What an exponential window multiplies in time is moved along the real axis in the transform.
-    omega = 2 * np.pi * response.frequency * (1 + model.shift.get(response.configuration, 0.0))
+    omega = 2 * np.pi * response.frequency * (1 + model.frequency_shift.get(response.configuration, 0.0))
     s = response.decay + 1j * omega
     # Damping that is not modal couples modes; on the diagonal it holds for light damping.
     rate = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)

@@ -6,8 +6,6 @@ all contacts it counts at one that is so small that whatever an effect adds to i
 
 from dataclasses import replace
 
-import numpy as np
-
 from correlation.campaign.measurement import Campaign, Test
 from correlation.campaign.run_table import join_rows
 from correlation.campaign.stepped_sine import sorting
@@ -31,8 +29,7 @@ def count_free_responses(campaign: Campaign) -> tuple[Campaign, tuple[str, ...]]
         With steady states of the jointed structure.
     """
     responses = [datum for datum in campaign.data if isinstance(datum, MeasuredResponse) and _is_linear(datum)]
-    free = [number for number, test in enumerate(campaign.tests) if test.configuration == "free"]
-    if not responses or np.isin(campaign.measurement.test, free).any():
+    if not responses or campaign.is_free[campaign.measurement.test].any():
         return campaign, ()
     level, names = SMALL * float(campaign.levels[0]), [sensor.name for sensor in campaign.sensors]
     tests = (*campaign.tests, *(Test(name=response.name, configuration="free") for response in responses))

@@ -7,10 +7,10 @@ moves by :math:`u = u_0 + A \cos \Omega t`. It pulls with :math:`g (u - p^T x)` 
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration
 from correlation.data_type.measured_loop import FEATURES, ForceLoop, Numbers, Signal
 from correlation.errors import CampaignError
 from correlation.model import LineSensor, Model, Sensor
+from correlation.model_solver import ModelSolver
 from correlation.sensor_placement import offer_places
 from correlation.signal.loop import Plateau, analyse_loop
 from fe.blas_threads import on_one_blas_thread
@@ -105,14 +105,14 @@ def driven_loop(model: Model, loop: ForceLoop) -> tuple[Signal, Signal] | None:
         raise CampaignError(
             f'loop "{loop.name}": the model has no sensor of motion "{loop.sensor}": add it to the case'
         )
-    seen = Configuration.from_model(Model(**{**vars(model), "sensors": (motion, force)}), free=False, slider=None)
+    solver = ModelSolver.from_model(Model(**{**vars(model), "sensors": (motion, force)}), free=False, slider=None)
     assert loop.level is not None
-    state = seen.solve(loop.level, loop.frequency, seen.slider, ())
+    state = solver.solve(loop.level, loop.frequency, solver.slider, ())
     if state is None:
         return None
     harmonics = np.arange(model.n_harmonic)
-    x = seen.read(state, np.full(len(harmonics), motion.name), harmonics)
-    f = seen.read(state, np.full(len(harmonics), force.name), harmonics)
+    x = solver.read(state, np.full(len(harmonics), motion.name), harmonics)
+    f = solver.read(state, np.full(len(harmonics), force.name), harmonics)
     members = model.lines[force.line]
     tangent = np.sum([joint.directions[0] for joint in model.system.joints if joint.name in members], axis=0)
     # A sensor may read the motion against the tangent: the force of a loop resists the motion that is read.

@@ -15,7 +15,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONFIGURATIONS
-from correlation.campaign.measurement_unit import si_quantity
+from correlation.campaign.measurement_unit import positive_si_quantity
 from correlation.campaign.toml_table import TomlTable
 from correlation.data_type.registry import DATA_TYPES, DataContext, DataType, Features
 from correlation.errors import CampaignError
@@ -78,8 +78,8 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
     CampaignError
         A key or value that cannot be used, or a shape at a sensor that there is not.
     """
-    frequency = table.converted("frequency", partial(_positive, "Hz"), example="122.25 Hz")
-    damping = table.converted("damping", partial(_positive, ""), np.nan)
+    frequency = table.converted("frequency", partial(positive_si_quantity, si="Hz"), example="122.25 Hz")
+    damping = table.converted("damping", partial(positive_si_quantity, si=""), np.nan)
     shape = table.take("shape", dict, {})
     known = {sensor.name for sensor in context.sensors}
     for sensor, value in shape.items():
@@ -94,23 +94,18 @@ def read_mode(table: TomlTable, context: DataContext) -> MeasuredMode:
         configuration=table.choice("configuration", CONFIGURATIONS),
         frequency=frequency,
         frequency_deviation=table.converted(
-            "frequency_deviation", partial(_positive, "Hz"), FREQUENCY_DEVIATION * frequency
+            "frequency_deviation", partial(positive_si_quantity, si="Hz"), FREQUENCY_DEVIATION * frequency
         ),
         damping=damping,
-        damping_deviation=table.converted("damping_deviation", partial(_positive, ""), DAMPING_DEVIATION * damping),
+        damping_deviation=table.converted(
+            "damping_deviation", partial(positive_si_quantity, si=""), DAMPING_DEVIATION * damping
+        ),
         sensors=tuple(shape),
         shape=np.array([*shape.values()], dtype=np.complex128),
         held_out=table.take("held_out", bool, False),
     )
     table.finish()
     return mode
-
-
-def _positive(si: str, value: object) -> float:
-    number = si_quantity(value, si)
-    if not number > 0:
-        raise ValueError("must be above zero")
-    return number
 
 
 def mode_features(mode: MeasuredMode) -> Features:
@@ -141,14 +136,14 @@ def linear_modes(
     model: Model, configuration: str
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "r m"]]:
     """Frequencies [Hz], damping ratios [-] and shapes, shape (r, m), of the model with its closed contacts stuck."""
-    system = (model.free() if configuration == "free" else model).system
+    system = model.in_configuration(configuration).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     omega = np.sqrt(np.maximum(modes.lambda_, 0.0))
     shapes = modes.mode_shapes
     rate = modal_damping(system, shapes, omega)
     with np.errstate(divide="ignore", invalid="ignore"):
         damping = np.where(omega > 0, rate / (2 * omega), np.nan)
-    shift = 1 + model.shift.get(configuration, 0.0)
+    shift = 1 + model.frequency_shift.get(configuration, 0.0)
     return omega / (2 * np.pi) / shift, damping, shapes
 
 

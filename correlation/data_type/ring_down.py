@@ -215,7 +215,7 @@ def predict_ring_down(model: Model, decay: FreeDecay) -> Float[NDArray[np.float6
     CampaignError
         The model has no such sensor, or it does not see a mode.
     """
-    configured = model.free() if decay.configuration == "free" else model
+    configured = model.in_configuration(decay.configuration)
     predicted = []
     for mode in decay.modes:
         rows = chosen_rows(mode)

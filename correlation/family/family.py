@@ -150,7 +150,7 @@ def measured_families(campaign: Campaign) -> tuple[Family, ...]:
         Every row counts, those of held-out repeats and levels included.
     """
     table = campaign.measurement
-    jointed = np.array([test.configuration != "free" for test in campaign.tests], dtype=bool)
+    jointed = ~campaign.is_free
     table = table.where(jointed[table.test]) if len(table) else table
     families: dict[tuple[int, int, float], list[FamilyCurve]] = {}
     for rows in _passes(table):

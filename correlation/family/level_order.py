@@ -24,7 +24,7 @@ def find_earlier_levels(campaign: Campaign, levels: Sequence[float]) -> Bool[NDA
         Levels of jointed tests, shape (l,).
     """
     table = campaign.measurement
-    jointed = np.array([test.configuration != "free" for test in campaign.tests], dtype=bool)
+    jointed = ~campaign.is_free
     table = table.where(jointed[table.test]) if len(table) else table
     result = np.eye(len(levels), dtype=bool)
     own = np.isclose(table.level, np.array(levels)[:, None], rtol=SAME_LEVEL, atol=0.0)

@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration
 from correlation.model import Model
+from correlation.model_solver import ModelSolver
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
@@ -56,14 +56,14 @@ class Variant:
     model: Model
     factor: float
     box: SliderBox
-    _known: dict[tuple[int, int], Configuration] = field(init=False, repr=False, default_factory=dict)
+    _known: dict[tuple[int, int], ModelSolver] = field(init=False, repr=False, default_factory=dict)
 
-    def like(self, balance: HarmonicBalance) -> Configuration:
-        """Configuration with the harmonics and samples of a balance."""
+    def like(self, balance: HarmonicBalance) -> ModelSolver:
+        """Solver with the harmonics and samples of a balance."""
         key = balance.n_harmonic, balance.n_sample
         if key not in self._known:
             model = replace(self.model, n_harmonic=balance.n_harmonic, n_sample=balance.n_sample)
-            self._known[key] = Configuration.from_model(model, False, None)
+            self._known[key] = ModelSolver.from_model(model, False, None)
         return self._known[key]
 
     def limit(
@@ -93,7 +93,7 @@ class Variant:
 
     def refined(
         self, balance: HarmonicBalance, own: TrialState, known: SteadyState, refined: SteadyState, *, alone: bool
-    ) -> tuple[Configuration, SteadyState | None]:
+    ) -> tuple[ModelSolver, SteadyState | None]:
         """A state in the harmonics and samples of a finer balance, with their configuration.
 
         Parameters
@@ -135,7 +135,7 @@ def make_variants(curve: LimitCurve, model: Model, force_span: float, preload_sp
     def pressed(group: Sequence[str], log_ratio: float) -> Variant:
         changed = model
         for name in group:
-            changed = changed.pressed(name, float(np.exp(log_ratio)))
+            changed = changed.with_preload_ratio(name, float(np.exp(log_ratio)))
         return Variant(model=changed, factor=1.0, box=_moved_box(curve, changed))
 
     def forced(log_ratio: float) -> Variant:

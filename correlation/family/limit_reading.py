@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration, Tangent
 from correlation.family.band import LimitChange
 from correlation.family.frequency_offset import split_frequency_part
 from correlation.family.limit_change import Variant, VariantScale, find_state, make_variants
 from correlation.model import COMPONENTS, AnySensor, LineSensor, Model, Sensor
+from correlation.model_solver import ModelSolver, Tangent
 from correlation.noise.nuisance import Budget, make_contact_errors, make_frequency_shifts
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.local_search import LimitSide
@@ -118,8 +118,8 @@ def read_limits(
         for; 0 for none [-].
     """
     balance, sensors = curve.problem.balance, {item.name: item for item in model.sensors}
-    seen = Configuration.from_model(model, False, None)
-    finely = _finer_configurations(model, balance)
+    solver = ModelSolver.from_model(model, False, None)
+    finely = _finer_solvers(model, balance)
     scales = make_variants(curve, model, force_span, preload_span)
     errors, (frequency, _) = make_contact_errors(model, budget), make_frequency_shifts(model, by_exciter=True)
     result = []
@@ -133,7 +133,7 @@ def read_limits(
             state = _state(balance, curve, at, states.motion[side, at], slider, alone=False)
             if state is None:
                 continue
-            refined = _refined_readings(states, state, curve, at, slider, [(seen, seen), *finely])
+            refined = _refined_readings(states, state, curve, at, slider, [(solver, solver), *finely])
             readings = refined.values
             if len(readings) < 3:
                 continue
@@ -148,7 +148,7 @@ def read_limits(
                     for variant in scale.variants
                 ]
             if errors.tangents:
-                *rates, slope[side, at] = _rates(states, state, seen, [*errors.tangents, frequency])
+                *rates, slope[side, at] = _rates(states, state, solver, [*errors.tangents, frequency])
                 by_contact[:, side, at] = np.nan_to_num(errors.size * np.array(rates))
         # At one frequency a change may be 0 by chance.
         by_chance = [_pool(item) for item in (sampled, last, np.diff(moved, axis=0))]
@@ -183,18 +183,18 @@ def _in_order(
     )
 
 
-def _finer_configurations(model: Model, balance: HarmonicBalance) -> list[tuple[Configuration, Configuration]]:
+def _finer_solvers(model: Model, balance: HarmonicBalance) -> list[tuple[ModelSolver, ModelSolver]]:
     """More samples, then more and more harmonics; the second of each pair has the sensors of `_with_check_sensors`."""
     checked, finely = _with_check_sensors(model), []
     for number, times in enumerate(HARMONICS):
         n_harmonic, n_sample = times * (balance.n_harmonic - 1) + 1, SAMPLES * balance.n_sample
         if number >= FEWEST_BALANCE and balance.n_direction * (2 * n_harmonic - 1) > MOST_UNKNOWN:
             break
-        configuration, check = (
-            Configuration.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
+        solver, check = (
+            ModelSolver.from_model(replace(item, n_harmonic=n_harmonic, n_sample=n_sample), False, None)
             for item in (model, checked)
         )
-        finely.append((configuration, check))
+        finely.append((solver, check))
     return finely
 
 
@@ -208,28 +208,28 @@ class _Refined(NamedTuple):
     still: bool
     """Whether the last change is below it."""
     state: SteadyState
-    configuration: Configuration
+    solver: ModelSolver
     """By the last balance."""
 
 
 def _refined_readings(
     states: LimitStates, state: SteadyState, curve: LimitCurve, at: int, slider: Real,
-    configurations: Sequence[tuple[Configuration, Configuration]],
+    solvers: Sequence[tuple[ModelSolver, ModelSolver]],
 ) -> _Refined:  # fmt: skip
     """What a sensor reads by one balance after the other, until its state stands still."""
     readings: list[float] = []
-    error, before, reached = 0.0, None, configurations[0][0]
-    for number, (configuration, check) in enumerate(configurations):
+    error, before, reached = 0.0, None, solvers[0][0]
+    for number, (solver, check) in enumerate(solvers):
         found: SteadyState | None = state
         if number:
             alone = number > FEWEST_BALANCE
-            found = _state(configuration.balance, curve, at, state.motion, slider, alone=alone)
+            found = _state(solver.balance, curve, at, state.motion, slider, alone=alone)
         if found is None:
             break
-        state, reached = found, configuration
-        readings.append(_reading(states, state, configuration))
+        state, reached = found, solver
+        readings.append(_reading(states, state, solver))
         # What vibration leaves in a mean is found no better than the vibration, however small the mean is.
-        vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
+        vibration = 0.0 if states.harmonic else solver.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
             now = _seen(check, state)
@@ -251,15 +251,15 @@ def _other_reading(
     if own is None:
         return np.nan
     alone = len(refined.values) - 1 > FEWEST_BALANCE
-    seen, found = variant.refined(refined.configuration.balance, own, state, refined.state, alone=alone)
+    solver, found = variant.refined(refined.solver.balance, own, state, refined.state, alone=alone)
     if found is None:
         return np.nan
-    return _reading(states, found, seen) / (variant.factor if states.harmonic else 1.0)
+    return _reading(states, found, solver) / (variant.factor if states.harmonic else 1.0)
 
 
-def _reading(states: LimitStates, state: SteadyState, seen: Configuration) -> float:
+def _reading(states: LimitStates, state: SteadyState, solver: ModelSolver) -> float:
     """Amplitude, or signed mean."""
-    z = seen.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
+    z = solver.read(state, np.array([states.sensor]), np.array([states.harmonic]))[0]
     return float(abs(z) if states.harmonic else z.real)
 
 
@@ -276,7 +276,7 @@ def _with_check_sensors(model: Model) -> Model:
     )
 
 
-def _seen(check: Configuration, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
+def _seen(check: ModelSolver, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
     """Mean and fundamental of the check sensors; motions have no mean that counts."""
     sensors = check.model.sensors
     names = np.array([item.name for item in sensors])
@@ -293,15 +293,15 @@ def _stands_still(before: Complex[NDArray[np.complex128], "2 k"], now: Complex[N
 
 
 def _rates(
-    states: LimitStates, state: SteadyState, seen: Configuration, tangents: Sequence[Tangent]
+    states: LimitStates, state: SteadyState, solver: ModelSolver, tangents: Sequence[Tangent]
 ) -> Float[NDArray[np.float64], " t"]:
     """Change of the reading by each tangent of the numerical error, shape (t,)."""
     names, harmonic = np.array([states.sensor]), np.array([states.harmonic])
-    frequency = state.angular_frequency / (2 * np.pi * (1 + seen.linear.shift))
-    rates = seen.slopes(state, frequency, names, harmonic, seen.rates(tangents))[0]
+    frequency = state.angular_frequency / (2 * np.pi * (1 + solver.linear.frequency_shift))
+    rates = solver.slopes(state, frequency, names, harmonic, solver.rates(tangents))[0]
     if not states.harmonic:
         return np.asarray(rates.real)
-    found = seen.read(state, names, harmonic)[0]
+    found = solver.read(state, names, harmonic)[0]
     return np.asarray((np.conj(found) * rates).real / max(abs(found), np.finfo(float).tiny))
 
 

@@ -98,7 +98,7 @@ def mark_readings(
 ) -> tuple[Bool[NDArray[np.bool_], " k"], Bool[NDArray[np.bool_], " k"]]:
     """Which rows of a campaign are of a branch of their sweep, and which cannot be averaged, shape (k,) each."""
     table = campaign.measurement
-    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    free = campaign.is_free[table.test]
     split, out = np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
     for each in branches:
         if not (each.split.any() or each.alone.any() or each.out.any()):

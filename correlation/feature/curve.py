@@ -48,7 +48,7 @@ class CurveSet:
 def list_curves(campaign: Campaign) -> list[CurveSet]:
     """Curves of each configuration and level, in this order; none of levels at which no motion was read."""
     table, found = campaign.measurement, []
-    is_free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    is_free = campaign.is_free[table.test]
     for free in np.unique(is_free):
         for level in np.unique(table.level[is_free == free]):
             rows = _largest_motion(campaign, (is_free == free) & (table.level == level))

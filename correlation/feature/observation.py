@@ -113,7 +113,7 @@ def arrange_campaign(campaign: Campaign) -> Observation:
     split, out = mark_readings(campaign, find_branches(campaign))
     out = out | find_unsettled(campaign)
     sweep = np.where(split, table.sweep, 0)
-    free_test = np.array([test.configuration == "free" for test in campaign.tests])
+    free_test = campaign.is_free
     frequency = table.frequency
     state_columns = [free_test[table.test], table.level, number_frequencies(frequency)]
     first, row = group_rows([*state_columns, sweep, table.sensor, table.harmonic])
@@ -188,7 +188,7 @@ def average_readings(
 def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
     """Which of some points each row of a campaign's table is a reading of, shape (rows,); -1 for none."""
     table = campaign.measurement
-    free_test = np.array([test.configuration == "free" for test in campaign.tests])
+    free_test = campaign.is_free
     names = np.array([sensor.name for sensor in campaign.sensors])
     place = number_frequencies(np.concatenate([points.frequency, table.frequency]))
     columns = (points.free, points.level, place[: len(points)], points.sensor, points.harmonic, points.sweep)
@@ -208,7 +208,7 @@ def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " 
 def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
     """Directions of the sweeps through the jointed structure, in the order of measurement; none if it was not swept."""
     table = campaign.measurement
-    jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
+    jointed = ~campaign.is_free[table.test]
     sweep, order = table.sweep[jointed], table.order[jointed]
     found = np.unique(sweep)
     first = [order[sweep == way].min() for way in found]

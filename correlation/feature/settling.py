@@ -115,7 +115,7 @@ def find_unsettled(campaign: Campaign) -> Mask:
     if not any(test.settling for test in campaign.tests):
         return unsettled
     settling = np.array([test.settling for test in campaign.tests])[table.test]
-    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    free = campaign.is_free[table.test]
     for drift in find_drifts(campaign):
         early = drift.repeat[~drift.settled]
         unsettled |= settling & (free == drift.free) & np.isin(table.repeat, early)

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import amplitude_error, phase_error
@@ -77,6 +78,11 @@ class Misfit(RowTable, Tabular):
         return np.asarray(np.sqrt(np.nanmean(self.standardised**2, axis=1)))
 
     @property
+    def root_mean_square(self) -> float:
+        """Of all standardised numbers [standard deviations]; 1 is perfect."""
+        return float(np.sqrt(np.nanmean(self.standardised**2)))
+
+    @property
     def clear(self) -> Mask:
         """Rows whose amplitude and phase stand out of the noise, and are predicted, shape (k,)."""
         there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
@@ -102,7 +108,7 @@ class Misfit(RowTable, Tabular):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Share:
+class MisfitSummary:
     """Misfit of some of the rows.
 
     Parameters
@@ -182,23 +188,38 @@ def compute_misfit(
     )
 
 
-def split_misfit(of: Misfit, axis: str, level_unit: str = "N") -> tuple[Share, ...]:
+def split_misfit(of: Misfit, axis: str, level_unit: str = "N") -> tuple[MisfitSummary, ...]:
     """Split along an axis of `AXES`, in its order."""
     code, labels = _codes(of, axis, level_unit)
-    return tuple(_share(of.where(code == number), label) for number, label in enumerate(labels))
+    return tuple(summarise_misfit(of.where(code == number), label) for number, label in enumerate(labels))
 
 
-def whole(of: Misfit) -> Share:
-    """All rows."""
-    return _share(of, "all")
+def summarise_misfit(of: Misfit, label: str = "all") -> MisfitSummary:
+    """Misfit of all rows together."""
+    clear = of.clear
+    measured, predicted = of.measured[clear], of.predicted[clear]
+    any_clear = bool(clear.any())
+    dynamic = of.phased[clear]
+    # Rows of one part differ in unit and size: each counts by its own modulus.
+    scaled = predicted / np.abs(measured)
+    return MisfitSummary(
+        label=label,
+        deviations=of.root_mean_square,
+        whitened=float(np.sqrt(np.nanmean(of.whitened**2))),
+        amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
+        phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
+        signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,
+        signed_phase_error=_mean_lead(measured[dynamic], scaled[dynamic]),
+        n_number=int(np.isfinite(of.whitened).sum()),
+    )
 
 
-def worst(split: Sequence[Share]) -> Share:
-    """The share with the largest misfit."""
-    return max(split, key=lambda share: share.deviations)
+def find_worst(split: Sequence[MisfitSummary]) -> MisfitSummary:
+    """The part with the largest misfit."""
+    return max(split, key=lambda summary: summary.deviations)
 
 
-def worst_cell(of: Misfit, level_unit: str = "N") -> tuple[Share, Points]:
+def find_worst_cell(of: Misfit, level_unit: str = "N") -> tuple[MisfitSummary, Points]:
     """The worst of all cells level x band x sensor x harmonic, and its points."""
     coded = [_codes(of, axis, level_unit) for axis in ("level", "band", "sensor", "harmonic")]
     first, number = group_rows([code for code, _ in coded])
@@ -208,15 +229,10 @@ def worst_cell(of: Misfit, level_unit: str = "N") -> tuple[Share, Points]:
     at = int(np.argmax(mean))
     level, band, sensor, harmonic = (labels[code[first[at]]] for code, labels in coded)
     rows = number == at
-    return _share(of.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), of.points.where(rows)
+    return summarise_misfit(of.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), of.points.where(rows)
 
 
-def configuration(free: bool) -> str:
-    """In words."""
-    return "free" if free else "jointed"
-
-
-def bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
+def split_into_bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
     """Number of the band that each row is in, shape (k,), and the bands in words."""
     code = np.zeros(len(points), dtype=np.int64)
     labels: list[str] = []
@@ -225,14 +241,14 @@ def bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
         frequencies = np.unique(points.frequency[rows])
         for band in np.array_split(frequencies, min(BANDS, len(frequencies))):
             code[rows & (points.frequency >= band[0]) & (points.frequency <= band[-1])] = len(labels)
-            labels.append(f"{band[0]:.5g} to {band[-1]:.5g} Hz {configuration(bool(free))}")
+            labels.append(f"{band[0]:.5g} to {band[-1]:.5g} Hz {name_configuration(bool(free))}")
     return code, labels
 
 
 def _codes(of: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
     points = of.points
     if axis == "band":
-        return bands(points)
+        return split_into_bands(points)
     if axis == "sensor":
         names = list(dict.fromkeys(map(str, points.sensor)))
         return np.array([names.index(str(name)) for name in points.sensor]), names
@@ -243,27 +259,8 @@ def _codes(of: Misfit, axis: str, level_unit: str) -> tuple[Int[NDArray[np.int64
 
 def _words(axis: str, value: float, level_unit: str) -> str:
     if axis == "configuration":
-        return configuration(bool(value))
+        return name_configuration(bool(value))
     return f"{value:g} {level_unit}" if axis == "level" else f"harmonic {value}"
-
-
-def _share(of: Misfit, label: str) -> Share:
-    clear = of.clear
-    measured, predicted = of.measured[clear], of.predicted[clear]
-    any_clear = bool(clear.any())
-    dynamic = of.phased[clear]
-    # Rows of one share differ in unit and size: each counts by its own modulus.
-    scaled = predicted / np.abs(measured)
-    return Share(
-        label=label,
-        deviations=float(np.sqrt(np.nanmean(of.standardised**2))),
-        whitened=float(np.sqrt(np.nanmean(of.whitened**2))),
-        amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
-        phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
-        signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,
-        signed_phase_error=_mean_lead(measured[dynamic], scaled[dynamic]),
-        n_number=int(np.isfinite(of.whitened).sum()),
-    )
 
 
 def _mean_lead(measured: Coefficients, scaled: Coefficients) -> float:

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.jump import find_curve_jumps
 from correlation.feature.observation import Observation
@@ -165,7 +166,7 @@ def find_unread_peaks(
         whose = [name for name, of in both.items() if has_jump_at_peak(points, of, rows, sweeps)]
         if whose:
             reasons.append(
-                f"the {' and the '.join(whose)} peak of {'free' if free else 'jointed'} at {level:g} {level_unit} ends "
+                f"the {' and the '.join(whose)} peak of {name_configuration(free)} at {level:g} {level_unit} ends "
                 "in a jump, or the sweeps differ there: neither of two branches shows a damping ratio by its width"
             )
     return tuple(reasons)

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
+from correlation.model_solver import Tangent
 from correlation.noise.covariance import Whitening
 from correlation.noise.error_size import ErrorSize
 from correlation.noise.nuisance import NOTHING, ModelFeatures, Modes, make_frequency_shifts, split_by_level

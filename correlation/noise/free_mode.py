@@ -24,8 +24,8 @@ import scipy.linalg
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.model import Model
+from correlation.model_solver import Tangent
 from hbsolve.model_rates import MatrixParameter, ModelParameter
 
 #: Highest natural frequency whose error is taken, over the highest frequency of the readings: beyond, a mode answers

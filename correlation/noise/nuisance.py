@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import LineSensor, Model, Sensor
+from correlation.model_solver import Tangent
 from correlation.noise.free_mode import FreeModes, Rows
 from correlation.noise.latin_hypercube import latin_hypercube
 from correlation.prediction import Points, Prediction, Predictor
@@ -247,7 +247,7 @@ def make_history_modes(
         moved = model
         for group, by in zip(model.preload_groups, amount, strict=True):
             for name in group if by else ():
-                moved = moved.pressed(name, 1 + by)
+                moved = moved.with_preload_ratio(name, 1 + by)
         value = np.array(prediction.value)
         value[jointed] = replace(followed, slider=sliders_after_history(moved, share)).vary(moved, prediction)
         changes.append(features.of_values(value) - nominal - (0.0 if by_preload is None else by_preload @ amount))
@@ -298,8 +298,8 @@ def make_frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
     shift = ModelParameter(matrices=MatrixParameter(mass=2 * model.system.mass, damping=model.system.damping))
     read = [{name: float(by_exciter)} for name in ("jointed", "free")]
     return [
-        Tangent(jointed=shift, free=NOTHING, gain={}, shift=read[0]),
-        Tangent(jointed=NOTHING, free=shift, gain={}, shift=read[1]),
+        Tangent(jointed=shift, free=NOTHING, gain={}, frequency_shift=read[0]),
+        Tangent(jointed=NOTHING, free=shift, gain={}, frequency_shift=read[1]),
     ]
 
 

@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from correlation.campaign.measurement import name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.reading_noise import LEAST_REPEATED
@@ -177,7 +178,7 @@ def _require_noise(observed: Observation, features: FeatureVector, noise: Varian
     unknown = np.flatnonzero(~(noise > 0))
     if len(unknown):
         row = features.row[unknown[0]]
-        test = "free" if observed.points.free[row] else "jointed"
+        test = name_configuration(observed.points.free[row])
         raise CampaignError(
             f'sensor "{observed.points.sensor[row]}", harmonic {observed.points.harmonic[row]}, {test} test: there is '
             "one repeat of too few frequencies to see its noise: repeat the test, or state the noise of the sensor "

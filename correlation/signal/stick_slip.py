@@ -21,6 +21,7 @@ from correlation.signal.jenkins_elements import Resolution, resolve
 from correlation.signal.loop import Loops, analyse_loop, check_pair
 from correlation.signal.mean_loop import MeanLoop, average_loops
 from correlation.signal.record import Samples, check_channels
+from correlation.uncertainty.interval import TWO_SIDED_95
 
 #: Stiffness of what never slips, as a share of the whole, below which a contact slips as a whole [-].
 SLIPS = 0.05
@@ -208,7 +209,7 @@ def _lower_bounds(loop: MeanLoop, resolution: Resolution, deviation: float) -> t
     ratio = force[loaded] / loop.normal[loaded]
     top = int(np.argmax(ratio))
     bounds = [
-        Estimate(value=value, deviation=spread, interval=(value - 1.96 * spread, np.inf))
+        Estimate(value=value, deviation=spread, interval=(value - TWO_SIDED_95 * spread, np.inf))
         for value, spread in (
             (float(force.max()), deviation),
             (float(ratio[top]), deviation / float(loop.normal[loaded][top])),

@@ -10,9 +10,6 @@ from typing import Protocol
 from correlation.model import Model
 from geometry.errors import InputError
 
-#: Standard deviations of an interval.
-INTERVAL = 1.96
-
 
 class EffectError(InputError):
     """An invalid effect, or a value outside its bounds."""

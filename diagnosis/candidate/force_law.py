@@ -12,7 +12,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.candidate.effect import INTERVAL, Effect, EffectParameter
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import Effect, EffectParameter
 from geometry.plain_number import plain
 from reduction.joint_law.elastic_stop import ElasticStop
 from reduction.joint_law.polynomial_spring import PolynomialSpring
@@ -82,11 +83,11 @@ class PowerLaw(SpringLaw):
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether the power is no linear one either."""
         apart = min(abs(values[1] - self.law), abs(values[1] - 1.0))
-        return apart > ROUNDED and apart > INTERVAL * deviations[1]
+        return apart > ROUNDED and apart > TWO_SIDED_95 * deviations[1]
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """The power with its 95 % interval."""
-        half = INTERVAL * deviations[1]
+        half = TWO_SIDED_95 * deviations[1]
         return f"a force that grows with the displacement to the power {values[1]:.1f} +- {half:.1g}"
 
 
@@ -111,7 +112,7 @@ class ClearanceLaw(SpringLaw):
 
     def is_distinct(self, values: Sequence[float], deviations: Sequence[float]) -> bool:
         """Whether there is a clearance."""
-        return values[1] > INTERVAL * deviations[1]
+        return values[1] > TWO_SIDED_95 * deviations[1]
 
     def describe(self, values: Sequence[float], deviations: Sequence[float]) -> str:
         """Stiffness and clearance with their 95 % intervals."""
@@ -150,7 +151,7 @@ class EvenLaw(SpringLaw):
 
 def _tell(value: float, deviation: float, unit: str) -> str:
     """A value with its 95 % interval."""
-    return f"{plain(value, 3)} +- {plain(INTERVAL * deviation, 2)} {unit}"
+    return f"{plain(value, 3)} +- {plain(TWO_SIDED_95 * deviation, 2)} {unit}"
 
 
 def make_power_law(name: str, row: Row, secant: float, largest: float, law: float, *, rotational: bool) -> PowerLaw:

@@ -126,7 +126,7 @@ def measure_scale(
         if each not in CONFIGURATIONS:
             raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
     free = "free" in levels and model.lines
-    found = [find_resonance(model.free().system, levels["free"])] if free else []
+    found = [find_resonance(model.without_contacts().system, levels["free"])] if free else []
     jointed = find_resonance(model.system, levels.get("jointed", level))
     if jointed is None:
         raise EffectError(

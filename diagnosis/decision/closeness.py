@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.feature.observation import Observation
 from correlation.model import Model
 from diagnosis.fit.calibration import Fit
@@ -79,7 +80,7 @@ def find_absent_peak(observed: Observation, predicted: Complex[NDArray[np.comple
         at_end = end in (0, len(curve) - 1) and curve[end] > PEAK * curve[len(curve) - 1 - end]
         if at_end and size[top] > PEAK * max(size[0], size[-1]) and size[top] > ABOVE * curve[top]:
             frequency = observed.points.frequency[rows]
-            name = "free" if free else "jointed"
+            name = name_configuration(free)
             return AbsentPeak(name, float(frequency[top]), float(frequency[0]), float(frequency[-1]))
     return None
 
@@ -96,10 +97,10 @@ def find_far_resonance(observed: Observation, model: Model) -> FarResonance | No
     """
     found = []
     for free, measured in _list_peaks(observed):
-        low, high = _bracket(model.free().system if free else model.system)
+        low, high = _bracket(model.without_contacts().system if free else model.system)
         ends = np.where(measured < low, low, np.where(measured > high, high, measured))
         nearest = float(ends[np.argmin(np.abs(np.log(np.maximum(ends, 1e-300) / measured)))])
-        found.append(FarResonance("free" if free else "jointed", measured, nearest))
+        found.append(FarResonance(name_configuration(free), measured, nearest))
     farthest = max(found, key=lambda each: abs(np.log(each.nearest / each.measured)), default=None)
     return None if farthest is None or abs(farthest.nearest / farthest.measured - 1) <= FAR else farthest
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
-from diagnosis.candidate.effect import INTERVAL, EffectParameter
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.pair import Pair
 from diagnosis.fit.finalist import Finalist
@@ -183,7 +184,7 @@ class Verdict(Tabular):
     def _named(self, refit: Refit) -> str:
         assert refit.effect is not None
         unit = self.units.get(refit.name, refit.effect.parameters[0].unit)
-        half = INTERVAL * refit.deviation
+        half = TWO_SIDED_95 * refit.deviation
         unit = "" if unit == "-" else f" {unit}"
         count = min(worth(refit.strength, half), MOST_DIGITS)
         return f"{refit.name} ({refit.strength:.{count}g}{unit} +- {half:.2g})"

@@ -37,7 +37,7 @@ class Preload:
         """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
         # Without its contacts a structure has no preloads.
-        return model.pressed(self.target, ratio) if self.target in model.preloads else model
+        return model.with_preload_ratio(self.target, ratio) if self.target in model.preloads else model
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:

@@ -10,7 +10,7 @@ from correlation.data_type.registry import Datum
 from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import first_values, make_unknowns
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
@@ -43,7 +43,7 @@ class FeatureArrangement:
 
     base: Model
     calibration: tuple[CalibrationParameter, ...]
-    added: tuple[Added, ...]
+    added: tuple[AddedEffect, ...]
     train: FeatureComparison
     held_out: FeatureComparison
     fit: Fit
@@ -90,7 +90,11 @@ class FeatureArrangement:
 
 
 def arrange_features(
-    base: Model, data: Sequence[Datum], calibration: Sequence[CalibrationParameter], *, added: Sequence[Added] = ()
+    base: Model,
+    data: Sequence[Datum],
+    calibration: Sequence[CalibrationParameter],
+    *,
+    added: Sequence[AddedEffect] = (),
 ) -> FeatureArrangement:
     """Fit the calibration parameters, and added effects beside them.
 

@@ -16,7 +16,7 @@ from diagnosis.decision.gate import find
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
@@ -51,7 +51,7 @@ def diagnose_features(
     data: Sequence[Datum],
     calibration: Sequence[CalibrationParameter],
     *,
-    added: Sequence[Added] = (),
+    added: Sequence[AddedEffect] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
     run_step: RunStep = compute_step,

@@ -7,7 +7,7 @@ from diagnosis.fit.fit_parameter import Values
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Added:
+class AddedEffect:
     """An effect added in an earlier round and its values, which are fitted again with everything else."""
 
     effect: Effect

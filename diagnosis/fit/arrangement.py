@@ -16,7 +16,7 @@ from correlation.noise.scatter import Scatter
 from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration import Fit, Matrix, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
@@ -210,7 +210,7 @@ def arrange(
     calibration: Sequence[CalibrationParameter],
     budget: Budget,
     *,
-    added: Sequence[Added] = (),
+    added: Sequence[AddedEffect] = (),
     catalogue_of: Callable[[Model], Catalogue] = list_effects,
 ) -> Arrangement:
     """Prepare features, covariance and the first fit.
@@ -249,7 +249,7 @@ def arrange(
     return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **found)
 
 
-def first_values(unknowns: Unknowns, added: Sequence[Added]) -> Values:
+def first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:
     """Where a fit begins: calibration parameters as drawn, added effects as they were last, shape (p,)."""
     last = [value for each in added for value in each.values]
     return np.array([*unknowns.vanishing[: len(unknowns.prior) - len(last)], *last])

@@ -54,7 +54,7 @@ class ControlledComparison:
     search: ClassVar[Search] = Search()
 
     @classmethod
-    def beside(cls, comparison: Comparison, model: Model, size: ErrorSize) -> "ControlledComparison":
+    def from_comparison(cls, comparison: Comparison, model: Model, size: ErrorSize) -> "ControlledComparison":
         """The same measurements under response control.
 
         Parameters
@@ -74,7 +74,7 @@ class ControlledComparison:
         noise = of.noise / np.sqrt(np.maximum(of.observed.count[features.row], 1))
         variance = noise**2 + (size.reading * compute_moduli(features, of.measured)) ** 2
         for each, moved in (
-            (size.frequency, model.shifted("jointed", SHIFT).shifted("free", SHIFT)),
+            (size.frequency, model.with_frequency_shift("jointed", SHIFT).with_frequency_shift("free", SHIFT)),
             (size.damping, _damped(model, 1 + SHIFT)),
         ):
             change = features.of_values(predictor.predict(moved).value) - nominal

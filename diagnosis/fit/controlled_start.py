@@ -70,10 +70,10 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
         Usual error of readings [-]; zero for what is usual elsewhere.
     """
     size, values, misfit, fit = ErrorSize.usual(usual or USUAL), unknowns.clipped(start), 1.0, None
-    weighed = ControlledComparison.beside(comparison, unknowns.compose(values), size)
+    weighed = ControlledComparison.from_comparison(comparison, unknowns.compose(values), size)
     for number in range(ROUNDS):
         model = unknowns.compose(values)
-        plain = ControlledComparison.beside(comparison, model, size) if number else weighed
+        plain = ControlledComparison.from_comparison(comparison, model, size) if number else weighed
         if fit is None:
             # A large error first, so that priors count.
             misfit = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))

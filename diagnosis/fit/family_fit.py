@@ -116,7 +116,7 @@ class FamilyTarget:
 
 def fit_families(
     compose: Callable[[Values], Model],
-    accepted: Sequence[CalibrationParameter],
+    calibration_parameters: Sequence[CalibrationParameter],
     start: Values,
     target: FamilyTarget,
     *,
@@ -129,8 +129,8 @@ def fit_families(
     ----------
     compose
         Model with some values of the parameters, which has the sensors of the families.
-    accepted
-        Calibration parameters with their priors about what changes nothing.
+    calibration_parameters
+        With their priors about what changes nothing.
     start
         Values to start from, shape (p,) [unit of each].
     target
@@ -140,10 +140,10 @@ def fit_families(
     report
         Progress.
     """
-    centre = np.array([item.parameters[0].vanishes for item in accepted])
-    deviation = np.array([item.deviation for item in accepted])
-    lower = np.array([item.parameters[0].lower for item in accepted])
-    upper = np.array([item.parameters[0].upper for item in accepted])
+    centre = np.array([item.parameters[0].vanishes for item in calibration_parameters])
+    deviation = np.array([item.deviation for item in calibration_parameters])
+    lower = np.array([item.parameters[0].lower for item in calibration_parameters])
+    upper = np.array([item.parameters[0].upper for item in calibration_parameters])
     count = 0
 
     def cost(scaled: Values) -> float:
@@ -188,7 +188,7 @@ def sampled_bands(
     balance = HarmonicBalance(system=model.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
     problem = limit_problem(balance, objectives[0], nominal=nominal)
     problem = limit_problem(balance, objectives[0], nominal=problem.box.middle, reach=problem.box.static)
-    omega = 2 * np.pi * frequency * (1 + model.shift.get("jointed", 0.0))
+    omega = 2 * np.pi * frequency * (1 + model.frequency_shift.get("jointed", 0.0))
     population = starting_sliders(balance, balance.at(float(omega[0])), problem.sliders, problem.box, POPULATION, SEED)
     result = {}
     for level in sorted({family.level for family in families}):

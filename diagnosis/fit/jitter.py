@@ -40,7 +40,7 @@ class FrequencyShift:
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model at shifted frequencies."""
         (shift,) = values
-        return model.shifted(self.configuration, shift)
+        return model.with_frequency_shift(self.configuration, shift)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,7 +84,7 @@ class PreloadJitter:
         (amount,) = values
         for name, share in self.shares:
             if name in model.preloads:
-                model = model.pressed(name, 1 + share * amount)
+                model = model.with_preload_ratio(name, 1 + share * amount)
         return model
 
 

@@ -44,7 +44,7 @@ class FrequencyCorrection(CalibrationParameter):
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Model with the factor; 1 changes nothing. A finer model has errors of its own."""
         (factor,) = values
-        return model if model.system.n_dof != self.n_dof else model.shifted("jointed", 1 / factor - 1)
+        return model if model.system.n_dof != self.n_dof else model.with_frequency_shift("jointed", 1 / factor - 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,7 +9,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.metric.jump_error import JumpError
-from diagnosis.candidate.effect import INTERVAL, Effect
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Data, Fit
 from diagnosis.fit.fit_parameter import Unknowns
 
@@ -137,7 +138,7 @@ class Refit:
         """Whether the interval of the strength holds the value that changes nothing, or there is no interval."""
         if self.effect is None:
             return True
-        return not abs(self.strength - self.effect.parameters[0].vanishes) > INTERVAL * self.deviation
+        return not abs(self.strength - self.effect.parameters[0].vanishes) > TWO_SIDED_95 * self.deviation
 
     @property
     def _first(self) -> int:

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.model import LineSensor, Model
+from correlation.model_solver import Tangent
 from diagnosis.candidate.effect import EffectError
 from hbsolve.model_rates import MATRICES, MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
@@ -61,12 +61,18 @@ def differentiate(
         if _moves(before, after):
             found.append(None)
             continue
-        shift = {name: _growth(before.shift, after.shift, name) for name in ("jointed", "free")}
+        shift = {name: _growth(before.frequency_shift, after.frequency_shift, name) for name in ("jointed", "free")}
         force_error = {name: _growth(before.force_error, after.force_error, name) for name in ("jointed", "free")}
         found.append(
             Tangent(
                 jointed=_rates(before.system, after.system, high - low, shift["jointed"], force_error["jointed"]),
-                free=_rates(before.free().system, after.free().system, high - low, shift["free"], force_error["free"]),
+                free=_rates(
+                    before.without_contacts().system,
+                    after.without_contacts().system,
+                    high - low,
+                    shift["free"],
+                    force_error["free"],
+                ),
                 gain={
                     a.name: (b.gain - a.gain) / (high - low)
                     for a, b in zip(before.sensors, after.sensors, strict=True)
@@ -77,7 +83,7 @@ def differentiate(
                     for a, b in zip(before.sensors, after.sensors, strict=True)
                     if a.delay != b.delay
                 },
-                shift={name: change / (high - low) for name, change in shift.items() if change},
+                frequency_shift={name: change / (high - low) for name, change in shift.items() if change},
             )
         )
     return found

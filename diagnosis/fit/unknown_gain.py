@@ -17,6 +17,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import Observation
 from correlation.model import Model
 from correlation.prediction import Predictor
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from geometry.plain_number import plain
@@ -231,4 +232,5 @@ def _thinned(observed: Observation) -> Observation:
 
 def describe_gain(name: str, gain: float, deviation: float) -> str:
     """``gain of tip 1234 +- 5 (0.4 %)``."""
-    return f"{name} {gain:.4g} +- {deviation:.2g} ({plain(100 * deviation / gain)} %)"
+    half = TWO_SIDED_95 * deviation
+    return f"{name} {gain:.4g} +- {half:.2g} ({plain(100 * half / gain)} %)"

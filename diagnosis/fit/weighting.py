@@ -313,7 +313,9 @@ def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift
     change = sum(block[:, 0] * size for block, size in zip(repeats, sizes, strict=False))
     found = [
         _make_shift(
-            lambda share: model.shifted("jointed", share * sizes[0]).shifted("free", share * sizes[1]),
+            lambda share: model.with_frequency_shift("jointed", share * sizes[0]).with_frequency_shift(
+                "free", share * sizes[1]
+            ),
             np.asarray(change),
         )
     ]

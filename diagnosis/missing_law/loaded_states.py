@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.model import Model, Sensor
+from correlation.model_solver import Tangent
 from correlation.prediction import Key, Points, Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.model_rates import ModelParameter

@@ -133,7 +133,7 @@ def _list_bare(tested: Tested, model: Model, peak: Float[NDArray[np.float64], " 
 
 def _list_bands(like: NextTest, model: Model, level: float) -> Iterator[NextTest]:
     """Bands about the next resonances of the structure with its contacts stuck."""
-    system = model.free().system if like.configuration == "free" else model.system
+    system = model.in_configuration(like.configuration).system
     resonance = find_resonance(system, level)
     if resonance is None:
         return
@@ -151,7 +151,7 @@ def _list_bands(like: NextTest, model: Model, level: float) -> Iterator[NextTest
 
 def _list_free(like: NextTest, tested: Tested, model: Model, highest: float) -> Iterator[NextTest]:
     """The structure without the contacts of its lines, moved no further than with them."""
-    free, jointed = find_resonance(model.free().system, 1.0), find_resonance(model.system, highest)
+    free, jointed = find_resonance(model.without_contacts().system, 1.0), find_resonance(model.system, highest)
     if free is None or jointed is None:
         return
     band = surround_resonance(free, free.number)

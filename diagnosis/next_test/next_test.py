@@ -117,7 +117,7 @@ def apply_set_up(set_up: SetUp, model: Model) -> Model:
         model = model.with_system(mass=model.system.mass + mass * rows.T @ rows)
     if set_up.preload != 1.0:
         for name in model.preloads:
-            model = model.pressed(name, set_up.preload)
+            model = model.with_preload_ratio(name, set_up.preload)
     return model
 
 

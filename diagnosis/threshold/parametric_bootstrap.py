@@ -16,7 +16,7 @@ from scipy.special import ndtr, stdtrit
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import average_readings
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit, Vector, inverse
 from diagnosis.fit.comparison import Comparison
@@ -31,7 +31,7 @@ DRAWS, SEED = 8, 1
 #: 87 without it. The simulation has neither the contacts of the specimen nor the curvature of effects.
 BEYOND = 1.1
 #: Factor on a deviation from so few campaigns, by Student's distribution.
-FEW = float(stdtrit(DRAWS, ndtr(INTERVAL))) / INTERVAL
+FEW = float(stdtrit(DRAWS, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
 
 
 def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:

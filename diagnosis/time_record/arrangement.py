@@ -15,7 +15,7 @@ from correlation.time_record.prediction import STEPS, prepare_drive
 from correlation.time_record.propagator import make_propagator
 from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import Effort, Refit
@@ -47,7 +47,7 @@ class RecordArrangement:
 
     base: Model
     calibration: tuple[Effect, ...]
-    added: tuple[Added, ...]
+    added: tuple[AddedEffect, ...]
     train: RecordComparison
     held_out: RecordComparison
     fit: Fit
@@ -106,7 +106,7 @@ def arrange_records(
     records: Sequence[TimeRecord],
     calibration: Sequence[Effect],
     *,
-    added: Sequence[Added] = (),
+    added: Sequence[AddedEffect] = (),
     run_in: float = 0.0,
     noise: Mapping[str, float] | None = None,
     steps: int = STEPS,

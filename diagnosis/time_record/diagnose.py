@@ -9,7 +9,7 @@ from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.step import compute_step
 from diagnosis.time_record.arrangement import RecordArrangement, arrange_records, record_level
 from diagnosis.time_record.gate import judge_records
@@ -37,7 +37,7 @@ class Options(Preparation, total=False):
     report: Report | None
 
 
-def next_added(diagnosis: RecordDiagnosis) -> tuple[Added, ...]:
+def next_added(diagnosis: RecordDiagnosis) -> tuple[AddedEffect, ...]:
     """Added effects of the next round: those of this one, and the missing effect that it names."""
     arrangement = diagnosis.arrangement
     if diagnosis.verdict.finding is not Finding.MISSING:
@@ -48,7 +48,7 @@ def next_added(diagnosis: RecordDiagnosis) -> tuple[Added, ...]:
     added = []
     for effect in (*(each.effect for each in arrangement.added), best.effect):
         last = first + len(effect.parameters)
-        added.append(Added(effect=effect, values=best.fit.values[first:last]))
+        added.append(AddedEffect(effect=effect, values=best.fit.values[first:last]))
         first = last
     return tuple(added)
 
@@ -58,7 +58,7 @@ def diagnose_records(
     records: Sequence[TimeRecord],
     calibration: Sequence[Effect],
     *,
-    added: Sequence[Added] = (),
+    added: Sequence[AddedEffect] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
     units: Mapping[str, str] | None = None,

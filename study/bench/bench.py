@@ -16,7 +16,7 @@ from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
-from correlation.metric.misfit import whole
+from correlation.metric.misfit import summarise_misfit
 from correlation.prediction import Points
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.threshold.detection_threshold import compute_linear_thresholds
@@ -37,15 +37,15 @@ from study.bench.view.structure import show_structure
 from study.case.setup import ReadCase, Setup, read_case, require_loads
 from study.compare.curve import Coefficients, Drawing
 from study.compare.families import find_families
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.run import comparison_key, find_comparison
 from study.compare.suspicions import require_noise
 from study.diagnose.add import LoopError, add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file
 from study.diagnose.history import DIAGNOSIS, Step, case_key, history_of, read_text
-from study.diagnose.round import Steps, errors
+from study.diagnose.round import Steps, summarise_errors
 from study.diagnose.run import diagnose_file
-from study.diagnose.stages import waterfall
+from study.diagnose.stages import make_waterfall
 from study.measured_campaign import read_measured
 from study.run_context import RunContext, silent_run
 
@@ -72,7 +72,7 @@ class _Comparison:
 
     text: str
     read: ReadCase
-    compared: Compared
+    compared: ComparisonResult
     unknowns: Unknowns
     values: Values
     lines: Mapping[str, Lines]
@@ -132,9 +132,9 @@ class Bench:
             views["structure"] = show_structure(compared.model, surfaces, operations)
             views["own"] = show_own_effects(self.case, found.read.setup.model)
         views["history"] = show_history(history)
-        numbers = {"training deviations [-]": whole(compared.train).whitened}
+        numbers = {"training deviations [-]": summarise_misfit(compared.train).whitened}
         if compared.held_out is not None:
-            numbers["held-out deviations [-]"] = whole(compared.held_out).whitened
+            numbers["held-out deviations [-]"] = summarise_misfit(compared.held_out).whitened
         return Result(numbers={**numbers, **list_errors(compared, found.drawn)}, views=views)
 
     def screen(self) -> Result:
@@ -149,7 +149,7 @@ class Bench:
             return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
-        drawn, now = errors(screened.drawn), errors(screened.before)
+        drawn, now = summarise_errors(screened.drawn), summarise_errors(screened.before)
         added = [item.effect.name for item in screened.setup.added]
         unknowns, fit = screened.before.fit.unknowns, screened.before.fit
         best = screened.scores[0] if screened.scores else None
@@ -185,14 +185,14 @@ class Bench:
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
-        before = errors(diagnosed.last.diagnosis.before)
-        after = None if best is None or best.effect is None else errors(best)
+        before = summarise_errors(diagnosed.last.diagnosis.before)
+        after = None if best is None or best.effect is None else summarise_errors(best)
         views = {
             "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},
             "law": show_law(diagnosed.last),
             "next_test": show_next_tests(diagnosed.last),
             "history": show_history(diagnosed.history),
-            "errors": [vars(step) for step in waterfall(diagnosed.last, diagnosed.history)],
+            "errors": [vars(step) for step in make_waterfall(diagnosed.last, diagnosed.history)],
         }
         return Result(
             numbers={"finding": shown["finding"], "verdict": shown["sentence"], **list_numbers(before, after)},

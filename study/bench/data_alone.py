@@ -25,9 +25,9 @@ from study.compare.data_run import summarise_data
 from study.compare.data_view import show_data
 from study.compare.section.section import Section
 from study.compare.suspicions import find_all_suspicions
-from study.diagnose.data_run import DataDiagnosed, diagnose_data
+from study.diagnose.data_run import DataDiagnosisResult, diagnose_data
 from study.diagnose.history import history_of
-from study.diagnose.table import interval
+from study.diagnose.table import format_interval
 from study.run_context import RunContext
 
 Views = dict[str, Any]
@@ -110,7 +110,7 @@ def diagnose_alone(
     return numbers | {"held-out error, calibrated [standard deviations]": verdict.before.held_error}, views
 
 
-def _list_candidates(found: DataDiagnosed) -> list[dict[str, Any]]:
+def _list_candidates(found: DataDiagnosisResult) -> list[dict[str, Any]]:
     """Fitted effects, those that are named first."""
     named = {each.name for each in found.diagnosis.verdict.effects}
     before, rows = found.diagnosis.before, []
@@ -123,7 +123,7 @@ def _list_candidates(found: DataDiagnosed) -> list[dict[str, Any]]:
             {
                 "name": effect.name,
                 "physics": effect.physics,
-                "strength": interval(refit.strength, refit.deviation, effect.parameters[0]),
+                "strength": format_interval(refit.strength, refit.deviation, effect.parameters[0]),
                 "gain": count * (before.error**2 - refit.error**2),
                 "is_fitted": True,
                 "is_named": effect.name in named,

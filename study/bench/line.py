@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, name_configuration
 from correlation.feature.observation import find_sweep_directions
 from correlation.metric.misfit import Misfit
 from correlation.prediction import Points, Prediction, Predictor
@@ -17,8 +17,8 @@ from diagnosis.fit.tangent import differentiate
 from fe.blas_threads import on_one_blas_thread
 from pipeline.store import stage
 from study.case.setup import Setup
-from study.compare.curve import LINE_TOLERANCE, joined, refine_points
-from study.compare.result import Compared
+from study.compare.curve import LINE_TOLERANCE, join_sides, refine_points
+from study.compare.result import ComparisonResult
 from study.compare.unknown_gain import set_gains
 from study.diagnose.add import LoopError
 
@@ -63,9 +63,9 @@ def list_unknowns(setup: Setup, campaign: Campaign) -> tuple[Unknowns, Values]:
 def list_case_unknowns(setup: Setup) -> tuple[Unknowns, Values]:
     """The same of a case whose gains are known."""
     effects = [item.effect for item in setup.added]
-    calibration = [(item, item.deviation) for item in setup.accepted]
+    calibration = [(item, item.deviation) for item in setup.calibration_parameters]
     unknowns = Unknowns.from_effects(setup.model, calibration, effects)
-    values = [setup.calibrated.get(item.name, 1.0) for item in setup.accepted]
+    values = [setup.calibrated.get(item.name, 1.0) for item in setup.calibration_parameters]
     values += [float(value) for item in setup.added for value in item.values]
     return unknowns, np.array(values, dtype=np.float64)
 
@@ -87,18 +87,18 @@ def move_values(unknowns: Unknowns, values: Values, given: Mapping[str, float], 
 
 
 @stage("lines that move", ignore=("compared", "unknowns", "values"))
-def find_lines(key: str, compared: Compared, unknowns: Unknowns, values: Values) -> dict[str, Lines]:
+def find_lines(key: str, compared: ComparisonResult, unknowns: Unknowns, values: Values) -> dict[str, Lines]:
     """Lines of each configuration with their slopes, "free" and "jointed"; the key is that of the comparison."""
     del key
     return {
-        "free" if free else "jointed": _lines(predictor, compared.prediction, unknowns, values)
+        name_configuration(free): _lines(predictor, compared.prediction, unknowns, values)
         for free, predictor in make_predictors(compared).items()
     }
 
 
-def make_predictors(compared: Compared) -> dict[bool, Predictor]:
+def make_predictors(compared: ComparisonResult) -> dict[bool, Predictor]:
     """Predictor of the lines of each configuration, by whether the contacts are absent."""
-    everything, _ = joined(compared.train, compared.held_out)
+    everything, _ = join_sides(compared.train, compared.held_out)
     sweeps, result = find_sweep_directions(compared.campaign), {}
     for free in np.unique(everything.points.free):
         points = refine_points(everything.where(np.asarray(everything.points.free == free)).points)
@@ -109,13 +109,13 @@ def make_predictors(compared: Compared) -> dict[bool, Predictor]:
 
 @on_one_blas_thread
 def move_lines(
-    compared: Compared, lines: Mapping[str, Lines], unknowns: Unknowns, values: Values
+    compared: ComparisonResult, lines: Mapping[str, Lines], unknowns: Unknowns, values: Values
 ) -> dict[bool, tuple[Points, Complex[NDArray[np.complex128], " k"]]]:
     """Exact lines at other values of the parameters, by whether the contacts are absent."""
     model = unknowns.compose(unknowns.clipped(values))
     result = {}
     for free, predictor in make_predictors(compared).items():
-        before = lines["free" if free else "jointed"].prediction
+        before = lines[name_configuration(free)].prediction
         result[free] = predictor.points, predictor.vary(model, before)
     return result
 

@@ -204,7 +204,7 @@ def _try_effect(
         try:
             setup = read_case(copy, campaign, run).setup
             offered = read_effects(file).candidates(setup.model)
-            case_catalogue(setup.model, setup.effects)  # no two of one name
+            case_catalogue(setup.model, setup.effect_files)  # no two of one name
         except InputError as error:
             sentence = str(error).replace(str(file), str(own.path)).replace(str(copy), str(own.case))
             raise EffectError(sentence) from None

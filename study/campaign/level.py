@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.passes import find_passes, number_stated_passes
-from correlation.data_quality.missing_level import find_common_factors, in_words
+from correlation.data_quality.missing_level import find_common_factors, format_factors
 from study.campaign.column_role import name_words
 from study.campaign.draft import Draft
 from study.campaign.question import Marked
@@ -106,7 +106,8 @@ def ask_levels(
     text, why = f"At which level was {label} measured (a number)?", WHY
     if factors is not None:
         text = f"At which levels were the {n} sweeps of {label} measured ({n} numbers, or one for all)?"
-        why = f"{WHY}, and its sweeps differ by factors {in_words(factors)}: levels, not repeats; give levels = [...]"
+        listed = format_factors(factors)
+        why = f"{WHY}, and its sweeps differ by factors {listed}: levels, not repeats; give levels = [...]"
     answer = draft.ask(text, "1.0", why)
     numbers = _numbers(str(answer.value))
     if n > 1 and len(numbers) == n:

@@ -16,7 +16,7 @@ from casefile.validation import did_you_mean
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from study.case.tables import Case, StructureTable
 
@@ -81,7 +81,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def read_added_effects(
     case: Case[StructureTable], model: Model, files: Sequence[Path], mistakes: Mistakes
-) -> tuple[Added, ...]:
+) -> tuple[AddedEffect, ...]:
     """Effects of a case's ``[[added]]`` tables with their values; mistakes are noted with their lines.
 
     Parameters
@@ -102,18 +102,18 @@ def read_added_effects(
         known = case_catalogue(model, files)
     if known is None:
         raise CaseError(mistakes.problems)
-    result: list[Added] = []
+    result: list[AddedEffect] = []
     for number, table in enumerate(case.added):
         with mistakes.at("added", number):
             effect = find_effect(known, table.effect)
             if effect.name in [item.effect.name for item in result]:
                 raise EffectError(f'"{effect.name}" is added twice: keep one table')
-            result.append(Added(effect=effect, values=_values(table.values, effect, case, number)))
+            result.append(AddedEffect(effect=effect, values=_values(table.values, effect, case, number)))
     return tuple(result)
 
 
 def apply_all(
-    model: Model, known: Sequence[CalibrationParameter], calibrated: Mapping[str, float], added: Sequence[Added]
+    model: Model, known: Sequence[CalibrationParameter], calibrated: Mapping[str, float], added: Sequence[AddedEffect]
 ) -> Model:
     """The model with calibrated factors, and the added effects on top of them."""
     for factor in known:
@@ -129,7 +129,7 @@ def apply_by_name(
     files: Sequence[Path],
     known: Sequence[CalibrationParameter],
     calibrated: Mapping[str, float],
-    added: Sequence[Added],
+    added: Sequence[AddedEffect],
 ) -> Model:
     """The same for another mesh of the structure, whose effects are other rows.
 
@@ -141,7 +141,7 @@ def apply_by_name(
     if not added:
         return apply_all(finer, known, calibrated, ())
     result = case_catalogue(finer, files)
-    own = [Added(effect=result.alike(item.effect), values=item.values) for item in added]
+    own = [AddedEffect(effect=result.alike(item.effect), values=item.values) for item in added]
     return apply_all(finer, known, calibrated, own)
 
 

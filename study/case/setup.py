@@ -11,7 +11,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from study.case.added import apply_all, apply_by_name, read_added_effects
 from study.case.load_scale import find_scale_warning
@@ -32,11 +32,11 @@ class Setup:
         Title of the case.
     model
         Structure, joints, loads at level 1, sensors: as drawn, without what was calibrated or added.
-    accepted
+    calibration_parameters
         Calibration parameters, with their priors.
     budget
         Numerical error of the model.
-    effects
+    effect_files
         Files with effects of one's own.
     without
         Kinds of effects that are left out.
@@ -48,30 +48,41 @@ class Setup:
 
     title: str
     model: Model
-    accepted: tuple[CalibrationParameter, ...]
+    calibration_parameters: tuple[CalibrationParameter, ...]
     budget: Budget
-    effects: tuple[Path, ...]
+    effect_files: tuple[Path, ...]
     without: tuple[str, ...]
-    added: tuple[Added, ...] = ()
+    added: tuple[AddedEffect, ...] = ()
     calibrated: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def complete(self) -> Model:
         """The model with calibrated factors and added effects."""
-        return apply_all(self.model, self.accepted, self.calibrated, self.added)
+        return apply_all(self.model, self.calibration_parameters, self.calibrated, self.added)
 
     @property
     def complete_budget(self) -> Budget:
         """Its numerical error, the finer models as complete as it is."""
         finer = [
-            apply_by_name(item, self.effects, self.accepted, self.calibrated, self.added)
+            apply_by_name(item, self.effect_files, self.calibration_parameters, self.calibrated, self.added)
             for item in self.budget.refined
         ]
         return replace(self.budget, refined=finer)
 
+    def with_sensors(self, campaign: Campaign) -> "Setup":
+        """The set-up with every sensor of a campaign, on the finer models too.
+
+        Raises
+        ------
+        CampaignError
+            A sensor that does not fit a model.
+        """
+        refined = [with_sensors(finer, campaign) for finer in self.budget.refined]
+        return replace(self, model=with_sensors(self.model, campaign), budget=replace(self.budget, refined=refined))
+
     def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
         """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
-        return list_campaign_effects(campaign, self.model, without=without, extra=self.effects)
+        return list_campaign_effects(campaign, self.model, without=without, extra=self.effect_files)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -173,7 +184,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
     setup = Setup(
         title=opened.title,
         model=model,
-        accepted=known,
+        calibration_parameters=known,
         budget=Budget(
             frequency=error.frequency,
             compliance=error.compliance,
@@ -181,7 +192,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             refined=refined,
             model=error.model,
         ),
-        effects=files,
+        effect_files=files,
         without=case.effects.without,
         added=added,
         calibrated=case.calibrated.given,

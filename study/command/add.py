@@ -35,10 +35,10 @@ def add(
 ) -> Answer:
     """Add an effect."""
     from study.diagnose.add import add as add_effect
-    from study.diagnose.add import find_case, named
-    from study.diagnose.report import step_in_words
-    from study.diagnose.run import step_document
+    from study.diagnose.add import find_case, read_effect_name
+    from study.diagnose.report import describe_step
+    from study.diagnose.run import make_step_document
 
     file = case if case is not None else find_case(Path())
-    step = add_effect(file, named(effect), value, options.open())
-    return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))
+    step = add_effect(file, read_effect_name(effect), value, options.open())
+    return Answer(document={"case": str(file), **make_step_document(step)}, text=describe_step(step, file))

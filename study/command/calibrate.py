@@ -37,8 +37,8 @@ def calibrate(
     """Calibrate a case."""
     one_thread_by_default()
     from study.diagnose.calibrate import calibrate_case
-    from study.diagnose.report import step_in_words
-    from study.diagnose.run import step_document
+    from study.diagnose.report import describe_step
+    from study.diagnose.run import make_step_document
 
     step = calibrate_case(case, campaign, options.open(place=campaign), without)
-    return Answer(document={"case": str(case), **step_document(step)}, text=step_in_words(step, case))
+    return Answer(document={"case": str(case), **make_step_document(step)}, text=describe_step(step, case))

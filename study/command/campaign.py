@@ -47,10 +47,10 @@ def new(
     draft = draft_campaign(measured, Assumptions() if yes else Terminal())
     with run.progress.step("try the manifest"):
         drafted = write_manifest(measured, draft)
-    return Answer(document=document(drafted), text=in_words(drafted))
+    return Answer(document=make_document(drafted), text=format_report(drafted))
 
 
-def document(drafted: "NewCampaign") -> dict[str, object]:
+def make_document(drafted: "NewCampaign") -> dict[str, object]:
     """The answer for ``--json``."""
     return {
         "manifest": str(drafted.path),
@@ -61,7 +61,7 @@ def document(drafted: "NewCampaign") -> dict[str, object]:
     }
 
 
-def in_words(drafted: "NewCampaign") -> str:
+def format_report(drafted: "NewCampaign") -> str:
     """The answer for people: what was understood as a table, then what was assumed, left out and suspected."""
     from study.alike import merge_alike
 

@@ -45,14 +45,14 @@ def compare(
 ) -> Answer:
     """Compare a model with measurements."""
     one_thread_by_default()
-    from study.compare.data_run import DataCompared
-    from study.compare.report import document, in_words
+    from study.compare.data_run import DataComparisonResult
+    from study.compare.report import format_report, make_document
     from study.compare.run import run_compare
 
     compared = run_compare(
         case, campaign, options.open(out, place=campaign), calibrate=calibrate, limits=limits,
         onto_families=calibrate_families,
     )  # fmt: skip
-    if isinstance(compared, DataCompared):
+    if isinstance(compared, DataComparisonResult):
         return Answer(document=compared.document(), text=compared.text())
-    return Answer(document=document(compared), text=in_words(compared))
+    return Answer(document=make_document(compared), text=format_report(compared))

@@ -47,7 +47,7 @@ def diagnose(
     """Diagnose a case."""
     one_thread_by_default()
     from study.diagnose.add import LoopError
-    from study.diagnose.run import full_document, full_text, run_diagnose
+    from study.diagnose.run import format_full_report, make_full_document, run_diagnose
 
     if trials < 0 or trials == 1:
         raise LoopError(f"--trials {trials} is too few: give 0 for linear theory, or at least 2, such as 40")
@@ -59,4 +59,4 @@ def diagnose(
         auto=auto,
         trials=trials,
     )
-    return Answer(document=full_document(diagnosed), text=full_text(diagnosed))
+    return Answer(document=make_full_document(diagnosed), text=format_full_report(diagnosed))

@@ -34,15 +34,15 @@ def limits(
 ) -> Answer:
     """Search for the limits of the response over all friction histories."""
     one_thread_by_default()
-    from study.limits.report import limits_document, limits_text
+    from study.limits.report import format_limits_report, limits_document
     from study.limits.run import run_limits
-    from study.limits.several.report import several_limits_document, several_limits_text
+    from study.limits.several.report import format_several_limits_report, several_limits_document
     from study.limits.several.run import asks_for_everything, run_several_limits
     from study.shipped_cases import LIMITS
 
     path = case or LIMITS
     if asks_for_everything(path):
         several = run_several_limits(path, options.open(out, scheduler=scheduler))
-        return Answer(document=several_limits_document(several), text=several_limits_text(several))
+        return Answer(document=several_limits_document(several), text=format_several_limits_report(several))
     limited = run_limits(path, options.open(out, scheduler=scheduler))
-    return Answer(document=limits_document(limited), text=limits_text(limited))
+    return Answer(document=limits_document(limited), text=format_limits_report(limited))

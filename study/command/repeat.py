@@ -28,13 +28,13 @@ def repeat(
 ) -> Answer:
     """Make a result again and compare its numbers."""
     from geometry.errors import InputError
-    from study.difference import tell_differences
+    from study.difference import describe_differences
     from study.repeat.run import repeat_result
 
     if out.exists() and (result.resolve() == out.resolve() or out.resolve() in result.resolve().parents):
         raise InputError(f"--out {out} is the folder of the result itself: name a new one")
     repeated = repeat_result(result, options.open(out), options.cache_folder, folder)
-    lines = tell_differences(repeated.differences)
+    lines = describe_differences(repeated.differences)
     verdict = "the numbers are the same" if repeated.same else "the numbers are not the same"
     return Answer(
         document={

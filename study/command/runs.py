@@ -81,7 +81,7 @@ def compare(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Show which numbers of two answers differ."""
-    from study.difference import find_differences, tell_differences
+    from study.difference import describe_differences, find_differences
     from study.run_record import newest_record
 
     records = newest_record(options.cache_folder, first), newest_record(options.cache_folder, second)
@@ -103,7 +103,7 @@ def compare(
         "context": context,
         **find_differences(*answers),
     }
-    return Answer(document=document, text="\n".join([*context, *tell_differences(document)]))
+    return Answer(document=document, text="\n".join([*context, *describe_differences(document)]))
 
 
 @app.command(name="clean", help_epilogue=CLEAN)

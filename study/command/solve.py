@@ -34,8 +34,8 @@ def solve(
     """Compute response curves of a structure with joints."""
     one_thread_by_default()
     from study.shipped_cases import SOLVE
-    from study.solve.report import solve_document, solve_text
+    from study.solve.report import format_solve_report, solve_document
     from study.solve.run import run_solve
 
     solved, extras = run_solve(case or SOLVE, options.open(out))
-    return Answer(document=solve_document(solved, extras), text=solve_text(solved, extras))
+    return Answer(document=solve_document(solved, extras), text=format_solve_report(solved, extras))

@@ -40,8 +40,8 @@ def spread(
 ) -> Answer:
     """Compute the spread of a response."""
     one_thread_by_default()
-    from study.spread.report import spread_document, spread_text
+    from study.spread.report import format_spread_report, spread_document
     from study.spread.run import run_spread
 
     result = run_spread(case, options.open(out, scheduler=scheduler), draws=draws, seed=seed, limits=limits)
-    return Answer(document=spread_document(result), text=spread_text(result))
+    return Answer(document=spread_document(result), text=format_spread_report(result))

@@ -45,13 +45,13 @@ def paper(
     """Replay the calibration of the reference paper on a virtual rig."""
     one_openblas_thread_by_default()
     from geometry.errors import InputError
-    from study.paper.report import make_document, make_text, write_report
+    from study.paper.report import format_report, make_document, write_report
     from study.paper.truth import LIKE
 
     if like not in LIKE:
         raise InputError(f"--like {like} is none of the kinds of specimen: give {', '.join(map(str, LIKE))}")
     report = write_report(options.open(out), seed=seed, like=like, quick=quick)
-    return Answer(document=make_document(report), text=make_text(report))
+    return Answer(document=make_document(report), text=format_report(report))
 
 
 @app.command(name="calibrate", help_epilogue=CALIBRATE)

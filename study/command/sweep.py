@@ -40,8 +40,8 @@ def sweep(
 ) -> Answer:
     """Compute response curves over a grid of parameters."""
     one_thread_by_default()
-    from study.sweep.report import sweep_document, sweep_text
+    from study.sweep.report import format_sweep_report, sweep_document
     from study.sweep.run import run_sweep
 
     swept = run_sweep(case, values, options.open(out, scheduler=scheduler), limits=limits)
-    return Answer(document=sweep_document(swept), text=sweep_text(swept))
+    return Answer(document=sweep_document(swept), text=format_sweep_report(swept))

@@ -20,12 +20,12 @@ def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
     """Take a step back."""
     from study.diagnose.add import LoopError, find_case
     from study.diagnose.add import undo as take_back
-    from study.diagnose.report import step_in_words
-    from study.diagnose.run import step_document
+    from study.diagnose.report import describe_step
+    from study.diagnose.run import make_step_document
 
     del options
     file = case if case is not None else find_case(Path())
     if not file.is_file():
         raise LoopError(f"{file}: there is no such case file; check the spelling and the folder")
     step = take_back(file)
-    return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))
+    return Answer(document={"case": str(file), **make_step_document(step)}, text=describe_step(step, file))

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.metric.peak_error import PeakError
 from study.page.number import round_list
 
@@ -50,7 +50,7 @@ def _draw(models: Mapping[str, Sequence[PeakError]], free: bool, unit: str) -> d
              "y": round_list([scale * getattr(peak, value) for peak in peaks], 7), "mode": "markers", "error_y": error,
              "marker": {"size": 8, "color": "white", "line": {"color": "#18222d", "width": 1.6}}}
         )  # fmt: skip
-    name = configuration(free)
+    name = name_configuration(free)
     layout = {
         "height": 330,
         "grid": {"rows": 1, "columns": 2, "pattern": "independent"},

@@ -14,7 +14,7 @@ from correlation.prediction import Points, Prediction, Predictor
 from correlation.row_group import group_rows
 from correlation.row_table import join_tables
 from study.compare.drawn_unit import choose_unit, per_level_unit
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 
 Frequencies = Float[NDArray[np.float64], " f"]
 Coefficients = Complex[NDArray[np.complex128], " f"]
@@ -116,9 +116,11 @@ class Drawing:
     unit: str = "N"
 
     @classmethod
-    def of(cls, compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]] | None = None) -> "Drawing":
+    def of(
+        cls, compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]] | None = None
+    ) -> "Drawing":
         """Curves of a comparison with its predicted lines by whether the contacts are absent; predicted by default."""
-        everything, new = joined(compared.train, compared.held_out)
+        everything, new = join_sides(compared.train, compared.held_out)
         free = everything.points.free
         misfit = {bool(item): everything.where(np.asarray(free == item)) for item in np.unique(free)}
         campaign, model = compared.campaign, compared.model
@@ -152,7 +154,7 @@ def make_panels(
     fine, line = lines
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels, points, lines_of = [], list(_curves(misfit.points)), dict(_curves(fine))
-    for key in keys(misfit):
+    for key in list_curve_keys(misfit):
         sensor = sensors[key[0]]
         per_level = key[1] == 1 and isinstance(sensor, Sensor)
         own = (misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])
@@ -183,6 +185,21 @@ def make_panels(
     return panels
 
 
+def compute_phase(value: Coefficients, deviation: Frequencies | float, harmonic: int) -> Frequencies:
+    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
+    phase = np.degrees(np.angle(np.nan_to_num(value)))
+    if harmonic == 1:
+        phase = np.unwrap(phase, period=360)
+        phase -= 360 * np.ceil((phase[0] - 270) / 360)
+        return np.asarray(np.where(np.isfinite(value), phase, np.nan))
+    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))
+
+
+def name_harmonic(harmonic: int) -> str:
+    """Name of a harmonic: "static", "fundamental", "harmonic 3"."""
+    return {0: "static", 1: "fundamental"}.get(harmonic, f"harmonic {harmonic}")
+
+
 def stands_out(misfit: Misfit, key: Key) -> bool:
     """Whether a sensor's harmonic is more than noise."""
     rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
@@ -190,7 +207,7 @@ def stands_out(misfit: Misfit, key: Key) -> bool:
     return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
 
 
-def joined(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
+def join_sides(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
     """Training data, and held-out levels; and which levels those are."""
     if held_out is None:
         return train, set()
@@ -198,7 +215,7 @@ def joined(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
     return join_tables([train, held_out.where(np.isin(held_out.points.level, list(new)))]), new
 
 
-def keys(misfit: Misfit) -> list[Key]:
+def list_curve_keys(misfit: Misfit) -> list[Key]:
     """Sensors in the order of the campaign, and the harmonics of each."""
     pairs = zip(map(str, misfit.points.sensor), misfit.points.harmonic.tolist(), strict=True)
     order = {name: number for number, name in enumerate(dict.fromkeys(map(str, misfit.points.sensor)))}

@@ -14,6 +14,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.data_type.registry import DATA_TYPES, Datum, Features, Panel
 from correlation.errors import CampaignError
 from correlation.model import Model
+from correlation.uncertainty.interval import TWO_SIDED_95
 from figure.measured_data import MeasuredData
 from geometry.plain_number import plain
 from study.compare.section.section import Section
@@ -129,8 +130,9 @@ def _number(item: DataComparison, row: int) -> str:
     # A number that is not clear of zero has no relative error.
     clear = abs(features.value[row]) > CLEAR * features.deviation[row]
     relative = f" ({item.predicted[row] / features.value[row] - 1:+.2%})" if clear else ""
+    half = plain(TWO_SIDED_95 * features.deviation[row])
     return (
-        f"{features.label[row]}: measured {plain(features.value[row], 5)} +- {plain(features.deviation[row])}{unit}, "
+        f"{features.label[row]}: measured {plain(features.value[row], 5)} +- {half}{unit}, "
         f"model {plain(item.predicted[row], 5)}{unit}{relative}"
     )
 

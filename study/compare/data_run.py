@@ -40,7 +40,7 @@ NEXT = "stickslip compare --calibrate fits the calibration parameters of the cas
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DataCompared:
+class DataComparisonResult:
     """A model beside data of other types than steady states.
 
     Parameters
@@ -75,7 +75,9 @@ class DataCompared:
         count = "1 set" if len(self.data) == 1 else f"{len(self.data)} sets"
         lines = [f"{side_by_side(self.title, self.campaign)}: {count} of data", ""]
         if self.calibrated:
-            values = ", ".join(f"{item.name} x {item.factor:.4f} +- {item.deviation:.2g}" for item in self.calibrated)
+            values = ", ".join(
+                f"{item.name} x {item.factor:.4f} +- {item.half_interval:.2g}" for item in self.calibrated
+            )
             lines += [f"Calibrated on the training data: {values}", ""]
         lines += [f"{summary.tag}.", *summary.sentences, "", *describe_data(self.data), "", summary.next, ""]
         return "\n".join([*lines, *map(str, self.files)])
@@ -93,7 +95,9 @@ class DataCompared:
         }
 
 
-def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunContext, *, fitted: bool) -> DataCompared:
+def run_data_comparison(
+    case: Path, setup: Setup, campaign: Campaign, run: RunContext, *, fitted: bool
+) -> DataComparisonResult:
     """Compare, and write tables, figures and a page.
 
     Parameters
@@ -134,7 +138,7 @@ def run_data_comparison(case: Path, setup: Setup, campaign: Campaign, run: RunCo
     title = f"{setup.title}, calibrated" if fitted else setup.title
     with run.progress.step("figures", expected=4):
         drawn, sections = show_data(model, campaign.data, data, title)
-    result = DataCompared(
+    result = DataComparisonResult(
         title=setup.title, campaign=campaign.title, data=data, calibrated=calibrated, suspicions=suspicions
     )
     for suspicion in suspicions:
@@ -179,18 +183,18 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     from diagnosis.fit.calibration import calibrate
     from diagnosis.fit.feature_comparison import FeatureComparison
 
-    if not setup.accepted:
+    if not setup.calibration_parameters:
         raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
     training: Sequence[Datum] = [datum for datum in campaign.data if not datum.held_out]
     if not training:
         raise CampaignError(f"{campaign.folder}: all data are held out: leave some to train on")
     base = with_sensors(replace(setup, calibrated={}).complete, campaign)
-    unknowns = make_unknowns(base, setup.accepted, [])
+    unknowns = make_unknowns(base, setup.calibration_parameters, [])
     comparison = FeatureComparison.of(training)
     fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), exact=True)
     # Where the model is further off than the deviations say, they are too small in proportion.
     excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))
-    values = zip(setup.accepted, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)
+    values = zip(setup.calibration_parameters, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)
     return fit.model, tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
 

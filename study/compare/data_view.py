@@ -7,7 +7,7 @@ from dataclasses import replace
 from correlation.data_type.registry import Datum
 from correlation.model import Model
 from figure.registry import pictures
-from figure.style import Headed
+from figure.style import TitledFigure
 from study.compare.data import DataComparison, data_figures, data_sections
 from study.compare.section.section import Section
 
@@ -52,7 +52,7 @@ def make_captions(results: Mapping[str, object], title: str) -> dict[str, str]:
     """
     captions: dict[str, str] = {}
     for name, result in results.items():
-        if isinstance(result, Headed):
+        if isinstance(result, TitledFigure):
             words = ": ".join(part for part in (result.title.removeprefix(f"{title}: "), result.subtitle) if part)
             numbered = itertools.chain([words], (f"{words} ({number})" for number in itertools.count(2)))
             captions[name] = next(caption for caption in numbered if caption not in captions.values())

@@ -88,7 +88,7 @@ def compare_with_families(
 
     if factors is None:
         return compared(model, asked.title, stem)
-    if not setup.accepted:
+    if not setup.calibration_parameters:
         raise CampaignError("the case accepts no parameter, so that none can be fitted to families: add [accepted]")
     before = compared(model, asked.title, f"{stem}_mean")
     if not before.verdicts:
@@ -96,7 +96,8 @@ def compare_with_families(
     fit = _fit(setup, asked, np.array(factors), run)
     fitted = compared(_composed(setup, fit.values), f"{asked.title} onto families", stem)
     calibration = FamilyCalibration(
-        names=tuple(item.name for item in setup.accepted), to_mean=np.array(factors), to_families=fit.values,
+        names=tuple(item.name for item in setup.calibration_parameters),
+        to_mean=np.array(factors), to_families=fit.values,
         verdicts_of_mean=before.verdicts, n_evaluation=fit.n_evaluation,
     )  # fmt: skip
     return replace(fitted, calibration=calibration, files=(*fitted.files, *before.files))
@@ -147,10 +148,12 @@ def family_calibration(
     report
         Progress.
     """
-    return fit_families(lambda values: _composed(setup, values), setup.accepted, start, target, report=report)
+    return fit_families(
+        lambda values: _composed(setup, values), setup.calibration_parameters, start, target, report=report
+    )
 
 
 def _composed(setup: Setup, values: Float[NDArray[np.float64], " p"]) -> Model:
     """The model with factors on its calibration parameters, and what was added."""
-    factors = {item.name: float(value) for item, value in zip(setup.accepted, values, strict=True)}
-    return apply_all(setup.model, setup.accepted, factors, setup.added)
+    factors = {item.name: float(value) for item, value in zip(setup.calibration_parameters, values, strict=True)}
+    return apply_all(setup.model, setup.calibration_parameters, factors, setup.added)

@@ -85,7 +85,7 @@ class FamilySearch:
     @property
     def angular_frequency(self) -> Float[NDArray[np.float64], " f"]:
         """Of the model at these frequencies, whose joints may shift them, shape (f,) [rad/s]."""
-        return np.asarray(2 * np.pi * self.frequency * (1 + self.model.shift.get("jointed", 0.0)))
+        return np.asarray(2 * np.pi * self.frequency * (1 + self.model.frequency_shift.get("jointed", 0.0)))
 
     def problem(self) -> LimitProblem:
         """System and box, with the objective of the first channel.

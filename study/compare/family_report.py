@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
+from correlation.campaign.measurement import SWEEPS
 from correlation.family.verdict import OUTSIDE, Departure, FamilyVerdict
 from geometry.plain_number import plain
 from study.compare.families import FamilyCalibration, FamilyComparison
@@ -18,10 +19,10 @@ from study.page.table import Table
 LISTED = 3
 #: A tightness below is that of a closed band.
 NO_WIDTH = 1e-3
-WAY = {1: "up", -1: "down", 0: "not swept"}
+WAY = SWEEPS | {0: "not swept"}
 
 
-def family_lines(comparison: FamilyComparison) -> list[str]:
+def format_family_report(comparison: FamilyComparison) -> list[str]:
     """For people."""
     lines = ["Measured families over the limits of all friction histories:"]
     if comparison.verdicts:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from correlation.campaign.measurement import Suspicion
 from study.compare.curve import Drawing
-from study.compare.result import Calibrated, Compared
+from study.compare.result import Calibrated, ComparisonResult
 from study.compare.section.contact_force import contact_force_sections
 from study.compare.section.linearity import linearity_sections
 from study.compare.section.misfit import misfit_sections
@@ -19,8 +19,8 @@ from study.page.html import render_page
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
-#: What a comparison always shows, as far as there is data; `Compared.sections` come before the overview.
-SECTIONS: Sequence[Callable[[Compared, Drawing], Iterator[Section]]] = (
+#: What a comparison always shows, as far as there is data; `ComparisonResult.sections` come before the overview.
+SECTIONS: Sequence[Callable[[ComparisonResult, Drawing], Iterator[Section]]] = (
     response_sections,
     misfit_sections,
     resonance_sections,
@@ -29,7 +29,7 @@ SECTIONS: Sequence[Callable[[Compared, Drawing], Iterator[Section]]] = (
 )
 
 
-def page(compared: Compared, drawing: Drawing) -> str:
+def make_page(compared: ComparisonResult, drawing: Drawing) -> str:
     """HTML of a comparison.
 
     Parameters

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from correlation.metric.misfit import Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from correlation.model import LineSensor, Sensor
 from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
 from figure.misfit_map import MapPanel, MisfitMap
 from figure.registry import pictures as drawn_pictures
-from study.compare.curve import Drawing, Frequencies, Panel, keys, stands_out
+from study.compare.curve import Drawing, Frequencies, Panel, list_curve_keys, stands_out
 
 ABOUT = {
     "frf": "response per unit of the level",
@@ -22,7 +23,7 @@ HISTORY = (
 )
 
 
-def pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
+def draw_pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
     """Draw all of them as PNG, by name.
 
     Parameters
@@ -34,7 +35,7 @@ def pictures(title: str, drawing: Drawing) -> dict[str, bytes]:
     """
     drawn: dict[str, object] = {}
     for free, rows in drawing.misfit.items():
-        name = configuration(free)
+        name = name_configuration(free)
         levels = np.unique(rows.points.level)
         held_out = dict.fromkeys(drawing.held_out, ", held out")
         words = [f"{level:g} {drawing.unit}{held_out.get(level, '')}" for level in levels.tolist()]
@@ -69,7 +70,7 @@ def _map(misfit: Misfit, levels: Frequencies, words: Sequence[str], title: str) 
     points, size = misfit.points, misfit.size
     frequency = np.unique(points.frequency)
     panels = []
-    for sensor, harmonic in keys(misfit):
+    for sensor, harmonic in list_curve_keys(misfit):
         rows = (points.sensor == sensor) & (points.harmonic == harmonic)
         image = np.full((len(levels), len(frequency)), np.nan)
         at = np.searchsorted(levels, points.level[rows]), np.searchsorted(frequency, points.frequency[rows])

@@ -5,13 +5,22 @@ from typing import Any
 
 import numpy as np
 
+from correlation.campaign.measurement import name_configuration
 from correlation.metric.jump_error import JumpError
-from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
+from correlation.metric.misfit import (
+    AXES,
+    Misfit,
+    MisfitSummary,
+    find_worst,
+    find_worst_cell,
+    split_misfit,
+    summarise_misfit,
+)
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
 from study.compare.data import data_document, describe_data
-from study.compare.result import SWEEP_WORDS, Compared
+from study.compare.result import SWEEP_WORDS, ComparisonResult
 from study.compare.sentence import CLEAR_PEAK, summarise
 
 #: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
@@ -20,7 +29,7 @@ NO_PHASE = 0.05
 WORDS = {axis: f"worst {axis}" for axis in AXES}
 
 
-def in_words(compared: Compared) -> str:
+def format_report(compared: ComparisonResult) -> str:
     """For people: what was compared, where the model fails, by how much, and its resonances."""
     table, unit = compared.campaign.measurement, compared.campaign.drive.unit
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
@@ -45,15 +54,15 @@ def in_words(compared: Compared) -> str:
     if compared.data:
         lines += [*describe_data(compared.data), ""]
     if compared.families is not None:
-        from study.compare.family_report import family_lines
+        from study.compare.family_report import format_family_report
 
-        lines += family_lines(compared.families)
+        lines += format_family_report(compared.families)
     pages = [file for file in compared.files if file.suffix == ".html"]
     lines += [summary.next, *(f"The page with all curves, maps and residuals: {file}" for file in pages), ""]
     return "\n".join([*lines, *map(str, compared.files)])
 
 
-def document(compared: Compared) -> dict[str, Any]:
+def make_document(compared: ComparisonResult) -> dict[str, Any]:
     """The same for ``--json``; errors are of the prediction, relative and in radians."""
     summary, families, unit = summarise(compared), None, compared.campaign.drive.unit
     if compared.families is not None:
@@ -69,7 +78,7 @@ def document(compared: Compared) -> dict[str, Any]:
         "sets": {name: _document(misfit, unit) for name, misfit in _sides(compared).items()},
         "resonances": [
             {
-                "configuration": configuration(peak.free),
+                "configuration": name_configuration(peak.free),
                 "level_n": peak.level,
                 "level_unit": unit,
                 "sensor": peak.sensor,
@@ -86,7 +95,7 @@ def document(compared: Compared) -> dict[str, Any]:
         ],
         "jumps": [
             {
-                "configuration": configuration(jump.free),
+                "configuration": name_configuration(jump.free),
                 "level_n": jump.level,
                 "level_unit": unit,
                 "sweep": SWEEP_WORDS[jump.sweep],
@@ -109,37 +118,37 @@ def side_by_side(case: str, campaign: str) -> str:
     return " beside ".join(dict.fromkeys(filter(None, [case, campaign])))
 
 
-def _sides(compared: Compared) -> Mapping[str, Misfit]:
+def _sides(compared: ComparisonResult) -> Mapping[str, Misfit]:
     sides = {"training": compared.train}
     return sides if compared.held_out is None else sides | {"held out": compared.held_out}
 
 
 def _document(misfit: Misfit, unit: str) -> dict[str, Any]:
-    cell, points = worst_cell(misfit, unit)
+    cell, points = find_worst_cell(misfit, unit)
     return {
-        **_share_document(whole(misfit)),
+        **_summary_document(summarise_misfit(misfit)),
         "n_not_found": _not_found(misfit),
         "worst_cell": {
-            **_share_document(cell),
-            "configuration": configuration(bool(points.free[0])),
+            **_summary_document(cell),
+            "configuration": name_configuration(bool(points.free[0])),
             "level_n": float(points.level[0]),
             "level_unit": unit,
             "frequencies_hz": [float(points.frequency.min()), float(points.frequency.max())],
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
         },
-        "by": {axis: [_share_document(share) for share in split_misfit(misfit, axis, unit)] for axis in AXES},
+        "by": {axis: [_summary_document(summary) for summary in split_misfit(misfit, axis, unit)] for axis in AXES},
     }
 
 
-def _share_document(share: Share) -> dict[str, Any]:
+def _summary_document(summary: MisfitSummary) -> dict[str, Any]:
     return {
-        "label": share.label,
-        "standard_deviations": share.deviations,
-        "whitened": share.whitened,
-        "median_amplitude_error": share.amplitude_error,
-        "median_phase_error_rad": share.phase_error,
-        "n_number": share.n_number,
+        "label": summary.label,
+        "standard_deviations": summary.deviations,
+        "whitened": summary.whitened,
+        "median_amplitude_error": summary.amplitude_error,
+        "median_phase_error_rad": summary.phase_error,
+        "n_number": summary.n_number,
     }
 
 
@@ -147,7 +156,7 @@ def _not_found(misfit: Misfit) -> int:
     return int((~np.isfinite(misfit.predicted)).sum())
 
 
-def _calibrated(compared: Compared) -> list[str]:
+def _calibrated(compared: ComparisonResult) -> list[str]:
     if not compared.calibrated:
         return []
     factors = [item for item in compared.calibrated if not item.name.startswith(GAIN)]
@@ -161,30 +170,30 @@ def _calibrated(compared: Compared) -> list[str]:
 
 
 def _side(name: str, misfit: Misfit, unit: str) -> Iterator[str]:
-    all_of = whole(misfit)
+    all_of = summarise_misfit(misfit)
     mean = f"whitened {all_of.whitened:.3g} standard deviations, root mean square (noise alone makes at most 1)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(misfit)
     if missing:
         yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
-    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
-    width = max([len(share.label) for _, share in rows] + [len("all points")])
+    rows = [(WORDS[axis], find_worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis, unit)) > 1]
+    width = max([len(summary.label) for _, summary in rows] + [len("all points")])
     yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
-    for what, share in [("all", all_of), *rows]:
-        label = "all points" if share is all_of else share.label
-        yield f"  {what:<19}  {label:<{width}}  {share.deviations:19.3g}  {_errors(share)}"
-    cell, _ = worst_cell(misfit, unit)
+    for what, summary in [("all", all_of), *rows]:
+        label = "all points" if summary is all_of else summary.label
+        yield f"  {what:<19}  {label:<{width}}  {summary.deviations:19.3g}  {_errors(summary)}"
+    cell, _ = find_worst_cell(misfit, unit)
     yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
 
 
-def _errors(share: Share) -> str:
-    if not np.isfinite(share.amplitude_error):
+def _errors(summary: MisfitSummary) -> str:
+    if not np.isfinite(summary.amplitude_error):
         return "none stands out of the noise"
-    phase = f"{np.degrees(share.phase_error):6.2f} deg" if np.isfinite(share.phase_error) else ""
-    return f"{100 * share.amplitude_error:6.2f} %  {phase}"
+    phase = f"{np.degrees(summary.phase_error):6.2f} deg" if np.isfinite(summary.phase_error) else ""
+    return f"{100 * summary.amplitude_error:6.2f} %  {phase}"
 
 
-def _signed(cell: Share) -> str:
+def _signed(cell: MisfitSummary) -> str:
     if not np.isfinite(cell.signed_amplitude_error):
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
@@ -195,7 +204,7 @@ def _signed(cell: Share) -> str:
     return f"{sentence} and its phase {plain(abs(phase), 3)} deg too {'early' if phase > 0 else 'late'}"
 
 
-def _peaks(compared: Compared) -> Iterator[str]:
+def _peaks(compared: ComparisonResult) -> Iterator[str]:
     unit = compared.campaign.drive.unit
     yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
     yield "  structure     level   frequency [Hz]     error             damping     error"
@@ -203,7 +212,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
         frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
         damping = _error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
         yield (
-            f"  {configuration(peak.free):<9}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  {frequency:<17}  "
+            f"  {name_configuration(peak.free):<9}  {peak.level:6g} {unit}  {peak.frequency:15.3f}  {frequency:<17}  "
             f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
         )
 
@@ -223,7 +232,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
     if deviations > CLEAR_PEAK:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
-            f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} "
+            f"  worst: the {what} of the {name_configuration(peak.free)} structure at {peak.level:g} "
             f"{unit} is {plain(100 * abs(error), 3)} % too {'high' if error > 0 else 'low'} "
             f"({deviations:.3g} standard deviations)"
         )
@@ -231,7 +240,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
 
 def describe_jump(jump: JumpError, level_unit: str) -> str:
     """``jointed, 3 N, up-sweep: jumps down at 25.1 Hz, the model at 24.6 Hz (-0.5 Hz)``."""
-    where = f"{configuration(jump.free)}, {jump.level:g} {level_unit}, {'up' if jump.sweep > 0 else 'down'}-sweep"
+    where = f"{name_configuration(jump.free)}, {jump.level:g} {level_unit}, {'up' if jump.sweep > 0 else 'down'}-sweep"
     way = "down" if jump.falls else "up"
     if not np.isfinite(jump.frequency):
         return f"{where}: the model jumps {way} at {jump.predicted_frequency:.5g} Hz, the measured response does not"
@@ -247,5 +256,5 @@ def _error(relative: float, value: float, deviation: float, digits: int) -> str:
     return f"{100 * relative:+.{digits}f} % ({abs(relative) * value / deviation:.1f})"
 
 
-def _held(compared: Compared, peak: PeakError) -> str:
+def _held(compared: ComparisonResult, peak: PeakError) -> str:
     return "" if np.isin(peak.level, compared.train.points.level) else "  held out"

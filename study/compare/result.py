@@ -4,12 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.measurement import SWEEPS, Campaign, Suspicion
 from correlation.metric.jump_error import JumpError
 from correlation.metric.misfit import Misfit
 from correlation.metric.peak_error import PeakError
 from correlation.model import Model
 from correlation.prediction import Prediction
+from correlation.uncertainty.interval import TWO_SIDED_95
 from fe.notebook import Tabular
 from study.compare.data import DataComparison
 from study.compare.section.section import Section
@@ -20,9 +21,7 @@ if TYPE_CHECKING:
     from study.compare.families import FamilyComparison
 
 #: Sweep of a row of a table; none where both agree.
-SWEEP_WORDS = {0: "", 1: "up", -1: "down"}
-
-
+SWEEP_WORDS = SWEEPS | {0: ""}
 #: Whitened difference up to which a model agrees with measurements, and from which it clearly does not: squares of
 #: hundreds of numbers of noise have a mean within 10 % of 1; the covariance itself is that of a few repeats.
 AGREES, DIFFERS = 1.25, 2.0
@@ -36,9 +35,14 @@ class Calibrated:
     factor: float
     deviation: float
 
+    @property
+    def half_interval(self) -> float:
+        """Half of its 95 % interval [-]."""
+        return TWO_SIDED_95 * self.deviation
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Compared(Tabular):
+class ComparisonResult(Tabular):
     """A model beside measurements.
 
     Parameters

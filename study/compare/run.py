@@ -9,17 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.campaign.measurement import Campaign
+from correlation.campaign.measurement import Campaign, name_configuration
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
 from correlation.metric.jump_error import compute_jump_errors
-from correlation.metric.misfit import Misfit, compute_misfit, configuration, whole
+from correlation.metric.misfit import Misfit, compute_misfit, summarise_misfit
 from correlation.metric.peak_error import PeakError, compute_peak_errors, find_unread_peaks
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
-from correlation.sensor_placement import with_sensors
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.weighting import (
     Measured,
@@ -36,11 +35,11 @@ from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.curve import Drawing
 from study.compare.data import compare_data, format_data_csv, training_data
-from study.compare.data_run import DataCompared, name_step, run_data_comparison
+from study.compare.data_run import DataComparisonResult, name_step, run_data_comparison
 from study.compare.data_view import show_data
-from study.compare.page import page
-from study.compare.pictures import pictures
-from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, Compared
+from study.compare.page import make_page
+from study.compare.pictures import draw_pictures
+from study.compare.result import DIFFERS, SWEEP_WORDS, Calibrated, ComparisonResult
 from study.compare.suspicions import find_all_suspicions, require_noise
 from study.compare.unknown_gain import SetGains, set_gains
 from study.compare.untested_friction import find_untested_friction
@@ -64,7 +63,7 @@ def run_compare(
     calibrate: bool = False,
     limits: bool = False,
     onto_families: bool = False,
-) -> Compared | DataCompared:
+) -> ComparisonResult | DataComparisonResult:
     """Compare, and write tables and figures.
 
     Parameters
@@ -111,17 +110,21 @@ def run_compare(
 
         asked = FamilyRequest(campaign=campaign, table=opened.case.limits, structure=read.structure, title=title)
         # After the calibration parameters come gains that the campaign does not know.
-        factors = [item.factor for item in compared.calibrated[: len(setup.accepted)]] if onto_families else None
+        factors = (
+            [item.factor for item in compared.calibrated[: len(setup.calibration_parameters)]]
+            if onto_families
+            else None
+        )
         families = compare_with_families(compared.model, setup, asked, run, stem, factors)
         sections = (*compared.sections, *family_sections(families))
         compared = replace(compared, families=families, sections=sections, files=families.files)
     with run.progress.step("figures", expected=4):
         drawing = Drawing.of(compared)
-        drawn = pictures(title, drawing)
+        drawn = draw_pictures(title, drawing)
         data = compare_data(compared.model, campaign.data)
         others, shown = show_data(compared.model, campaign.data, data, title)
     compared = replace(compared, data=data, sections=(*compared.sections, *shown))
-    files = {run.output / f"{stem}.html": page(compared, drawing).encode()}
+    files = {run.output / f"{stem}.html": make_page(compared, drawing).encode()}
     files[run.output / f"{stem}.csv"] = format_misfit_csv(campaign, compared.train, compared.held_out).encode()
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in (drawn | others).items()}
     if compared.data:
@@ -131,7 +134,7 @@ def run_compare(
     return replace(compared, files=(*files, *compared.files))
 
 
-def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> Compared:
+def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibrate: bool = False) -> ComparisonResult:
     """`compare` from the store of a run, or computed."""
     step, seconds = name_step(15, calibrate)
     key = comparison_key(setup, campaign, calibrate)
@@ -140,20 +143,19 @@ def find_comparison(setup: Setup, campaign: Campaign, run: RunContext, *, calibr
 
 def comparison_key(setup: Setup, campaign: Campaign, calibrate: bool = False) -> str:
     """Hash of all that a comparison depends on, code included."""
-    # What was read counts, not from which folder.
-    measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
-    return fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
+    inputs = {"setup": setup, "campaign": campaign.content, "calibrate": calibrate}
+    return fingerprint.key("comparison", inputs, __name__)
 
 
 @stage("comparison", ignore=("setup", "campaign", "calibrate"))
-def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> Compared:
+def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> ComparisonResult:
     """`compare` as a stage, so that an interrupted command goes on with its figures; the key holds all inputs."""
     del key
     return compare(setup, campaign, calibrate=calibrate)
 
 
 @on_one_blas_thread
-def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
+def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> ComparisonResult:
     """Compare without writing anything.
 
     Parameters
@@ -170,17 +172,14 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     CampaignError
         A sensor that does not fit the model, or a campaign without repeats.
     """
-    model = with_sensors(setup.model, campaign)
-    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
-    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    gained = set_gains(setup, campaign)
+    gained = set_gains(setup.with_sensors(campaign), campaign)
     sides, calibrated, model = _sides(gained, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     suspicions = (*find_all_suspicions(campaign, model, sides[0].prediction), *gained.remarks)
-    if whole(train).whitened <= DIFFERS:
+    if summarise_misfit(train).whitened <= DIFFERS:
         states = sides[0].comparison, sides[0].prediction
         suspicions = (*suspicions, *find_untested_friction(model, campaign.data, states))
-    return Compared(
+    return ComparisonResult(
         title=setup.title,
         campaign=campaign,
         model=model,
@@ -228,7 +227,7 @@ class Side:
         )  # fmt: skip
 
 
-def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
+def predict_sides(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Model, budget: Budget) -> list[Side]:
     """Sets of measurements beside a model as it is, weighted by noise, friction histories and numerical error.
 
     Parameters
@@ -253,7 +252,7 @@ def beside(observed: Sequence[Observation], sweeps: tuple[int, ...], model: Mode
 def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
     setup, unknown = gained.setup, gained.gains.parameters
     if calibrate:
-        if not (setup.accepted or unknown):
+        if not (setup.calibration_parameters or unknown):
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
         # The search takes long to import, and a comparison of a model as it is has no use for it.
         from diagnosis.fit.arrangement import arrange
@@ -262,7 +261,9 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
 
         # Effects stay as strong as the case says; the calibration parameters begin anew.
         begin = replace(setup, calibrated={})
-        arrangement = arrange(campaign, begin.complete, (*setup.accepted, *unknown), begin.complete_budget)
+        arrangement = arrange(
+            campaign, begin.complete, (*setup.calibration_parameters, *unknown), begin.complete_budget
+        )
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
         fit = fit_together(arrangement.train, fit, training_data(campaign, fit.model))
         held_out = arrangement.held_out.predict(fit.model, fit.prediction)
@@ -270,18 +271,18 @@ def _sides(gained: SetGains, campaign: Campaign, calibrate: bool) -> tuple[list[
             Side(comparison=leave_out_model_error(arrangement.train), prediction=fit.prediction),
             Side(comparison=leave_out_model_error(arrangement.held_out), prediction=held_out),
         ]
-        n = len(setup.accepted)
-        result = zip(setup.accepted, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)
+        n = len(setup.calibration_parameters)
+        result = zip(setup.calibration_parameters, fit.values[:n].tolist(), fit.deviation[:n].tolist(), strict=True)
         calibrated = tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in result)
         return sides, (*calibrated, *gained.report(fit.values[n:], fit.deviation[n:])), fit.model
     model, budget = setup.complete, setup.complete_budget
     sweeps, none_held_out = find_sweep_directions(campaign), not (campaign.held_out.levels or campaign.held_out.repeats)
     sets = [take_training_part(campaign)] if none_held_out else split_held_out(campaign)
-    sides = beside(sets, sweeps, model, budget)
+    sides = predict_sides(sets, sweeps, model, budget)
     if not unknown:
         return sides, (), model
     model, gains = gained.refine(model, sides[0].comparison)
-    return beside(sets, sweeps, model, budget), gains, model
+    return predict_sides(sets, sweeps, model, budget), gains, model
 
 
 def list_peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
@@ -328,7 +329,7 @@ def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None
             writer.writerow(
                 [
                     name,
-                    configuration(free),
+                    name_configuration(free),
                     f"{level:.9g}",
                     campaign.drive.unit,
                     f"{frequency:.9g}",

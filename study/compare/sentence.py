@@ -7,15 +7,16 @@ from math import isfinite
 import numpy as np
 from scipy.special import chdtri
 
-from correlation.campaign.measurement import Suspicion
-from correlation.metric.misfit import Misfit, configuration, split_misfit, whole, worst, worst_cell
+from correlation.campaign.measurement import Suspicion, name_configuration
+from correlation.metric.misfit import Misfit, find_worst, find_worst_cell, split_misfit, summarise_misfit
 from correlation.metric.peak_error import PeakError
 from diagnosis.fit.unknown_gain import GAIN, describe_gain
 from geometry.plain_number import plain
 from geometry.some_names import name_some
 from study.alike import name_wrong_places
+from study.compare.curve import name_harmonic
 from study.compare.data import DataComparison, without_comparison
-from study.compare.result import AGREES, DIFFERS, Compared
+from study.compare.result import AGREES, DIFFERS, ComparisonResult
 from study.compare.section.overview import left_out
 
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
@@ -54,9 +55,9 @@ class Summary:
     cards: tuple[tuple[str, str], ...]
 
 
-def summarise(compared: Compared) -> Summary:
+def summarise(compared: ComparisonResult) -> Summary:
     """Verdict of a comparison."""
-    difference = whole(compared.train).whitened
+    difference = summarise_misfit(compared.train).whitened
     differing = _differing(compared.data)
     tone, tag = judge(difference, without_comparison(compared.data), compared.suspicions, differing)
     if tone != "missing" and (vague := _vague(compared)):
@@ -64,14 +65,14 @@ def summarise(compared: Compared) -> Summary:
         tag += qualify(compared.suspicions) + doubt(compared.suspicions)
     sides = {"training": compared.train} | ({} if compared.held_out is None else {"held-out": compared.held_out})
     cards = [
-        (f"{name} data, reduced chi^2 (1 is noise)", format_square(whole(side).whitened))
+        (f"{name} data, reduced chi^2 (1 is noise)", format_square(summarise_misfit(side).whitened))
         for name, side in sides.items()
     ]
-    share = whole(compared.train)
-    if np.isfinite(share.amplitude_error):
-        cards.append(("median error of amplitude", f"{plain(100 * share.amplitude_error, 3)} %"))
-    if np.isfinite(share.phase_error):
-        cards.append(("median error of phase", f"{plain(np.degrees(share.phase_error), 3)} deg"))
+    summary = summarise_misfit(compared.train)
+    if np.isfinite(summary.amplitude_error):
+        cards.append(("median error of amplitude", f"{plain(100 * summary.amplitude_error, 3)} %"))
+    if np.isfinite(summary.phase_error):
+        cards.append(("median error of phase", f"{plain(np.degrees(summary.phase_error), 3)} deg"))
     return Summary(
         tone=tone,
         tag=tag,
@@ -143,15 +144,15 @@ def _differing(data: Sequence[DataComparison]) -> tuple[str, ...]:
     return tuple(far)
 
 
-def _vague(compared: Compared) -> str:
+def _vague(compared: ComparisonResult) -> str:
     """Why standard deviations are so wide that numbers within them are no agreement; empty if they are not."""
-    share = whole(compared.train)
-    if not isfinite(share.amplitude_error):
+    summary = summarise_misfit(compared.train)
+    if not isfinite(summary.amplitude_error):
         return "no reading stands out of the scatter between its repeats"
     errors = {
-        f"amplitude is {format_percent(share.amplitude_error)} %": share.amplitude_error,
+        f"amplitude is {format_percent(summary.amplitude_error)} %": summary.amplitude_error,
         # An angle is the share of a value by which it is off across itself.
-        f"phase is {plain(np.degrees(share.phase_error))} deg": share.phase_error,
+        f"phase is {plain(np.degrees(summary.phase_error))} deg": summary.phase_error,
     }
     for words, error in errors.items():
         if 100 * error > VAGUE:
@@ -163,19 +164,21 @@ def _vague(compared: Compared) -> str:
 
 
 def _overall(misfit: Misfit) -> str:
-    share = whole(misfit)
+    summary = summarise_misfit(misfit)
     noise = (
-        f"{share.whitened:.3g} standard deviations (root mean square), where noise, friction histories and numerical "
+        f"{summary.whitened:.3g} standard deviations (root mean square), where noise, friction histories and numerical "
         "error make at most 1"
     )
-    if not np.isfinite(share.amplitude_error):
+    if not np.isfinite(summary.amplitude_error):
         return f"The differences are {noise}; no reading stands out of the noise."
-    phase = f" and of the phase {plain(np.degrees(share.phase_error))} deg" if np.isfinite(share.phase_error) else ""
-    amplitude = f"the median error of the amplitude is {format_percent(share.amplitude_error)} %"
+    phase = (
+        f" and of the phase {plain(np.degrees(summary.phase_error))} deg" if np.isfinite(summary.phase_error) else ""
+    )
+    amplitude = f"the median error of the amplitude is {format_percent(summary.amplitude_error)} %"
     return f"The differences are {noise}: {amplitude}{phase}."
 
 
-def _levels(compared: Compared) -> dict[bool, tuple[float, ...]]:
+def _levels(compared: ComparisonResult) -> dict[bool, tuple[float, ...]]:
     """Levels that were compared, by whether the structure was free."""
     points = compared.train.points
     return {free: tuple(np.unique(points.level[points.free == free]).tolist()) for free in (False, True)}
@@ -204,9 +207,9 @@ def describe_resonances(
     for free in sorted({peak.free for peak in peaks}):
         listed = [peak for peak in peaks if peak.free == free and np.isfinite(peak.predicted_frequency)]
         if not listed:
-            yield f"The {configuration(free)} structure has no predicted resonance in the measured band."
+            yield f"The {name_configuration(free)} structure has no predicted resonance in the measured band."
             continue
-        name = f"the resonance of the {configuration(free)} structure"
+        name = f"the resonance of the {name_configuration(free)} structure"
         frequency = _ranged(
             [100 * peak.frequency_error for peak in listed],
             [abs(peak.predicted_frequency - peak.frequency) / peak.frequency_deviation for peak in listed],
@@ -327,14 +330,14 @@ def format_percent(ratio: float) -> str:
 
 def _worst(misfit: Misfit, unit: str) -> Iterator[str]:
     """The worst sensor and the worst place, if they are more than noise."""
-    cell, points = worst_cell(misfit)
+    cell, points = find_worst_cell(misfit)
     if not cell.deviations > DIFFERS:
         return
     sensors = split_misfit(misfit, "sensor")
-    sensor = f"The worst sensor is {worst(sensors).label}. " if len(sensors) > 1 else ""
+    sensor = f"The worst sensor is {find_worst(sensors).label}. " if len(sensors) > 1 else ""
     low, high = points.frequency.min(), points.frequency.max()
     harmonic = int(points.harmonic[0])
-    part = {0: "static part", 1: "fundamental"}.get(harmonic, f"harmonic {harmonic}")
+    part = name_harmonic(harmonic) if harmonic else "static part"
     where = f"the {part} of {points.sensor[0]} at {points.level[0]:g} {unit}, {low:.5g} to {high:.5g} Hz"
     size = ""
     if np.isfinite(cell.signed_amplitude_error):

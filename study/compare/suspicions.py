@@ -53,7 +53,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
         return (*campaign.suspicions, *of_data)
     table = average_campaign(campaign)
     names = np.array([sensor.name for sensor in campaign.sensors])
-    free = np.array([test.configuration == "free" for test in campaign.tests])
+    free = campaign.is_free
     points = Points(
         free=free[table.test],
         level=table.level,
@@ -93,7 +93,7 @@ def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | N
 def _kept_joints(campaign: Campaign, model: Model) -> Iterator[Suspicion]:
     """Joints that the model keeps where the structure was measured without contacts."""
     free = [item.name for item in (*campaign.tests, *campaign.data) if getattr(item, "configuration", "") == "free"]
-    kept = [joint.name for joint in model.free().system.joints] if free else []
+    kept = [joint.name for joint in model.without_contacts().system.joints] if free else []
     if kept:
         yield Suspicion(
             where=f'"{free[0]}"', remark=True,
@@ -129,7 +129,7 @@ def _wrong_levels(campaign: Campaign, motions: Readings, model: Model) -> tuple[
 
 def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     """Lowest resonances that a test can show: contacts stuck, and without those of lines [Hz]."""
-    return np.concatenate([find_visible_resonances(item)[:N_MODE] for item in (model, model.free())])
+    return np.concatenate([find_visible_resonances(item)[:N_MODE] for item in (model, model.without_contacts())])
 
 
 def require_held_out(campaign: Campaign, folder: Path) -> None:

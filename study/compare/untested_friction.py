@@ -65,7 +65,7 @@ def _slips(model: Model, datum: Datum) -> bool:
     """Whether a number of a datum is another for a model with its contacts stuck, or cannot be told for it."""
     kind = DATA_TYPES[datum.type]
     # Without its lines a model cannot tell its free structure any more.
-    stuck = _stick(model.free() if getattr(datum, "configuration", "") == "free" else model)
+    stuck = _stick(model.without_contacts() if getattr(datum, "configuration", "") == "free" else model)
     try:
         predicted = kind.predict(model, datum)
     except CampaignError:

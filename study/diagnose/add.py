@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
 from study.case.setup import Setup, read_case
-from study.diagnose.edit import Written, difference, edited, taken_back
+from study.diagnose.edit import Written, edit_case, list_changes, taken_back
 from study.diagnose.history import (
     ADD,
     DIAGNOSIS,
@@ -67,13 +67,13 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     step = _given(case, history, name, values, run) if values else _diagnosed(case, history, text, name, run)
     written = {effect: as_written(values) for effect, values in step.pop("added").items()}
     written[step["effect"]] = as_written(step["values"])
-    new = edited(text, written, as_written(step["calibrated"]), str(case))
+    new = edit_case(text, written, as_written(step["calibrated"]), str(case))
     noted = Step(
         what=ADD,
         **step,
         case_before=text,
         case_after=new,
-        diff=difference(text, new, case.name),
+        diff=list_changes(text, new, case.name),
         case_key=case_key(new),
     )
     return save_step(case, history, noted, new)
@@ -114,12 +114,12 @@ def undo(case: Path) -> Step:
         )
     noted = Step(
         what=UNDO, effect=last.effect, before=last.after, after=last.before, case_before=text, case_after=old,
-        diff=difference(text, old, case.name), case_key=case_key(old),
+        diff=list_changes(text, old, case.name), case_key=case_key(old),
     )  # fmt: skip
     return save_step(case, history, noted, old)
 
 
-def named(words: Sequence[str]) -> str:
+def read_effect_name(words: Sequence[str]) -> str:
     """The name of an effect from the words of a command line.
 
     Raises
@@ -185,7 +185,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
 def _given(case: Path, history: History, name: str, texts: Sequence[str], run: RunContext | None) -> dict[str, Any]:
     """Fields of the step with the values of the user."""
     setup = _setup(case, history, run)
-    effect = find_effect(case_catalogue(setup.model, setup.effects), name)
+    effect = find_effect(case_catalogue(setup.model, setup.effect_files), name)
     if len(texts) != len(effect.parameters):
         listed = ", ".join(key_of(parameter) for parameter in effect.parameters)
         raise EffectError(f'"{effect.name}" has {len(effect.parameters)} values ({listed}), not {len(texts)}')
@@ -207,7 +207,7 @@ def as_written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
 def _checked(case: Path, history: History, name: str, run: RunContext | None) -> str:
     """The name of an effect of the case, as the catalogue writes it; one that is there already is refused."""
     setup = _setup(case, history, run)
-    effect = find_effect(case_catalogue(setup.model, setup.effects), name)
+    effect = find_effect(case_catalogue(setup.model, setup.effect_files), name)
     if effect.name in [item.effect.name for item in setup.added]:
         raise LoopError(
             f'{case}: "{effect.name}" is in the case already, and fitted in every diagnosis: change its value with '

@@ -6,10 +6,10 @@ from correlation.errors import CampaignError
 from study.case.setup import read_case, require_loads
 from study.compare.suspicions import require_held_out, require_repeats
 from study.diagnose.add import LoopError, as_written, save_step
-from study.diagnose.edit import difference, edited
+from study.diagnose.edit import edit_case, list_changes
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
-from study.diagnose.round import errors
-from study.diagnose.screen import Screened, screen_case
+from study.diagnose.round import summarise_errors
+from study.diagnose.screen import ScreeningResult, screen_case
 from study.diagnose.table import write_up
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
@@ -43,7 +43,7 @@ def calibrate_case(case: Path, folder: Path, run: RunContext, without: tuple[str
     return write_calibration(case, folder, screen_file(case, folder, run, without), text)
 
 
-def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> Screened:
+def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, ...] = ()) -> ScreeningResult:
     """`screen_case` of a case file and a campaign folder.
 
     Raises
@@ -61,7 +61,7 @@ def screen_file(case: Path, folder: Path, run: RunContext, without: tuple[str, .
     return screen_case(setup, campaign, without=without, store=run.store, progress=run.progress)
 
 
-def write_calibration(case: Path, folder: Path, screened: Screened, text: str) -> Step:
+def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text: str) -> Step:
     """Write a fit into a case, and note it in the history.
 
     Parameters
@@ -84,12 +84,12 @@ def write_calibration(case: Path, folder: Path, screened: Screened, text: str) -
     if read_text(case) != text:
         raise LoopError(f"{case}: was edited during the fit, which is not written: calibrate again")
     added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
-    new = edited(text, added, as_written(values["calibrated"]), str(case))
-    drawn, after = errors(screened.drawn), errors(screened.before)
+    new = edit_case(text, added, as_written(values["calibrated"]), str(case))
+    drawn, after = summarise_errors(screened.drawn), summarise_errors(screened.before)
     step = Step(
         what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
         before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,
         accepted=None if screened.setup.added else after, case_before=text, case_after=new,
-        diff=difference(text, new, case.name), case_key=case_key(new),
+        diff=list_changes(text, new, case.name), case_key=case_key(new),
     )  # fmt: skip
     return save_step(case, history_of(case), step, new)

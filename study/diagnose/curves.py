@@ -7,15 +7,17 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
-from figure.misfit_map import STEPS
 from figure.style import choose_family_colours, typeset
-from study.compare.curve import find_rows, joined, keys, refine_points
+from study.compare.curve import compute_phase, find_rows, join_sides, list_curve_keys, name_harmonic, refine_points
 from study.compare.drawn_unit import choose_unit, per_level_unit
+from study.compare.section.misfit import map_misfit
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage, list_sides
+from study.page.number import round_list
 
 Numbers = Float[NDArray[np.float64], " f"]
 
@@ -23,10 +25,10 @@ Numbers = Float[NDArray[np.float64], " f"]
 def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
     train, held_out = (side.misfit for side in list_sides(result, stage))
-    return joined(train, held_out)
+    return join_sides(train, held_out)
 
 
-def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
+def make_curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     """Responses over frequency: of each configuration, sensor and harmonic, and level; amplitude, phase, deviation."""
     misfit, new = joined_misfit(result, shown[-1])
     levels = np.unique(misfit.points.level)
@@ -36,8 +38,8 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
         fine = refine_points(part.points)
-        lines = [_lines(result, stage, fine, configuration(bool(free))) for stage in shown]
-        for sensor, harmonic in keys(part):
+        lines = [_lines(result, stage, fine, name_configuration(bool(free))) for stage in shown]
+        for sensor, harmonic in list_curve_keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
             size = np.abs(part.measured[all_rows]) / (part.points.level[all_rows] if per_level else 1.0)
@@ -50,13 +52,12 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
                 scale = factor / level if per_level else factor
                 at = find_rows(fine, sensor, harmonic, level)
                 groups.append(_group(part, rows, scale, fine.frequency[at], [line[at] for line in lines], number))
-            words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
             panels.append(
                 {
-                    "configuration": configuration(bool(free)),
+                    "configuration": name_configuration(bool(free)),
                     "sensor": sensor,
                     "harmonic": int(harmonic),
-                    "label": f"{sensor}, {words}",
+                    "label": f"{sensor}, {name_harmonic(harmonic)}",
                     "unit": typeset(per_level_unit(unit, drive) if per_level else unit),
                     "static": not harmonic,
                     "groups": groups,
@@ -70,42 +71,19 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     }
 
 
-def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
-    """Misfit of each configuration: rows are levels within sensors and harmonics, columns frequencies."""
+def make_maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
+    """Misfit of each configuration and stage: rows are levels within sensors and harmonics, columns frequencies."""
     parts = [joined_misfit(result, stage)[0] for stage in shown]
     listed = []
     for free in np.unique(parts[0].points.free):
         chosen = [part.where(np.asarray(part.points.free == free)) for part in parts]
-        points = chosen[0].points
-        frequency, groups, row = np.unique(points.frequency), [], 0
-        images: list[list[Numbers]] = [[] for _ in chosen]
-        labels: list[str] = []
-        for sensor, harmonic in keys(chosen[0]):
-            levels = [float(level) for level in np.unique(points.level)[::-1]]
-            words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
-            named = [f"{level:g} {result.campaign.drive.unit}" for level in levels]
-            groups.append({"label": words, "first": row, "last": row + len(levels) - 1, "levels": named})
-            labels += [f"{words}, {level}" for level in named]
-            for level in levels:
-                rows = find_rows(points, sensor, harmonic, level)
-                at = np.searchsorted(frequency, points.frequency[rows])
-                for image, part in zip(images, chosen, strict=True):
-                    line = np.full(len(frequency), np.nan)
-                    line[at] = part.size[rows]
-                    image.append(line)
-            for image in images:
-                image.append(np.full(len(frequency), np.nan))
-            labels.append("")
-            row += len(levels) + 1
+        maps = [map_misfit(part, bool(free), result.campaign.drive.unit) for part in chosen]
         listed.append(
             {
-                "configuration": configuration(bool(free)),
-                "frequency": [f"{value:.5g}" for value in frequency],
-                "labels": labels[:-1],
-                "groups": groups,
-                "images": [_binned(np.array(image[:-1])) for image in images],
-                "values": [[_rounded(line) for line in image[:-1]] for image in images],
-                "whole": [_rms(part) for part in chosen],
+                **{key: maps[0][key] for key in ("configuration", "frequency", "labels", "groups")},
+                "images": [item["image"] for item in maps],
+                "values": [item["values"] for item in maps],
+                "whole": [item["whole"] for item in maps],
             }
         )
     return listed
@@ -128,50 +106,23 @@ def _group(
 ) -> dict[str, Any]:
     measured, deviation = scale * part.measured[rows], np.nan_to_num(scale * part.deviation[rows])
     harmonic = int(part.points.harmonic[rows[0]])
-    phase = np.where(part.phased[rows], _phase(measured, deviation, harmonic), np.nan)
+    phase = np.where(part.phased[rows], compute_phase(measured, deviation, harmonic), np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         phase_deviation = np.degrees(np.nan_to_num(deviation / np.abs(measured), posinf=0.0))
     drawn = []
     for line in lines:
         value = scale * line
-        turned = _phase(value, np.full(len(value), np.median(deviation)), harmonic)
+        turned = compute_phase(value, np.full(len(value), np.median(deviation)), harmonic)
         if harmonic == 1 and np.isfinite(phase[0]):
             turned += 360 * np.round((phase[0] - turned[0]) / 360)
-        drawn.append({"amplitude": _rounded(np.abs(value) if harmonic else value.real), "phase": _rounded(turned)})
+        drawn.append({"amplitude": round_list(np.abs(value) if harmonic else value.real), "phase": round_list(turned)})
     return {
         "level": level,
-        "frequency": _rounded(part.points.frequency[rows], 8),
-        "amplitude": _rounded(np.abs(measured) if harmonic else measured.real),
-        "deviation": _rounded(deviation),
-        "phase": _rounded(phase),
-        "phase_deviation": _rounded(phase_deviation),
-        "line_frequency": _rounded(frequency, 8),
+        "frequency": round_list(part.points.frequency[rows], 8),
+        "amplitude": round_list(np.abs(measured) if harmonic else measured.real),
+        "deviation": round_list(deviation),
+        "phase": round_list(phase),
+        "phase_deviation": round_list(phase_deviation),
+        "line_frequency": round_list(frequency, 8),
         "lines": drawn,
     }
-
-
-def _phase(value: NDArray[np.complex128], deviation: Numbers, harmonic: int) -> Numbers:
-    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
-    phase = np.degrees(np.angle(np.nan_to_num(value)))
-    if harmonic == 1:
-        phase = np.unwrap(phase, period=360)
-        phase -= 360 * np.ceil((phase[0] - 270) / 360)
-        return np.asarray(np.where(np.isfinite(value), phase, np.nan))
-    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))
-
-
-def _rms(part: Misfit) -> float:
-    return float(np.sqrt(np.nanmean(part.standardised**2)))
-
-
-def _binned(image: Float[NDArray[np.float64], "r f"]) -> list[list[int | None]]:
-    """Number of the step of the scale that each value is on; none where nothing was measured."""
-    step = np.searchsorted(STEPS[1:], np.nan_to_num(image), side="right")
-    return [
-        [int(number) if np.isfinite(value) else None for number, value in zip(*both, strict=True)]
-        for both in zip(step, image, strict=True)
-    ]
-
-
-def _rounded(values: NDArray[np.float64], digits: int = 5) -> list[float | None]:
-    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in values.tolist()]

@@ -10,7 +10,6 @@ from typing import Any
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.data_type.indication import Indication
 from correlation.sensor_placement import with_sensors
-from diagnosis.candidate.effect import INTERVAL
 from diagnosis.decision.verdict import Finding
 from diagnosis.feature.arrangement import split_data
 from diagnosis.feature.diagnose import FeatureDiagnosis, diagnose_features
@@ -30,8 +29,8 @@ from study.diagnose.add import add
 from study.diagnose.history import DIAGNOSIS, Errors, Step, case_key, history_of, read_text
 from study.diagnose.progress import phases
 from study.diagnose.report import ADVICE
-from study.diagnose.round import Steps, errors
-from study.diagnose.table import interval, write_up
+from study.diagnose.round import Steps, summarise_errors
+from study.diagnose.table import format_interval, write_up
 from study.json_value import plain
 from study.page.table import Table
 from study.run_context import RunContext
@@ -50,7 +49,7 @@ TONE = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DataDiagnosed:
+class DataDiagnosisResult:
     """Result of the command.
 
     Parameters
@@ -106,7 +105,7 @@ class DataDiagnosed:
     def calibrated(self) -> tuple[Calibrated, ...]:
         """Calibration parameters."""
         fit = self.diagnosis.before.fit
-        values = zip(self.setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False)
+        values = zip(self.setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False)
         return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
     def text(self) -> str:
@@ -123,7 +122,7 @@ class DataDiagnosed:
             yield "What the data show by themselves:"
             yield from (f"  {'!' if each.is_clear else ' '} {each.sentence}" for each in self.indications)
             yield ""
-        fitted = [f"{each.name} x {each.factor:.4f} +- {INTERVAL * each.deviation:.2g}" for each in self.calibrated]
+        fitted = [f"{each.name} x {each.factor:.4f} +- {each.half_interval:.2g}" for each in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
         before = self.diagnosis.before
         yield f"  error {before.error:.3g}, held out {before.held_error:.3g} standard deviations"
@@ -174,7 +173,7 @@ class DataDiagnosed:
 
 def run_data_diagnosis(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False
-) -> DataDiagnosed:
+) -> DataDiagnosisResult:
     """Diagnose, note it in the history of the case, and write page, figures and JSON.
 
     Parameters
@@ -214,7 +213,7 @@ def run_data_diagnosis(
 
 def diagnose_data(
     case: Path, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str] = ()
-) -> DataDiagnosed:
+) -> DataDiagnosisResult:
     """One round of `run_data_diagnosis`, noted in the history of the case, without page and files."""
     setup = _read_setup(case, campaign, run)
     return _diagnose(case, setup, campaign, folder, run, without, _find_suspicions(setup, campaign))
@@ -223,15 +222,15 @@ def diagnose_data(
 def _diagnose(
     case: Path, setup: Setup, campaign: Campaign, folder: Path, run: RunContext, without: Sequence[str],
     suspicions: tuple[Suspicion, ...],
-) -> DataDiagnosed:  # fmt: skip
+) -> DataDiagnosisResult:  # fmt: skip
     left_out = tuple(sorted({*setup.without, *without}))
     run_step = Steps(run.store, setup, campaign, left_out)
     with phases(run.progress, run_step.is_stored, len(setup.added) + 1) as shown:
         found = diagnose_features(
-            setup.model, campaign.data, setup.accepted, added=setup.added, without=left_out, extra=setup.effects,
-            run_step=shown.watched(run_step), report=shown.report,
+            setup.model, campaign.data, setup.calibration_parameters, added=setup.added, without=left_out,
+            extra=setup.effect_files, run_step=shown.watched(run_step), report=shown.report,
         )  # fmt: skip
-    result = DataDiagnosed(
+    result = DataDiagnosisResult(
         setup=setup, campaign=campaign, diagnosis=found.diagnosis, indications=found.indications,
         suspicions=suspicions,
     )  # fmt: skip
@@ -248,7 +247,7 @@ def _find_suspicions(setup: Setup, campaign: Campaign) -> tuple[Suspicion, ...]:
     return merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
 
 
-def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
+def _record(found: DataDiagnosisResult, case: Path, folder: Path) -> None:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths."""
     fitted = [
         {**write_up(found.setup, refit), "after": _chi2(refit).document}
@@ -264,15 +263,15 @@ def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
 
 def _chi2(refit: Refit) -> Errors:
     """Reduced chi-squared alone: features have errors in standard deviations, not in per cent."""
-    return replace(errors(refit), training=nan, held_out=nan)
+    return replace(summarise_errors(refit), training=nan, held_out=nan)
 
 
 def _strength(refit: Refit) -> str:
     assert refit.effect is not None
-    return interval(refit.strength, refit.deviation, refit.effect.parameters[0])
+    return format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])
 
 
-def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes]:
+def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path, bytes]:
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
     best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
@@ -306,7 +305,7 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
     return {**files, run.output / f"{stem}.json": document.encode()}
 
 
-def _sections(found: DataDiagnosed) -> Iterator[Section]:
+def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
     """Indications and candidates."""
     if found.indications:
         rows = [

@@ -33,7 +33,7 @@ class Written(NamedTuple):
 Values = Mapping[str, Written]
 
 
-def edited(text: str, added: Mapping[str, Values], calibrated: Values, file: str = "the case") -> str:
+def edit_case(text: str, added: Mapping[str, Values], calibrated: Values, file: str = "the case") -> str:
     """A case file with effects and calibration factors written into it.
 
     Parameters
@@ -135,7 +135,7 @@ def _with_values(pieces: Sequence[str], added: Mapping[str, Values], calibrated:
     return f"{result.rstrip()}\n{new}" if new else result
 
 
-def difference(before: str, after: str, file: str) -> list[str]:
+def list_changes(before: str, after: str, file: str) -> list[str]:
     """Lines of a unified diff."""
     lines = unified_diff(before.splitlines(), after.splitlines(), file, file, "before", "after", n=1, lineterm="")
     return list(lines)

@@ -66,7 +66,7 @@ class RecoveredLaw:
         }
 
 
-def recover(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
+def find_missing_law(arrangement: Arrangement, verdict: Verdict) -> MissingLaw | None:
     """The law, where none of the known effects explains what is missing."""
     return recover_law(arrangement) if verdict.finding is Finding.UNKNOWN else None
 
@@ -79,7 +79,7 @@ def describe_law(law: MissingLaw | None) -> RecoveredLaw | None:
     return RecoveredLaw(law=law, curves=curves, words=describe(curves))
 
 
-def tell_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
+def format_law(law: RecoveredLaw | None, file: str) -> Iterator[str]:
     """Lines of the report."""
     if law is None:
         return

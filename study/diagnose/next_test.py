@@ -126,7 +126,7 @@ def find_next_step(campaign: Campaign, diagnosis: Diagnosis[Arrangement], law: M
         return NextStep(advice=None, unit=unit, reason=f"what to measure next could not be computed: {error}")
 
 
-def tell_next_tests(step: NextStep) -> Iterator[str]:
+def format_next_tests(step: NextStep) -> Iterator[str]:
     """Lines of the report."""
     if step.reason:
         yield from ("", f"  {step.reason}")

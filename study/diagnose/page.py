@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from diagnosis.localisation import Place
 from diagnosis.resonator import Resonator
@@ -16,16 +16,16 @@ from figure.registry import pictures
 from figure.waterfall import Waterfall
 from geometry.plain_number import percent
 from study.compare.report import side_by_side
-from study.diagnose.curves import curves, maps
+from study.diagnose.curves import make_curves, make_maps
 from study.diagnose.doubt import list_doubts
 from study.diagnose.history import History
 from study.diagnose.law_drawing import make_law_drawing
 from study.diagnose.next_test_drawing import make_next_tests
-from study.diagnose.report import LAW_FILE, advice, headline, threshold_in_words
-from study.diagnose.resonance import draw_resonances, tell_resonances
-from study.diagnose.round import Round, errors
-from study.diagnose.stages import Stage, falls, stages, waterfall
-from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
+from study.diagnose.report import LAW_FILE, choose_advice, describe_threshold, format_headline
+from study.diagnose.resonance import describe_level_dependence, draw_resonances
+from study.diagnose.round import Round, summarise_errors
+from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
+from study.diagnose.table import ALIKE, format_interval, format_number, list_factors, list_rows, list_strengths
 from study.page.html import embed, render_page, set_in_type
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -38,7 +38,7 @@ EMBEDDED = ("missing_law", "next_test")
 NEAR_EXPONENT, NEAR_PHASE = 0.35, 25.0
 
 
-def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
+def make_files(result: Round, history: History, case: Path) -> dict[str, bytes]:
     """Files by their names: the page and the figures of a round.
 
     Parameters
@@ -50,11 +50,11 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
     case
         Case file.
     """
-    steps, listed = waterfall(result, history), rows(result)[:MOST]
+    steps, listed = make_waterfall(result, history), list_rows(result)[:MOST]
     title = side_by_side(result.setup.title, result.campaign.title)
     stem = f"{case.stem}_diagnosis"
     files: dict[str, bytes] = {}
-    drawn: dict[str, object] = {f"{stem}_waterfall": Waterfall(steps=steps, title=title, subtitle=falls(steps))}
+    drawn: dict[str, object] = {f"{stem}_waterfall": Waterfall(steps=steps, title=title, subtitle=describe_fall(steps))}
     if listed:
         drawn[f"{stem}_candidates"] = Candidates(
             candidates=[
@@ -82,11 +82,11 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
         drawn[f"{stem}_next_test"] = make_next_tests(result.next_step, title, units)
     made = pictures(drawn)
     shown = {name: embed(made[f"{stem}_{name}"]) for name in EMBEDDED if f"{stem}_{name}" in made}
-    files[f"{stem}.html"] = page(result, history, shown).encode()
+    files[f"{stem}.html"] = make_page(result, history, shown).encode()
     return files | {f"{name}.png": picture for name, picture in made.items()}
 
 
-def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> str:
+def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> str:
     """HTML of a round.
 
     Parameters
@@ -98,17 +98,17 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
     shown_pictures
         Pictures of `EMBEDDED` as addresses that hold them, by name.
     """
-    listed = stages(result)
+    listed = list_stages(result)
     before, after = (listed[-2], listed[-1])
-    falling = waterfall(result, history)
+    falling = make_waterfall(result, history)
     # Three kinds of lines are as many as an eye can follow.
     shown = list(dict.fromkeys([listed[0], before, after]))
     backbones = draw_resonances(result, shown)
     drawn = {
         "waterfall": [vars(step) for step in falling],
-        "curves": curves(result, shown),
+        "curves": make_curves(result, shown),
         "backbones": backbones,
-        "maps": maps(result, [before, after]),
+        "maps": make_maps(result, [before, after]),
         "steps": list(STEPS),
         "mapColours": list(COLOURS),
     }
@@ -116,22 +116,22 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         TEMPLATE,
         SCRIPT,
         drawn,
-        {"digits": digits, "percent": percent, "factor": _factor, "place": _place},
+        {"digits": format_number, "percent": percent, "factor": _factor, "place": _place},
         title=result.setup.title,
         campaign=result.campaign.title,
         finding=result.diagnosis.verdict.finding.value,
-        headline=headline(result),
+        headline=format_headline(result),
         doubts=list_doubts(result),
-        advice=advice(result),
+        advice=choose_advice(result),
         two=result.diagnosis.verdict.further is not None,
         wrong=bool(result.wrong),
-        threshold=threshold_in_words(result),
+        threshold=describe_threshold(result),
         n_backbone=len(backbones),
-        resonances=[*tell_resonances(result)],
+        resonances=[*describe_level_dependence(result)],
         cards=_cards(listed),
         chain=" → ".join(stage.name for stage in listed),
-        falls=falls(falling),
-        candidates=rows(result),
+        falls=describe_fall(falling),
+        candidates=list_rows(result),
         same=ALIKE,
         n_shown=SHOWN,
         held_before=percent(result.diagnosis.before.held_error, 3),
@@ -143,10 +143,10 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         embedded=shown_pictures,
         law_file=LAW_FILE,
         next_step=result.next_step,
-        accepted=[item for item in result.setup.accepted if item.is_of_case],
+        calibration_parameters=[item for item in result.setup.calibration_parameters if item.is_of_case],
         in_case=result.setup.calibrated,
-        now=factors(result.setup, result.diagnosis.before),
-        then={} if result.best is None else factors(result.setup, result.best),
+        now=list_factors(result.setup, result.diagnosis.before),
+        then={} if result.best is None else list_factors(result.setup, result.best),
         pull=_pull,
         added=_added(result),
         holds=bool(result.setup.added or result.setup.calibrated),
@@ -160,7 +160,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
 
 def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
     """Key numbers of the first, the present and the proposed model."""
-    values = [errors(stage.refit) for stage in listed]
+    values = [summarise_errors(stage.refit) for stage in listed]
 
     def chain(values: Sequence[str]) -> str:
         return " → ".join(values)
@@ -170,7 +170,7 @@ def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
         {"label": "training error", "value": chain([percent(item.training, 3) for item in values])},
         {
             "label": "held-out reduced χ² (1 is noise)",
-            "value": chain([digits(item.held_out_chi2, 3) for item in values]),
+            "value": chain([format_number(item.held_out_chi2, 3) for item in values]),
         },
     ]
 
@@ -180,27 +180,28 @@ def _place(place: Place) -> dict[str, Any]:
     return {
         "name": place.name,
         "configuration": place.configuration,
-        "gain": digits(place.gain, 4),
-        "exponent": f"{place.exponent:.2f} ± {INTERVAL * place.exponent_deviation:.2g}"
+        "gain": format_number(place.gain, 4),
+        "exponent": f"{place.exponent:.2f} ± {TWO_SIDED_95 * place.exponent_deviation:.2g}"
         if np.isfinite(place.exponent_deviation)
         else "",
         "phase": "" if place.phase is None else f"{place.phase:.0f}°",
         "reads": _reads(place),
         "levels": [
-            f"{level:g} N: {digits(abs(kappa), 3)} ± {digits(INTERVAL * deviation, 2)} N/m"
+            f"{level:g} N: {format_number(abs(kappa), 3)} ± {format_number(TWO_SIDED_95 * deviation, 2)} N/m"
             for level, kappa, deviation in levels
         ],
     }
 
 
 def _resonator(resonator: Resonator) -> dict[str, str]:
+    half = format_number(TWO_SIDED_95 * resonator.deviation, 2)
     return {
         "name": resonator.name,
         "configuration": resonator.configuration,
-        "gain": digits(resonator.gain, 4),
+        "gain": format_number(resonator.gain, 4),
         "frequency": f"{resonator.frequency:.4g} Hz",
         "damping": f"{100 * resonator.damping:.2g} %",
-        "mass": f"{digits(resonator.mass, 3)} ± {digits(INTERVAL * resonator.deviation, 2)} {resonator.unit}",
+        "mass": f"{format_number(resonator.mass, 3)} ± {half} {resonator.unit}",
     }
 
 
@@ -228,12 +229,12 @@ def _factor(estimate: tuple[float, float]) -> str:
     """A factor with its 95 % interval, and as many places as that needs."""
     value, deviation = estimate
     places = 4 if deviation >= 5e-4 else 5
-    return f"{value:.{places}f} ± {INTERVAL * deviation:.{places}f}"
+    return f"{value:.{places}f} ± {TWO_SIDED_95 * deviation:.{places}f}"
 
 
 def _added(result: Round) -> list[dict[str, str]]:
-    now = strengths(result.setup, result.diagnosis.before)
-    then = strengths(result.setup, result.best) if result.best is not None else []
+    now = list_strengths(result.setup, result.diagnosis.before)
+    then = list_strengths(result.setup, result.best) if result.best is not None else []
     listed = []
     for number, (effect, strength, deviation) in enumerate(now):
         parameter = effect.parameters[0]
@@ -241,9 +242,9 @@ def _added(result: Round) -> list[dict[str, str]]:
         listed.append(
             {
                 "name": effect.name,
-                "case": interval(float(result.setup.added[number].values[0]), 0.0, parameter),
-                "now": interval(strength, deviation, parameter),
-                "then": "" if later is None else interval(later[1], later[2], parameter),
+                "case": format_interval(float(result.setup.added[number].values[0]), 0.0, parameter),
+                "now": format_interval(strength, deviation, parameter),
+                "then": "" if later is None else format_interval(later[1], later[2], parameter),
             }
         )
     return listed

@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping
 from math import isfinite, isnan
 from pathlib import Path
-from textwrap import fill
+from textwrap import wrap
 from typing import Any
 
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.problem import Refit
@@ -16,14 +16,25 @@ from diagnosis.resonator import Resonator
 from geometry.plain_number import percent, plain
 from study.alike import name_wrong_places
 from study.compare.report import side_by_side
+from study.console import WIDTH
 from study.diagnose.doubt import CLEARLY_WORSE, list_doubts
 from study.diagnose.history import ADD, CALIBRATION, UNDO, Errors, Step
-from study.diagnose.missing_law import tell_law
-from study.diagnose.next_test import tell_next_tests
-from study.diagnose.resonance import tell_resonances
-from study.diagnose.round import Round, errors
-from study.diagnose.stages import stages
-from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
+from study.diagnose.missing_law import format_law
+from study.diagnose.next_test import format_next_tests
+from study.diagnose.resonance import describe_level_dependence
+from study.diagnose.round import Round, summarise_errors
+from study.diagnose.stages import list_stages
+from study.diagnose.table import (
+    Row,
+    format_interval,
+    format_number,
+    format_strength,
+    frequency_shifts,
+    gains,
+    list_factors,
+    list_rows,
+    list_strengths,
+)
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -73,7 +84,7 @@ UNCONFIRMED = 'hold out tests that see it, or add it: stickslip add "{effect}"'
 MEASURE = '{measure}; or add one of them: stickslip add "{effect}"'
 
 
-def in_words(result: Round) -> str:
+def format_report(result: Round) -> str:
     """For people: verdict in three lines with doubts; then calibration, candidates, and what cannot be tested."""
     return "\n".join(
         [
@@ -84,14 +95,14 @@ def in_words(result: Round) -> str:
             "",
             *_candidates(result),
             *_places(result),
-            *tell_law(result.law, LAW_FILE),
-            *tell_next_tests(result.next_step),
+            *format_law(result.law, LAW_FILE),
+            *format_next_tests(result.next_step),
             *_untestable(result),
         ]
     )
 
 
-def headline(result: Round) -> str:
+def format_headline(result: Round) -> str:
     """The verdict with strengths in units of their size, and which measurements look wrong."""
     where = name_wrong_places(result.suspicions)
     wrong = f" But some of these measurements look wrong: {where}." if where else ""
@@ -102,14 +113,14 @@ def _name_effects(result: Round) -> str:
     """The verdict itself."""
     verdict = result.diagnosis.verdict
     order = [item.effect.name for item in verdict.effects if item.effect is not None]
-    named = [row for row in rows(result) if row.effect.name in order]
+    named = [row for row in list_rows(result) if row.effect.name in order]
     if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
         return verdict.sentence
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
+    fall = describe_error_fall(*map(summarise_errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
     if verdict.finding is Finding.MISSING:
         return f"{listed} {missing}: {fall}."
     if len(named) == 1:
@@ -121,7 +132,7 @@ def _name_effects(result: Round) -> str:
 def _tell(refit: Refit) -> str:
     """An effect with its strength."""
     assert refit.effect is not None
-    return f"{refit.name} ({interval(refit.strength, refit.deviation, refit.effect.parameters[0])})"
+    return f"{refit.name} ({format_interval(refit.strength, refit.deviation, refit.effect.parameters[0])})"
 
 
 def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
@@ -131,7 +142,7 @@ def _estimated(row: Row, chance: Mapping[str, float]) -> Iterator[str]:
         yield f"probability {plain(100 * chance[row.effect.name])} %"
 
 
-def tell_fall(drawn: Errors, before: Errors, after: Errors) -> str:
+def describe_error_fall(drawn: Errors, before: Errors, after: Errors) -> str:
     """Change of the held-out error by an effect, from the model as drawn where calibration alone has gone astray."""
     if before.held_out > CLEARLY_WORSE * drawn.held_out > CLEARLY_WORSE * after.held_out:
         error, then = (f"{100 * values.held_out:.3g}" for values in (drawn, after))
@@ -147,11 +158,11 @@ def held_out_falls(before: Errors, after: Errors) -> str:
     stays = f"stays {then} %" if error == then else f"goes from {error} to {then} %"
     if not (isfinite(before.held_out) and isfinite(after.held_out)):
         stays = "is unknown"
-    chi2 = [digits(values.held_out_chi2, 3) for values in (before, after)]
+    chi2 = [format_number(values.held_out_chi2, 3) for values in (before, after)]
     return f"the held-out reduced chi-squared falls from {chi2[0]} to {chi2[1]} (the held-out error {stays})"
 
 
-def advice(result: Round) -> str:
+def choose_advice(result: Round) -> str:
     """The next step for the user."""
     best, verdict = result.best, result.diagnosis.verdict
     if result.wrong:
@@ -175,7 +186,7 @@ def advice(result: Round) -> str:
     return ADVICE[verdict.finding].format(effect=effect)
 
 
-def threshold_in_words(result: Round) -> str:
+def describe_threshold(result: Round) -> str:
     """The detection threshold, and its origin."""
     thresholds = result.diagnosis.thresholds
     if not result.diagnosis.scores:
@@ -199,14 +210,14 @@ def _document_effect(item: Refit) -> dict[str, Any]:
     }
 
 
-def document(result: Round) -> dict[str, Any]:
+def make_document(result: Round) -> dict[str, Any]:
     """The report for ``--json`` and ``diagnosis.json``; strengths in SI units."""
     diagnosis, further = result.diagnosis, result.diagnosis.verdict.further
     return {
         "title": result.setup.title,
         "campaign": result.campaign.title,
         "finding": diagnosis.verdict.finding.value,
-        "verdict": headline(result),
+        "verdict": format_headline(result),
         "doubts": list_doubts(result),
         "suspicions": [str(each) for each in result.suspicions],
         "model_error": vars(diagnosis.verdict.model_error),
@@ -217,11 +228,11 @@ def document(result: Round) -> dict[str, Any]:
         "further": None if further is None else _document_effect(further),
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
-        "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},
+        "errors": {**_case_errors(result), "before": summarise_errors(diagnosis.before).document},
         "named": [_document_effect(item) for item in diagnosis.verdict.effects],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
-            for name, (factor, deviation) in factors(result.setup, diagnosis.before).items()
+            for name, (factor, deviation) in list_factors(result.setup, diagnosis.before).items()
         },
         "frequency_shifts": frequency_shifts(result.setup, diagnosis.before),
         "gains": {name: _estimate(*numbers, "gain") for name, numbers in gains(result.setup, diagnosis.before).items()},
@@ -233,10 +244,10 @@ def document(result: Round) -> dict[str, Any]:
                 "in_case": float(was.values[0]),
             }
             for (effect, strength, deviation), was in zip(
-                strengths(result.setup, diagnosis.before), result.setup.added, strict=True
+                list_strengths(result.setup, diagnosis.before), result.setup.added, strict=True
             )
         ],
-        "candidates": [_row_document(row) for row in rows(result)],
+        "candidates": [_row_document(row) for row in list_rows(result)],
         "places": [
             {
                 "place": place.name,
@@ -264,7 +275,9 @@ def document(result: Round) -> dict[str, Any]:
 def _case_errors(result: Round) -> dict[str, Any]:
     """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
     named = {"as drawn": "drawn", "as the case says": "in_case"}
-    return {named[item.name]: errors(item.refit).document for item in stages(result) if item.name in named}
+    return {
+        named[item.name]: summarise_errors(item.refit).document for item in list_stages(result) if item.name in named
+    }
 
 
 def _resonator_document(resonator: Resonator) -> dict[str, Any]:
@@ -300,19 +313,20 @@ def _law_document(law: FittedLaw) -> dict[str, Any]:
 
 def _estimate(value: float, deviation: float, name: str = "strength") -> dict[str, Any]:
     """A fitted number with its standard deviation and its 95 % interval."""
-    half = INTERVAL * deviation
+    half = TWO_SIDED_95 * deviation
     return {name: value, "deviation": deviation, "interval_95": [value - half, value + half]}
 
 
-def errors_in_words(values: Errors) -> str:
+def describe_errors(values: Errors) -> str:
     """Both errors, if they are known, with the reduced chi-squared."""
-    chi2 = f"reduced chi-squared {digits(values.training_chi2, 3):>7}, held out {digits(values.held_out_chi2, 3):>7}"
+    training, held_out = format_number(values.training_chi2, 3), format_number(values.held_out_chi2, 3)
+    chi2 = f"reduced chi-squared {training:>7}, held out {held_out:>7}"
     if isnan(values.training):
         return chi2
     return f"error {percent(values.training, 3):>9}, held out {percent(values.held_out, 3):>9}; {chi2}"
 
 
-def step_in_words(step: Step, case: Path) -> str:
+def describe_step(step: Step, case: Path) -> str:
     """Report of `add`, `calibrate` or `undo`."""
     values = ", ".join(str(value) for value, _ in step.values.values())
     done = {
@@ -322,7 +336,7 @@ def step_in_words(step: Step, case: Path) -> str:
     }
     lines = [f"{case}: {done[step.what]}"]
     if step.before is not None and step.after is not None:
-        lines += [f"  before  {errors_in_words(step.before)}", f"  after   {errors_in_words(step.after)}"]
+        lines += [f"  before  {describe_errors(step.before)}", f"  after   {describe_errors(step.after)}"]
         if step.what == ADD:
             lines.append("  from its diagnosis; the next diagnosis fits all values anew")
     return "\n".join([*lines, "", *step.diff])
@@ -331,17 +345,17 @@ def step_in_words(step: Step, case: Path) -> str:
 def _verdict(result: Round) -> Iterator[str]:
     yield side_by_side(result.setup.title, result.campaign.title)
     yield ""
-    yield headline(result)
+    yield format_headline(result)
     for doubt in list_doubts(result):
-        yield from fill(f"! {doubt}", 118, initial_indent="  ", subsequent_indent="    ").splitlines()
-    yield f"  {threshold_in_words(result)}"
-    yield f"  next: {advice(result)}"
+        yield from wrap(f"! {doubt}", WIDTH, initial_indent="  ", subsequent_indent="    ")
+    yield f"  {describe_threshold(result)}"
+    yield f"  next: {choose_advice(result)}"
 
 
 def _resonances(result: Round) -> Iterator[str]:
     """How the resonances change with the level, where something that has no name is missing."""
-    for sentence in tell_resonances(result):
-        yield from fill(sentence, 118, initial_indent="  ", subsequent_indent="    ").splitlines()
+    for sentence in describe_level_dependence(result):
+        yield from wrap(sentence, WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _fitted(result: Round) -> Iterator[str]:
@@ -353,32 +367,34 @@ def _fitted(result: Round) -> Iterator[str]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
     if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, before).items()]:
         yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"
-    for (effect, strength, deviation), was in zip(strengths(result.setup, before), result.setup.added, strict=True):
+    for (effect, strength, deviation), was in zip(
+        list_strengths(result.setup, before), result.setup.added, strict=True
+    ):
         parameter = effect.parameters[0]
-        now = interval(strength, deviation, parameter)
-        yield f"Added: {effect.name}, {now} (case: {interval(float(was.values[0]), 0.0, parameter)})"
+        now = format_interval(strength, deviation, parameter)
+        yield f"Added: {effect.name}, {now} (case: {format_interval(float(was.values[0]), 0.0, parameter)})"
     if in_case or result.setup.added:
-        yield from fill(ANEW, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
-    steps = [(stage.name, errors(stage.refit)) for stage in stages(result)]
+        yield from wrap(ANEW, WIDTH, initial_indent="  ", subsequent_indent="  ")
+    steps = [(stage.name, summarise_errors(stage.refit)) for stage in list_stages(result)]
     width = max(len(name) for name, _ in steps)
     for name, values in steps:
-        yield f"  {name:<{width}}  {errors_in_words(values)}"
+        yield f"  {name:<{width}}  {describe_errors(values)}"
     if in_case or result.setup.added:
-        yield from fill(SETTLED, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
+        yield from wrap(SETTLED, WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
 def _name_factors(result: Round, refit: Refit) -> str:
     """Calibration parameters of a fit, with their intervals."""
     in_case = result.setup.calibrated
     return ", ".join(
-        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
+        f"{name} x {value:.5g} +- {TWO_SIDED_95 * deviation:.2g}"
         + (f" (case: {in_case.get(name, 1.0):.5g})" if in_case else "")
-        for name, (value, deviation) in factors(result.setup, refit).items()
+        for name, (value, deviation) in list_factors(result.setup, refit).items()
     )
 
 
 def _candidates(result: Round) -> Iterator[str]:
-    listed = rows(result)
+    listed = list_rows(result)
     shown = listed[:MOST]
     if not shown:
         is_far = result.diagnosis.verdict.finding is Finding.NOT_CLOSE
@@ -387,7 +403,7 @@ def _candidates(result: Round) -> Iterator[str]:
     width = max(len(row.effect.name) for row in shown)
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
     for row in shown:
-        gain = digits(row.fall, 4) if row.gain is not None else f"({digits(row.fall, 4)})"
+        gain = format_number(row.fall, 4) if row.gain is not None else f"({format_number(row.fall, 4)})"
         error = percent(row.errors.held_out, 3) if row.errors is not None else ""
         alike = "" if row.cosine is None else f"{row.cosine:.2f}"
         mark = "*" if row.named else " "
@@ -406,9 +422,9 @@ def _candidates(result: Round) -> Iterator[str]:
         for words, names in told.items():
             if names:
                 yield words
-                yield from fill(
-                    "; ".join(names), 118, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
-                ).splitlines()
+                yield from wrap(
+                    "; ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
+                )
 
 
 def _places(result: Round) -> Iterator[str]:
@@ -417,7 +433,7 @@ def _places(result: Round) -> Iterator[str]:
     yield ""
     yield "Where an unknown force would explain the difference:"
     for place in result.diagnosis.places[:MOST_PLACES]:
-        yield f"  chi^2 falls by {digits(place.gain, 4)}: {place.sentence}"
+        yield f"  chi^2 falls by {format_number(place.gain, 4)}: {place.sentence}"
 
 
 def _untestable(result: Round) -> Iterator[str]:
@@ -441,5 +457,5 @@ def _row_document(row: Row) -> dict[str, Any]:
         "errors": None if row.errors is None else row.errors.document,
         "cosine_to_best": row.cosine,
         "smallest_detectable": row.detectable,
-        "smallest_detectable_in_words": short(row.detectable, row.parameter),
+        "smallest_detectable_in_words": format_strength(row.detectable, row.parameter),
     }

@@ -9,7 +9,7 @@ from study.compare.backbone import draw_backbones
 from study.compare.run import list_peaks
 from study.compare.sentence import describe_resonances
 from study.diagnose.round import Round
-from study.diagnose.stages import Stage, list_sides, stages
+from study.diagnose.stages import Stage, list_sides, list_stages
 
 
 def find_resonances(result: Round, stage: Stage) -> tuple[PeakError, ...]:
@@ -23,9 +23,9 @@ def draw_resonances(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any
     return draw_backbones({name: of for name, of in peaks.items() if of}, result.campaign.drive.unit)
 
 
-def tell_resonances(result: Round) -> Iterator[str]:
+def describe_level_dependence(result: Round) -> Iterator[str]:
     """How the resonances change with the level in sentences, where something that has no name is missing."""
     if result.diagnosis.verdict.finding in {Finding.UNKNOWN, Finding.NOT_CLOSE}:
-        peaks = find_resonances(result, stages(result)[-1])
+        peaks = find_resonances(result, list_stages(result)[-1])
         if peaks:
             yield from describe_resonances(peaks, result.campaign.drive.unit, agrees=False)

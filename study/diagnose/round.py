@@ -8,11 +8,11 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.observation import Observation, find_sweep_directions, take_training_part
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
+from diagnosis.decision.evidence import compute_stated
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.mode_correction import FrequencyCorrection, ModeCorrection, list_mode_corrections
 from diagnosis.fit.problem import Refit
@@ -30,7 +30,7 @@ from study.alike import merge_suspicions
 from study.case.setup import Setup
 from study.compare.unknown_gain import set_gains
 from study.diagnose.history import Errors
-from study.diagnose.missing_law import RecoveredLaw, describe_law, recover
+from study.diagnose.missing_law import RecoveredLaw, describe_law, find_missing_law
 from study.diagnose.next_test import NextStep, find_next_step
 from study.diagnose.progress import phases
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
@@ -142,27 +142,27 @@ def diagnose_case(
         An unknown kind, or an effect of one's own that fails.
     """
     store, progress = store or Store(None), progress or SilentProgress()
-    setup, remarks = beside(setup, campaign, store)
+    setup, remarks = prepare_setup(setup, campaign, store)
     without = tuple(sorted({*setup.without, *without}))
     run_step = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
-        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce, workers)
+        thresholds = simulate_thresholds(setup, campaign, without, trials, run_step, store, progress, announce, workers)
     with phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
             setup.model,
-            setup.accepted,
+            setup.calibration_parameters,
             setup.budget,
             added=setup.added,
             without=without,
-            extra=setup.effects,
+            extra=setup.effect_files,
             thresholds=thresholds,
-            run_step=tell(watch, shown.watched(run_step)),
+            run_step=watch_steps(watch, shown.watched(run_step)),
             report=shown.report,
         )
         drawn = run_step("as drawn", lambda: diagnosis.arrangement.tested_as_drawn(setup.model))
-        law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
+        law = run_step("missing law", lambda: find_missing_law(diagnosis.arrangement, diagnosis.verdict))
         next_step = run_step("next test", lambda: find_next_step(campaign, diagnosis, law))
     return Round(
         setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
@@ -171,7 +171,7 @@ def diagnose_case(
     )  # fmt: skip
 
 
-def tell(watch: Watch | None, run_step: RunStep) -> RunStep:
+def watch_steps(watch: Watch | None, run_step: RunStep) -> RunStep:
     """The same steps, whose results a function receives."""
     if watch is None:
         return run_step
@@ -184,7 +184,7 @@ def tell(watch: Watch | None, run_step: RunStep) -> RunStep:
     return find
 
 
-def bootstrap(
+def simulate_thresholds(
     setup: Setup,
     campaign: Campaign,
     without: Sequence[str],
@@ -210,13 +210,15 @@ def bootstrap(
     with progress.step("calibration"):
         arrangement = run_step(
             "arrangement",
-            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, catalogue_of=finer),
+            lambda: arrange(
+                campaign, setup.model, setup.calibration_parameters, setup.budget, added=setup.added, catalogue_of=finer
+            ),
         )
     added = {item.effect.name for item in setup.added}
     effects = [item for item in known.candidates if item.name not in added]
     return simulated_thresholds(
         key,
-        Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effects),
+        Simulation(campaign=campaign, arrangement=arrangement, extra=setup.effect_files),
         effects,
         trials,
         store,
@@ -225,7 +227,7 @@ def bootstrap(
     )
 
 
-def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[str]]:
+def prepare_setup(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[str]]:
     """A case with the sensors and gains of a campaign, and its added effects as they are at the campaign's levels.
 
     Errors of natural frequencies that readings are not linear in become calibration parameters.
@@ -234,19 +236,16 @@ def beside(setup: Setup, campaign: Campaign, store: Store) -> tuple[Setup, list[
     -------
     The case, and what the data cannot tell of gains that nobody stated.
     """
-    model = with_sensors(setup.model, campaign)
-    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
-    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    remarks = []
+    setup, remarks = setup.with_sensors(campaign), []
     if has_unknown_gains(campaign):
         gained = set_gains(setup, campaign)
-        setup = replace(gained.setup, accepted=(*setup.accepted, *gained.gains.parameters))
+        setup = replace(gained.setup, calibration_parameters=(*setup.calibration_parameters, *gained.gains.parameters))
         remarks = [remark.sentence for remark in gained.remarks]
     observed, sweeps = take_training_part(campaign), find_sweep_directions(campaign)
     corrections = store.run(find_mode_corrections, setup.complete, setup.budget, observed, sweeps)
     numbers = tuple(each.number for each in corrections if isinstance(each, ModeCorrection))
     budget = replace(setup.budget, fitted=numbers)
-    setup = replace(setup, accepted=(*setup.accepted, *corrections), budget=budget)
+    setup = replace(setup, calibration_parameters=(*setup.calibration_parameters, *corrections), budget=budget)
     if setup.added:
         known = setup.candidates(campaign)
         setup = replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))
@@ -261,14 +260,13 @@ def find_mode_corrections(
     return list_mode_corrections(Measured.prepare(observed, sweeps), model, budget)
 
 
-def errors(refit: Refit) -> Errors:
+def summarise_errors(refit: Refit) -> Errors:
     """Errors of a fitted model."""
-    training, held_out = refit.stated_chi2, refit.held_stated_chi2
     return Errors(
         training=refit.error,
         held_out=refit.held_error,
-        training_chi2=refit.fit.chi2 / refit.fit.n_number if training is None else training,
-        held_out_chi2=refit.held_chi2 if held_out is None else held_out,
+        training_chi2=compute_stated(refit),
+        held_out_chi2=refit.held_misfit,
     )
 
 
@@ -289,9 +287,7 @@ class Steps:
         self._store, self._key = store, ""
         self._results: dict[str, Any] = {}
         if store.folder is not None:
-            # What was read from a campaign counts, not its folder.
-            measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
-            inputs = {"setup": replace(setup, title=""), "campaign": measured, "without": without}
+            inputs = {"setup": replace(setup, title=""), "campaign": campaign.content, "without": without}
             self._key = fingerprint.key("diagnosis", inputs, __name__)
 
     def __call__(self, name: str, make: Callable[[], T]) -> T:
@@ -306,7 +302,7 @@ class Steps:
         return self._store.has(step, self._key, name, dict)
 
 
-def _at_levels(added: Added, known: Catalogue) -> Added:
+def _at_levels(added: AddedEffect, known: Catalogue) -> AddedEffect:
     try:
         return replace(added, effect=known.effect(added.effect.name))
     except EffectError:

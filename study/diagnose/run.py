@@ -18,10 +18,10 @@ from study.alike import merge_suspicions
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.diagnose.add import add
-from study.diagnose.data_run import DataDiagnosed, run_data_diagnosis
+from study.diagnose.data_run import DataDiagnosisResult, run_data_diagnosis
 from study.diagnose.history import ADD, CALIBRATION, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
-from study.diagnose.report import document, headline, in_words
-from study.diagnose.round import Round, Steps, Watch, diagnose_case, errors
+from study.diagnose.report import format_headline, format_report, make_document
+from study.diagnose.round import Round, Steps, Watch, diagnose_case, summarise_errors
 from study.diagnose.table import write_up
 from study.json_value import plain
 from study.kind.registry import open_case
@@ -33,7 +33,7 @@ MOST_ADDED = 5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosed:
+class DiagnosisResult:
     """Result of the command.
 
     Parameters
@@ -58,7 +58,7 @@ class Diagnosed:
 
 def run_diagnose(
     case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False, trials: int = 0
-) -> Diagnosed | DataDiagnosed:
+) -> DiagnosisResult | DataDiagnosisResult:
     """Diagnose, note it in the history of the case, and write page, figures and JSON.
 
     Parameters
@@ -87,14 +87,14 @@ def run_diagnose(
     if campaign.has_data_alone:
         return run_data_diagnosis(case, campaign, folder, run, without=without, auto=auto)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
-    from study.diagnose.page import contents
+    from study.diagnose.page import make_files
 
     with run.progress.step("page and figures", expected=10):
-        drawn = contents(diagnosed.last, diagnosed.history, case)
+        drawn = make_files(diagnosed.last, diagnosed.history, case)
     files = {run.output / name: content for name, content in drawn.items()}
     table = run.output / f"{case.stem}_diagnosis.json"
     diagnosed = replace(diagnosed, files=(*files, table))
-    files[table] = json.dumps(plain(full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
+    files[table] = json.dumps(plain(make_full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
     for file, content in files.items():
         replace_file(file, content)
     return diagnosed
@@ -110,7 +110,7 @@ def diagnose_file(
     auto: bool = False,
     trials: int = 0,
     watch: Watch | None = None,
-) -> Diagnosed:
+) -> DiagnosisResult:
     """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
     if not len(campaign.measurement):
         raise CampaignError(
@@ -144,11 +144,11 @@ def diagnose_file(
             suspicions=suspicions,
         )
         rounds.append(result)
-        record(result, case, folder, key)
+        record_diagnosis(result, case, folder, key)
         best = result.best
         stop = result.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
         if not auto or stop or best is None or best.effect is None:
-            return Diagnosed(rounds=tuple(rounds), history=history_of(case))
+            return DiagnosisResult(rounds=tuple(rounds), history=history_of(case))
         add(case, best.effect.name, run=run)
         setup = require_loads(read_case(case, campaign, run)).setup
 
@@ -156,7 +156,7 @@ def diagnose_file(
 def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: RunContext | None) -> Campaign:
     """With frequency responses of the free structure, where the model of it is linear; says what takes no part."""
     counted: tuple[str, ...] = ()
-    if not setup.model.free().system.joints:
+    if not setup.model.without_contacts().system.joints:
         campaign, counted = count_free_responses(campaign)
     others = ", ".join(sorted({datum.type for datum in campaign.data if datum.name not in counted}))
     if run is not None and counted:
@@ -172,7 +172,7 @@ def _count_free_responses(setup: Setup, campaign: Campaign, folder: Path, run: R
     return campaign
 
 
-def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
+def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
     """Note a diagnosis in the history of its case, from where `add` takes the strengths.
 
     Parameters
@@ -185,7 +185,7 @@ def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
         Hash of the case as it was diagnosed; of the file as it is by default.
     """
     history, key = history_of(case), key or case_key(read_text(case))
-    before, drawn = errors(result.diagnosis.before), errors(result.drawn)
+    before, drawn = summarise_errors(result.diagnosis.before), summarise_errors(result.drawn)
     added = {item.effect.name for item in result.setup.added}
     # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
     earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign.resolve())]
@@ -193,7 +193,7 @@ def record(result: Round, case: Path, campaign: Path, key: str = "") -> Step:
         what=DIAGNOSIS,
         case_key=key,
         campaign=str(campaign.resolve()),
-        sentence=headline(result),
+        sentence=format_headline(result),
         finding=result.diagnosis.verdict.finding.value,
         drawn=drawn,
         accepted=before if not result.setup.added else earlier[-1] if earlier else None,
@@ -217,33 +217,35 @@ def _list_alone(result: Round) -> list[Refit]:
     return listed
 
 
-def full_text(diagnosed: Diagnosed | DataDiagnosed) -> str:
+def format_full_report(diagnosed: DiagnosisResult | DataDiagnosisResult) -> str:
     """For people: what was added, and the last round."""
-    if isinstance(diagnosed, DataDiagnosed):
+    if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.text()
     lines = []
     for number, result in enumerate(diagnosed.rounds[:-1]):
         assert result.best is not None
-        lines.append(f"Round {number + 1}: {headline(result)} {result.best.name} was added to the case.")
+        lines.append(f"Round {number + 1}: {format_headline(result)} {result.best.name} was added to the case.")
     if lines:
         lines += ["", f"Round {len(diagnosed.rounds)}:"]
-    lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]
+    lines += [format_report(diagnosed.last), "", *map(str, diagnosed.files)]
     return "\n".join(lines)
 
 
-def full_document(diagnosed: Diagnosed | DataDiagnosed) -> dict[str, Any]:
+def make_full_document(diagnosed: DiagnosisResult | DataDiagnosisResult) -> dict[str, Any]:
     """For ``--json``."""
-    if isinstance(diagnosed, DataDiagnosed):
+    if isinstance(diagnosed, DataDiagnosisResult):
         return diagnosed.document()
     return {
-        **document(diagnosed.last),
-        "rounds": [document(result) for result in diagnosed.rounds],
-        "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, CALIBRATION, UNDO}],
+        **make_document(diagnosed.last),
+        "rounds": [make_document(result) for result in diagnosed.rounds],
+        "history": [
+            make_step_document(step) for step in diagnosed.history.steps if step.what in {ADD, CALIBRATION, UNDO}
+        ],
         "files": [str(file) for file in diagnosed.files],
     }
 
 
-def step_document(step: Step) -> dict[str, Any]:
+def make_step_document(step: Step) -> dict[str, Any]:
     """A step of the history."""
     return {
         "what": step.what,

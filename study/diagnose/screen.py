@@ -13,14 +13,14 @@ from diagnosis.screening import Score
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
 from study.case.setup import Setup
-from study.diagnose.round import Steps, beside, diagnose_case
+from study.diagnose.round import Steps, diagnose_case, prepare_setup
 
 #: Last step of a diagnosis that a screening needs.
 LAST = "scores"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Screened:
+class ScreeningResult:
     """What a diagnosis knows after its screening.
 
     Parameters
@@ -54,7 +54,7 @@ def screen_case(
     without: Sequence[str] = (),
     store: Store | None = None,
     progress: Progress | None = None,
-) -> Screened:
+) -> ScreeningResult:
     """Screen the effects of a case; a diagnosis with the same store goes on from here.
 
     Parameters
@@ -77,10 +77,10 @@ def screen_case(
 
     with suppress(_EnoughError):
         diagnose_case(setup, campaign, without=without, store=store, progress=progress, watch=watch)
-    own, _ = beside(setup, campaign, store)
+    own, _ = prepare_setup(setup, campaign, store)
     run_step = Steps(store, own, campaign, tuple(sorted({*own.without, *without})))
     arrangement: Arrangement = found.get("branches", found["arrangement"])
     with progress.step("test of the calibration", expected=3):
         before = run_step("calibrated", lambda: baseline_fit(arrangement))
         drawn = run_step("as drawn", lambda: arrangement.tested_as_drawn(own.model))
-    return Screened(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)
+    return ScreeningResult(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)

@@ -14,7 +14,7 @@ from pipeline.output import replace_file
 from pipeline.progress import LineProgress, Progress
 from pipeline.store import Store
 from study.case.setup import read_case
-from study.diagnose.round import Steps, beside, bootstrap
+from study.diagnose.round import Steps, prepare_setup, simulate_thresholds
 from study.diagnose.thresholds import SHIPPED, layout, layout_key
 
 #: Campaigns without any effect, unless another number is given.
@@ -36,9 +36,9 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
         The shipped file; other layouts stay in it.
     """
     campaign = read_campaign(folder)
-    setup, _ = beside(read_case(case, campaign).setup, campaign, store)
+    setup, _ = prepare_setup(read_case(case, campaign).setup, campaign, store)
     without = tuple(sorted(setup.without))
-    thresholds = bootstrap(
+    thresholds = simulate_thresholds(
         setup, campaign, without, trials, Steps(store, setup, campaign, without), store, progress, None
     )
     described = layout(setup, campaign, setup.candidates(campaign, without))

@@ -10,7 +10,7 @@ from figure.waterfall import WaterfallStep
 from geometry.plain_number import plain
 from study.compare.run import Side
 from study.diagnose.history import Errors, History
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,7 +29,7 @@ class Stage:
     refit: Refit
 
 
-def stages(result: Round) -> list[Stage]:
+def list_stages(result: Round) -> list[Stage]:
     """As drawn; if the case has fitted values, with these; fitted in this round; with the effect that is named.
 
     Each is tested on the held-out data in the same way, with the covariance of this round.
@@ -57,12 +57,14 @@ def list_sides(result: Round, stage: Stage) -> list[Side]:
     return [Side(comparison=leave_out_model_error(one), prediction=prediction) for one, prediction in beside]
 
 
-def waterfall(result: Round, history: History) -> list[WaterfallStep]:
+def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
     best, present = result.best, [item.effect.name for item in result.setup.added]
-    steps = list_known_errors(history, present, errors(result.drawn), errors(result.diagnosis.before))
+    steps = list_known_errors(
+        history, present, summarise_errors(result.drawn), summarise_errors(result.diagnosis.before)
+    )
     if best is not None and best.effect is not None:
-        steps.append(make_step(f"+ {best.label}", errors(best), proposed=True))
+        steps.append(make_step(f"+ {best.label}", summarise_errors(best), proposed=True))
     return steps
 
 
@@ -93,7 +95,7 @@ def list_known_errors(history: History, present: Sequence[str], drawn: Errors, n
     return steps
 
 
-def falls(steps: Sequence[WaterfallStep]) -> str:
+def describe_fall(steps: Sequence[WaterfallStep]) -> str:
     """The held-out error from the first step to the last, in words."""
     first, last = steps[0].held_out, steps[-1].held_out
     if not (isfinite(first) and isfinite(last)):

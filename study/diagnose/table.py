@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import INTERVAL, Effect, EffectParameter
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.decision.verdict import worth
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.mode_correction import FrequencyCorrection
@@ -16,7 +17,7 @@ from study.case.added import WRITTEN, key_of, text_of
 from study.case.setup import Setup
 from study.diagnose.edit import Written
 from study.diagnose.history import Errors
-from study.diagnose.round import Round, errors
+from study.diagnose.round import Round, summarise_errors
 
 #: Cosine of two effects' changes above which a table calls them alike.
 ALIKE = 0.95
@@ -67,14 +68,14 @@ class Row:
     @property
     def in_words(self) -> str:
         """Strength with its interval."""
-        return interval(self.strength, self.deviation, self.parameter)
+        return format_interval(self.strength, self.deviation, self.parameter)
 
     @property
     def detectable_in_words(self) -> str:
         """Detection threshold, reckoned from where the effect vanishes: of a ratio +- so many per cent."""
         if np.isfinite(self.detectable) and self.parameter.unit == "-" and self.parameter.vanishes:
-            return f"{digits(100 * self.detectable, 2)} %"
-        return short(self.detectable, self.parameter, 2)
+            return f"{format_number(100 * self.detectable, 2)} %"
+        return format_strength(self.detectable, self.parameter, 2)
 
     @property
     def fall(self) -> float:
@@ -82,7 +83,7 @@ class Row:
         return self.expected if self.gain is None else self.gain
 
 
-def rows(result: Round) -> list[Row]:
+def list_rows(result: Round) -> list[Row]:
     """All candidates, each by its fall of chi^2: those named first, then those that were fitted, then the others.
 
     An effect that was added before is no candidate.
@@ -112,7 +113,7 @@ def rows(result: Round) -> list[Row]:
     ]
 
 
-def digits(value: float, count: int) -> str:
+def format_number(value: float, count: int) -> str:
     """A number with so many digits, without an exponent where that is readable: 310,000."""
     if not np.isfinite(value):
         return "none"
@@ -120,28 +121,28 @@ def digits(value: float, count: int) -> str:
     return f"{rounded:,.10g}" if 1e-4 <= abs(rounded) < 1e7 or not rounded else f"{rounded:g}"
 
 
-def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
+def format_interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"; of a value that is not told, "0 +- 700 g"."""
-    if np.isfinite(deviation) and INTERVAL * deviation > UNTOLD * abs(value):
-        size, unit = split_unit(INTERVAL * deviation, parameter)
-        return f"0 +- {digits(INTERVAL * deviation / size, 2)} {unit}".rstrip()
+    if np.isfinite(deviation) and TWO_SIDED_95 * deviation > UNTOLD * abs(value):
+        size, unit = split_unit(TWO_SIDED_95 * deviation, parameter)
+        return f"0 +- {format_number(TWO_SIDED_95 * deviation / size, 2)} {unit}".rstrip()
     size, unit = split_unit(value, parameter)
-    half = INTERVAL * deviation / size
-    number = digits(value / size, worth(value / size, half))
+    half = TWO_SIDED_95 * deviation / size
+    number = format_number(value / size, worth(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
-    return f"{number} +- {digits(half, 2)} {unit}".rstrip()
+    return f"{number} +- {format_number(half, 2)} {unit}".rstrip()
 
 
-def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
+def format_strength(value: float, parameter: EffectParameter, count: int = 3) -> str:
     """A strength with a few digits; "none" if it is infinite."""
     if not np.isfinite(value):
         return "none"
     size, unit = split_unit(value, parameter)
-    return f"{digits(value / size, count)} {unit}".rstrip()
+    return f"{format_number(value / size, count)} {unit}".rstrip()
 
 
-def factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
+def list_factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Calibration parameters of the case in a fit, with their standard deviations, by name."""
     return {item.name: (a, b) for item, a, b in _calibrated(setup, refit) if item.is_of_case}
 
@@ -161,10 +162,10 @@ def frequency_shifts(setup: Setup, refit: Refit) -> dict[str, float]:
 def _calibrated(setup: Setup, refit: Refit) -> list[tuple[CalibrationParameter, float, float]]:
     """All calibration parameters of a fit, with value and standard deviation; effects come after them."""
     fit = refit.fit
-    return list(zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False))
+    return list(zip(setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False))
 
 
-def strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
+def list_strengths(setup: Setup, refit: Refit) -> list[tuple[Effect, float, float]]:
     """Effects that were added before, and the refit's own, with strength and standard deviation."""
     return [(effect, *numbers[0]) for effect, numbers in _effects(setup, refit)]
 
@@ -187,10 +188,10 @@ def write_up(setup: Setup, refit: Refit) -> dict[str, Any]:
         "values": added.pop(name, {}),
         "added": added,
         "calibrated": {
-            name: Written(float(f"{value:.6g}"), f"{INTERVAL * deviation:.2g}")
-            for name, (value, deviation) in factors(setup, refit).items()
+            name: Written(float(f"{value:.6g}"), f"{TWO_SIDED_95 * deviation:.2g}")
+            for name, (value, deviation) in list_factors(setup, refit).items()
         },
-        "after": errors(refit).document,
+        "after": summarise_errors(refit).document,
     }
 
 
@@ -198,7 +199,7 @@ def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float,
     """Effects that were added before, and the refit's own, with values and standard deviations of their parameters."""
     effects = [item.effect for item in setup.added] + ([] if refit.effect is None else [refit.effect])
     numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
-    listed, first = [], len(setup.accepted)
+    listed, first = [], len(setup.calibration_parameters)
     for effect in effects:
         listed.append((effect, numbers[first : first + len(effect.parameters)]))
         first += len(effect.parameters)
@@ -207,7 +208,7 @@ def _effects(setup: Setup, refit: Refit) -> list[tuple[Effect, list[tuple[float,
 
 def _written(value: float, deviation: float, parameter: EffectParameter) -> Written:
     text, (size, unit) = text_of(value, parameter), split_unit(value, parameter)
-    return Written(text if unit else float(text), f"{INTERVAL * deviation / size:.2g} {unit}".rstrip())
+    return Written(text if unit else float(text), f"{TWO_SIDED_95 * deviation / size:.2g} {unit}".rstrip())
 
 
 def split_unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
@@ -225,7 +226,7 @@ def _row(score: Score, refit: Refit | None, detectable: float, named: bool) -> R
         gain=None if refit is None else refit.gain,
         strength=score.strength if refit is None else refit.strength,
         deviation=(size / parameter if parameter else np.inf) if refit is None else refit.deviation,
-        errors=None if refit is None else errors(refit),
+        errors=None if refit is None else summarise_errors(refit),
         detectable=detectable,
         named=named,
     )

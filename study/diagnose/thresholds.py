@@ -59,7 +59,7 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
         ],
         "n_dof": model.system.n_dof,
         "lines": {name: len(members) for name, members in model.lines.items()},
-        "accepted": [item.name for item in setup.accepted if item.is_of_case],
+        "accepted": [item.name for item in setup.calibration_parameters if item.is_of_case],
         "pressed_together": sorted(sorted(group) for group in model.linked_preloads),
         "numerical_error": [
             *(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign
 from correlation.model import Model
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.contact_line import find_contacts
 from study.estimate.first_estimate import FirstEstimate
 
@@ -44,7 +45,7 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
             yield FirstEstimate(
                 parameter="mu",
                 value=top,
-                interval=(certain * (1 - 1.96 * deviation / top), np.inf),
+                interval=(certain * (1 - TWO_SIDED_95 * deviation / top), np.inf),
                 unit="-",
                 model_value=float(np.mean([contact.friction_coefficient for contact in contacts])),
                 source=f"largest |T / N| of {line}, at {state[1]:.4g} {campaign.drive.unit} and {state[2]:.5g} Hz",
@@ -56,7 +57,7 @@ def estimate_from_forces(model: Model, campaign: Campaign) -> Iterator[FirstEsti
             yield FirstEstimate(
                 parameter="preload",
                 value=mean,
-                interval=(mean - 1.96 * spread, mean + 1.96 * spread),
+                interval=(mean - TWO_SIDED_95 * spread, mean + TWO_SIDED_95 * spread),
                 unit="N",
                 model_value=float(sum(max(contact.preload, 0.0) for contact in contacts)),
                 source=f"static part of N of {line}",

@@ -56,7 +56,7 @@ class FirstEstimate:
         return (self.interval[1] - self.interval[0]) / abs(self.value)
 
 
-def choose(estimates: Sequence[FirstEstimate], parameter: str) -> FirstEstimate | None:
+def choose_estimate(estimates: Sequence[FirstEstimate], parameter: str) -> FirstEstimate | None:
     """The estimate of a parameter that is written: the most certain one, or a bound that the case contradicts.
 
     A bound within which the case lies says nothing against its value. Of several the one that is furthest from it.
@@ -69,11 +69,11 @@ def choose(estimates: Sequence[FirstEstimate], parameter: str) -> FirstEstimate 
     return max(against, key=lambda item: abs(np.log(item.factor)), default=None)
 
 
-def contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
+def list_contradictions(estimates: Sequence[FirstEstimate]) -> list[str]:
     """Estimates of one parameter whose intervals, as factors, have nothing in common, in words."""
     found = []
     for parameter in ("kt", "mu", "zeta"):
-        best = choose(estimates, parameter)
+        best = choose_estimate(estimates, parameter)
         for item in estimates:
             if best is None or item is best or item.parameter != parameter:
                 continue

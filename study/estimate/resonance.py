@@ -14,6 +14,7 @@ from correlation.data_type.ring_down import FreeDecay
 from correlation.errors import CampaignError
 from correlation.modal.backbone import fit_peak
 from correlation.model import Model
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.fit.calibration_parameter import BOUNDS, CONTACT, DEVIATION
 from fe.dense_modes import compute_dense_modes
@@ -133,7 +134,7 @@ def _stepped_sines(campaign: Campaign) -> Iterator[Resonance]:
 
 def _are_equal(one: float, deviation: float, other: float, other_deviation: float) -> bool:
     """Whether two damping ratios differ by no more than their scatter and what a test is read to."""
-    return abs(other - one) <= 1.96 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
+    return abs(other - one) <= TWO_SIDED_95 * float(np.hypot(deviation, other_deviation)) + LEAST_DAMPING * one
 
 
 def _peak(campaign: Campaign, own: Bool[NDArray[np.bool_], " n"]) -> tuple[float, float, float, float] | None:
@@ -171,13 +172,13 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
     if not np.isfinite(resonance.damping) or ratio is None or not ratio > 0:
         return
     deviation = float(np.hypot(resonance.damping_deviation, LEAST_DAMPING * resonance.damping))
-    joints = (model.free() if resonance.free else model).system.joints
+    joints = (model.without_contacts() if resonance.free else model).system.joints
     slips = bool(joints) and not resonance.is_steady
-    low = 0.0 if slips else max(resonance.damping - 1.96 * deviation, 0.0)
+    low = 0.0 if slips else max(resonance.damping - TWO_SIDED_95 * deviation, 0.0)
     yield FirstEstimate(
         parameter="zeta",
         value=resonance.damping,
-        interval=(low, resonance.damping + 1.96 * deviation),
+        interval=(low, resonance.damping + TWO_SIDED_95 * deviation),
         unit="-",
         model_value=ratio,
         source=resonance.source,
@@ -188,7 +189,7 @@ def estimate_damping(model: Model, resonance: Resonance) -> Iterator[FirstEstima
 
 def damping_ratio(model: Model, resonance: Resonance) -> float | None:
     """Damping ratio of the model's mode at a resonance, contacts stuck, or None if it has no such mode [-]."""
-    system = (model.free() if resonance.free else model).system
+    system = (model.without_contacts() if resonance.free else model).system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = modes.frequency
     nearest = _nearest(own, resonance.frequency)
@@ -207,7 +208,7 @@ def find_partners(model: Model, stuck: Resonance, free: Sequence[Resonance]) -> 
     """
     if not free:
         return []
-    system, plain = model.system, model.free().system
+    system, plain = model.system, model.without_contacts().system
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = compute_dense_modes(plain.mass, stick_at_rest(plain.stiffness, plain.joints))
     shape = modes.mode_shapes[:, _nearest(modes.frequency, stuck.frequency)]
@@ -241,7 +242,7 @@ def estimate_stiffness(
     if free is None:
         relative = float(np.hypot(relative, DEVIATION["E"] / 2))  # a frequency goes with the root of the modulus
     else:
-        plain = model.free().system
+        plain = model.without_contacts().system
         own = compute_dense_modes(plain.mass, plain.stiffness).frequency
         nearest = float(own[_nearest(own, free.frequency)])
         if not 1 / FAR < nearest / free.frequency < FAR:
@@ -267,8 +268,8 @@ def estimate_stiffness(
         float(np.interp(item, curve, GRID, left=0.0, right=np.inf))
         for item in (
             wanted * (1 + softening / 2),
-            wanted - 1.96 * deviation,
-            wanted * (1 + softening) + 1.96 * deviation,
+            wanted - TWO_SIDED_95 * deviation,
+            wanted * (1 + softening) + TWO_SIDED_95 * deviation,
         )
     )
     if not 0 < value < np.inf:

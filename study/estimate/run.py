@@ -18,10 +18,10 @@ from study.alike import merge_suspicions
 from study.case.setup import read_case
 from study.compare.suspicions import find_all_suspicions
 from study.diagnose.add import save_step
-from study.diagnose.edit import BOUND, UPPER, Written, difference, edited
+from study.diagnose.edit import BOUND, UPPER, Written, edit_case, list_changes
 from study.diagnose.history import CALIBRATION, Step, case_key, history_of, read_text
 from study.estimate.contact_force import estimate_from_forces
-from study.estimate.first_estimate import FirstEstimate, choose, contradictions
+from study.estimate.first_estimate import FirstEstimate, choose_estimate, list_contradictions
 from study.estimate.loops import estimate_from_loop
 from study.estimate.resonance import Resonance, estimate_damping, estimate_stiffness, find_partners, find_resonances
 from study.kind.registry import open_case
@@ -46,7 +46,7 @@ WRITTEN = ("kt", "mu", "zeta")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimated:
+class EstimationResult:
     """First values of a case.
 
     Parameters
@@ -117,7 +117,7 @@ class Estimated:
         return "\n".join(lines)
 
 
-def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = False) -> Estimated:
+def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = False) -> EstimationResult:
     """Estimate, and write into the case if that is asked for.
 
     Parameters
@@ -139,32 +139,32 @@ def run_estimate(case: Path, folder: Path, run: RunContext, *, write: bool = Fal
     opened = open_case(case)
     campaign = read_measured(folder, run)
     setup = read_case(opened, campaign, run).setup
-    model, accepted = setup.model, {item.name: item for item in setup.accepted}
+    model, known = setup.model, {item.name: item for item in setup.calibration_parameters}
     with run.progress.step("suspicions", expected=2):
         suspicions = merge_suspicions(find_all_suspicions(campaign, with_sensors(setup.complete, campaign)))
     warnings: list[str] = []
     with run.progress.step("estimates", expected=2):
         estimates = tuple(estimate_all(model, campaign, warnings))
-    chosen = tuple(item for name in WRITTEN if name in accepted and (item := choose(estimates, name)))
+    chosen = tuple(item for name in WRITTEN if name in known and (item := choose_estimate(estimates, name)))
     have = {item.parameter for item in estimates}
     missing = tuple(f"{name} cannot be estimated: measure {what}" for name, what in MEASURE.items() if name not in have)
     before = read_text(case)
     values = {item.parameter: _written(item) for item in chosen}
-    after = edited(before, {}, values, str(case)) if chosen else before
-    lines, written = tuple(difference(before, after, case.name)), write and after != before
+    after = edit_case(before, {}, values, str(case)) if chosen else before
+    lines, written = tuple(list_changes(before, after, case.name)), write and after != before
     if written:
         step = Step(
             what=CALIBRATION, effect=FIRST_ESTIMATES, campaign=str(folder.resolve()), calibrated=values,
             case_before=before, case_after=after, diff=lines, case_key=case_key(after),
         )  # fmt: skip
         save_step(case, history_of(case), step, after)
-    return Estimated(
+    return EstimationResult(
         case=case,
         estimates=estimates,
         chosen=chosen,
         missing=missing,
         suspicions=suspicions,
-        warnings=(*warnings, *contradictions(estimates), *_beyond_priors(chosen, accepted)),
+        warnings=(*warnings, *list_contradictions(estimates), *_beyond_priors(chosen, known)),
         lines=lines,
         written=written,
     )
@@ -197,7 +197,7 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
     for item in stuck:
         yield from estimate_damping(model, item)
     if stuck and model.lines:
-        best = choose(without, "zeta")
+        best = choose_estimate(without, "zeta")
         factor = best.factor if best else 1.0
         for item in stuck:
             partners: list[Resonance | None] = [*find_partners(model, item, free)] or [None]
@@ -205,10 +205,10 @@ def estimate_all(model: Model, campaign: Campaign, warnings: list[str]) -> Itera
                 yield from estimate_stiffness(model, item, partner, factor)
 
 
-def _beyond_priors(chosen: Sequence[FirstEstimate], accepted: Mapping[str, CalibrationParameter]) -> Iterator[str]:
+def _beyond_priors(chosen: Sequence[FirstEstimate], known: Mapping[str, CalibrationParameter]) -> Iterator[str]:
     """Values that no fit would keep, in words."""
     for item in chosen:
-        (factor,) = accepted[item.parameter].parameters
+        (factor,) = known[item.parameter].parameters
         bound = min(max(item.factor, factor.lower), factor.upper)
         if bound != item.factor:
             wide = plain(abs(item.factor - factor.vanishes) / WITHIN, 2)

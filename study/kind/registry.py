@@ -65,7 +65,7 @@ class CaseKind:
         a table of natural frequencies in place of pictures. Or a sentence that says why there are none.
     solved
         What is added to the answer of `stickslip solve`, of a `study.case.setup.ReadCase` and a
-        `study.solve.run.Solved`; None for nothing.
+        `study.solve.run.SolveResult`; None for nothing.
     """
 
     name: str

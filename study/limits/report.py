@@ -7,10 +7,10 @@ import numpy as np
 
 from hbsolve.limits.result import SIDES
 from study.limits.result import LimitCurves
-from study.limits.run import Limited
+from study.limits.run import LimitsResult
 
 
-def limits_document(limited: Limited) -> dict[str, Any]:
+def limits_document(limited: LimitsResult) -> dict[str, Any]:
     """The document of ``--json``."""
     limits = limited.curves.limits
     return {
@@ -88,7 +88,7 @@ def describe_levels(curves: LimitCurves) -> list[dict[str, Any]]:
     return levels
 
 
-def limits_text(limited: Limited) -> str:
+def format_limits_report(limited: LimitsResult) -> str:
     """The same as a table."""
     document = limits_document(limited)
     reach = float(limited.curves.limits.reach.max())

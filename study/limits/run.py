@@ -23,7 +23,7 @@ from study.solve.model import SolveModel, make_vibrating_model, require_sweep
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Limited:
+class LimitsResult:
     """What the command reports.
 
     Parameters
@@ -41,7 +41,7 @@ class Limited:
     files: tuple[Path, ...]
 
 
-def run_limits(path: Path, run: RunContext, executor: Executor | None = None) -> Limited:
+def run_limits(path: Path, run: RunContext, executor: Executor | None = None) -> LimitsResult:
     """Search for the limits of a case file, and write tables and figures.
 
     Parameters
@@ -73,7 +73,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     replace_file(files[2], format_limits_csv(curves))
     drawn = draw_limits(curves, opened.title, in_newtons=model.in_newtons)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
-    return Limited(curves=curves, objective=table.objective, files=tuple(files))
+    return LimitsResult(curves=curves, objective=table.objective, files=tuple(files))
 
 
 def read_limited_case(path: Path, run: RunContext) -> tuple[OpenCase, SolveModel]:

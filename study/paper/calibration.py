@@ -11,7 +11,7 @@ from geometry.errors import InputError
 from pipeline.output import replace_file
 from pipeline.progress import SilentProgress
 from study.case.setup import read_case
-from study.estimate.first_estimate import FirstEstimate, choose
+from study.estimate.first_estimate import FirstEstimate, choose_estimate
 from study.estimate.run import estimate_all
 from study.kind.registry import open_case
 from study.measured_campaign import read_measured
@@ -117,7 +117,7 @@ def run_calibration(case: Path, folder: Path, run: RunContext, *, quick: bool) -
     model = PaperModel(opened=opened, campaign=campaign, run=silent, effort=paper.effort)
     warnings: list[str] = []
     estimates = tuple(estimate_all(read_case(opened, campaign, silent).setup.model, campaign, warnings))
-    guesses = tuple(item for name in ("kt", "mu") if (item := choose(estimates, name)) is not None)
+    guesses = tuple(item for name in ("kt", "mu") if (item := choose_estimate(estimates, name)) is not None)
     mu = next((item.value for item in guesses if item.parameter == "mu"), opened.case.structure.contact.mu)
     hand = calibrate_by_hand(make_case_plan(opened.case, paper), model, mu, run)
     missing = [*warnings, *hand.missing]

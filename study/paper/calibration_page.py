@@ -9,12 +9,12 @@ from study.page.table import Table
 from study.paper.by_hand import ByHand
 from study.paper.criteria import COVERAGE, STATIC_NORMAL
 from study.paper.sections import (
+    format_met,
     interval_section,
     iteration_section,
     linear_section,
     missing_section,
     overview_section,
-    yes,
 )
 
 
@@ -36,12 +36,13 @@ def make_calibration_page(
     pictures
         PNG of each figure by name.
     """
-    met = [item for item in (hand.last.response.met, hand.last.force.met) if item is not None]
+    last = hand.last
+    met = [item for item in (last.response.met, last.force.met) if item is not None]
     return render_plain_page(
         title=title,
         over="Calibrated in the by-hand way of Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024)",
         tone="nothing" if all(met) else "ambiguous",
-        tag=f"iteration {hand.last.number}: response {yes(hand.last.response.met)}, force {yes(hand.last.force.met)}",
+        tag=f"iteration {last.number}: response {format_met(last.response.met)}, force {format_met(last.force.met)}",
         verdict=summarise(hand),
         sections=list(_sections(guesses, hand, missing, pictures)),
     )
@@ -65,7 +66,7 @@ def summarise(hand: ByHand) -> list[str]:
 def _sections(
     guesses: Sequence[FirstEstimate], hand: ByHand, missing: Sequence[str], pictures: Mapping[str, bytes]
 ) -> Iterator[PageSection]:
-    def some(caption: str, name: str) -> dict[str, bytes]:
+    def find_pictures(caption: str, name: str) -> dict[str, bytes]:
         return {caption: pictures[name]} if name in pictures else {}
 
     yield from missing_section(missing)
@@ -86,13 +87,13 @@ def _sections(
         * bool(guesses),
     )
     yield linear_section(
-        hand, "Linear calibration", some("Measured and computed responses of small vibrations", "linear")
+        hand, "Linear calibration", find_pictures("Measured and computed responses of small vibrations", "linear")
     )
     yield overview_section(hand, "Nonlinear iterations")
     for item in hand.nonlinear.iterations:
         number = item.number
-        response = some(f"Measured responses and predicted limits, iteration {number}", f"response_{number}")
-        forces = some(
+        response = find_pictures(f"Measured responses and predicted limits, iteration {number}", f"response_{number}")
+        forces = find_pictures(
             f"Measured contact forces at resonance and predicted limits, iteration {number}", f"forces_{number}"
         )
         yield iteration_section(item, response | forces)

@@ -23,6 +23,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.fit.family_fit import FamilyTarget
 from pipeline.store import stage
 from study.case.tables import Case
@@ -35,9 +36,8 @@ Matrix = Float[NDArray[np.float64], "p p"]
 Points = Float[NDArray[np.float64], "n p"]
 Values = Float[NDArray[np.float64], " n"]
 
-#: Standard deviations of a 95 % interval, and how far the profile then has risen.
-ENDS = 1.96
-RISE = ENDS**2 / 2
+#: How far the profile has risen at the ends of a 95 % interval.
+RISE = TWO_SIDED_95**2 / 2
 #: A step along one parameter is good if the score rises by this much; so often it is doubled or halved to get there.
 GOOD, TRIALS = (0.3 * RISE, 3 * RISE), 3
 #: Scores further above the least are not near the minimum, and no part of the surface.
@@ -109,7 +109,7 @@ def find_intervals(
 
     explore(look, here, fit.after)
     centre, covariance = fit_surface(np.array(tried), np.array(score), here)
-    half = ENDS * np.sqrt(np.diag(covariance))
+    half = TWO_SIDED_95 * np.sqrt(np.diag(covariance))
     # The surface may have its minimum beside the best parameters that were tried: both count.
     lower, upper = np.minimum(centre, here) - half, np.maximum(centre, here) + half
     return tuple(
@@ -187,7 +187,7 @@ def fit_surface(tried: Points, score: Values, here: NDArray[np.float64]) -> tupl
 def find_density_interval(parameters: RigParameters, free: Resonance | None) -> Iterator[Interval]:
     """The density by the measured free resonance, the root being right: one density scales all frequencies alike."""
     if free is not None and parameters.density is not None:
-        half = 2 * ENDS * free.frequency_deviation / free.frequency * parameters.density
+        half = 2 * TWO_SIDED_95 * free.frequency_deviation / free.frequency * parameters.density
         yield Interval(
             name="density", value=parameters.density, lower=parameters.density - half,
             upper=parameters.density + half, source=LEAST_SQUARES,

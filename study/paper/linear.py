@@ -184,20 +184,22 @@ def tune_stiffness(make: Make, parameters: RigParameters, stuck: float) -> RigPa
     """
     ratio = parameters.kn / parameters.kt
 
-    def made(logarithm: float) -> RigParameters:
+    def with_stiffness(logarithm: float) -> RigParameters:
         kt = float(np.exp(logarithm))
         return replace(parameters, kt=kt, kn=ratio * kt)
 
-    def miss(logarithm: float) -> float:
-        return find_small_peak(make(made(logarithm)), free=False).frequency / stuck - 1
+    def compute_error(logarithm: float) -> float:
+        return find_small_peak(make(with_stiffness(logarithm)), free=False).frequency / stuck - 1
 
-    return made(_solve(miss, (log(STIFFNESS[0]), log(STIFFNESS[1])), f"a stuck resonance at {stuck:.5g} Hz"))
+    return with_stiffness(
+        _solve(compute_error, (log(STIFFNESS[0]), log(STIFFNESS[1])), f"a stuck resonance at {stuck:.5g} Hz")
+    )
 
 
-def _solve(miss: Callable[[float], float], ends: tuple[float, float], what: str) -> float:
-    if miss(ends[0]) * miss(ends[1]) > 0:
+def _solve(error: Callable[[float], float], ends: tuple[float, float], what: str) -> float:
+    if error(ends[0]) * error(ends[1]) > 0:
         raise ComputationFailed(f"no contact stiffness gives {what}: check the levels and the blade of the case")
-    return float(brentq(miss, ends[0], ends[1], xtol=NEAR))
+    return float(brentq(error, ends[0], ends[1], xtol=NEAR))
 
 
 def _third(

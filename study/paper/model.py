@@ -83,7 +83,7 @@ def compute_small_response(model: Model, sensor: str, frequency: Real, level: fl
     free
         Whether without dampers.
     """
-    system = (model.free() if free else model).system
+    system = (model.without_contacts() if free else model).system
     read = next(item for item in model.sensors if isinstance(item, Sensor) and item.name == sensor)
     stiffness, force = stick_at_rest(system.stiffness, system.joints), level * system.dynamic[1]
     result = [

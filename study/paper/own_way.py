@@ -8,15 +8,15 @@ from typing import Any
 
 from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
-from diagnosis.candidate.effect import INTERVAL
+from correlation.uncertainty.interval import TWO_SIDED_95
 from diagnosis.decision.verdict import Finding
 from geometry.rig import SIDES
 from pipeline.output import replace_file
 from study.diagnose.history import history_file
-from study.diagnose.report import headline
-from study.diagnose.round import Round, errors
+from study.diagnose.report import format_headline
+from study.diagnose.round import Round, summarise_errors
 from study.diagnose.run import diagnose_file
-from study.diagnose.table import factors, interval, strengths
+from study.diagnose.table import format_interval, list_factors, list_strengths
 from study.paper.case_file import write_parameters
 from study.paper.interval import Interval
 from study.paper.model import PaperModel
@@ -111,10 +111,10 @@ def write_case(model: PaperModel, parameters: RigParameters) -> str:
 
 def _told(result: Round) -> OwnRound:
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
-    before = errors(result.diagnosis.before)
+    before = summarise_errors(result.diagnosis.before)
     return OwnRound(
-        sentence=headline(result), held_before=before.held_out,
-        held_after=(before if best is None else errors(best)).held_out,
+        sentence=format_headline(result), held_before=before.held_out,
+        held_after=(before if best is None else summarise_errors(best)).held_out,
     )  # fmt: skip
 
 
@@ -130,24 +130,24 @@ def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ..
     """
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
     refit = result.diagnosis.verdict.before if best is None else best
-    scaled = factors(result.setup, refit)
+    scaled = list_factors(result.setup, refit)
     values = [
         _interval(name, getattr(start, name), 0.0, scaled[factor])
         for name, factor in SCALED.items()
         if factor in scaled
     ]
     others: list[str] = []
-    for effect, value, deviation in strengths(result.setup, refit):
+    for effect, value, deviation in list_strengths(result.setup, refit):
         if effect.name in CHANGED:
             name = CHANGED[effect.name]
             values.append(_interval(name, 1.0, getattr(start, name), (value, deviation)))
         else:
-            others.append(f"{effect.name}: {interval(value, deviation, effect.parameters[0])}")
+            others.append(f"{effect.name}: {format_interval(value, deviation, effect.parameters[0])}")
     return tuple(values), tuple(others)
 
 
 def _interval(name: str, unit: float, offset: float, number: tuple[float, float]) -> Interval:
-    value, half = offset + unit * number[0], INTERVAL * unit * number[1]
+    value, half = offset + unit * number[0], TWO_SIDED_95 * unit * number[1]
     return Interval(name=name, value=value, lower=value - half, upper=value + half, source=COVARIANCE)
 
 

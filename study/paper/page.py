@@ -82,7 +82,7 @@ def summarise(result: Replay) -> list[str]:
 
 
 def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSection]:
-    def some(*names: str) -> dict[str, bytes]:
+    def find_pictures(*names: str) -> dict[str, bytes]:
         return {CAPTION[name]: pictures[name] for name in names if name in pictures}
 
     guess, paper = result.guess, f"{1e-6 * PAPER_KT:g}"
@@ -107,20 +107,20 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
                 ],
             )
         ],
-        pictures=some("figure_12a", "figure_12b"),
+        pictures=find_pictures("figure_12a", "figure_12b"),
     )
     hand = result.hand
     title = "Table 2 and figure 14: linear calibration"
-    yield linear_section(hand, title, some("figure_14"), result.case.linear)
+    yield linear_section(hand, title, find_pictures("figure_14"), result.case.linear)
     yield overview_section(hand, "Figures 15 and 16: nonlinear iterations", result.case.nonlinear)
     for item in hand.nonlinear.iterations:
         names = [f"figure_{RESPONSE_FIGURE[item.number]}", f"figure_{FORCE_FIGURE.get(item.number, 0)}"]
-        yield iteration_section(item, some(*names))
+        yield iteration_section(item, find_pictures(*names))
     yield from missing_section(hand.missing)
     yield PageSection(
         title="Sensitivities",
         text=["By differences of the bands that the same friction histories reach, around iteration 3."],
-        pictures=some("sensitivities"),
+        pictures=find_pictures("sensitivities"),
     )
     yield PageSection(
         title="Findings of section 5",
@@ -134,7 +134,7 @@ def _sections(result: Replay, pictures: Mapping[str, bytes]) -> Iterator[PageSec
     )
     yield _truth(result)
     yield interval_section(hand, result.truth)
-    yield own_way_section(result, some("ways"))
+    yield own_way_section(result, find_pictures("ways"))
     yield PageSection(title="What differs from the paper, and why", text=DIFFERENT)
 
 

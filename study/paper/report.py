@@ -55,7 +55,7 @@ def make_document(report: Report) -> dict[str, Any]:
     }
 
 
-def make_text(report: Report) -> str:
+def format_report(report: Report) -> str:
     """The same in a few lines."""
     result, words = report.result, {True: "yes", False: "no", None: "-"}
     same, of = count_pattern(result)

@@ -58,7 +58,7 @@ def find_small_peak(model: Model, *, free: bool) -> Peak:
     free
         Whether without dampers.
     """
-    system = (model.free() if free else model).system
+    system = (model.without_contacts() if free else model).system
     frequency = find_resonance(system, tip_row(model))
     modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     own = int(np.argmin(np.abs(modes.frequency - frequency)))

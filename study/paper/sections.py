@@ -50,9 +50,9 @@ def linear_section(
                 "nominal" if p.density is None else f"{p.density:.0f} kg/m^3",
                 f"{1e-6 * p.kt:.3g}", f"{1e-6 * p.kn:.3g}", f"{100 * p.damping:.2f}", f"{fit.free.frequency:.2f}",
                 f"{100 * fit.free.damping:.2f}", f"{fit.stuck.frequency:.2f}", f"{100 * fit.stuck.damping:.2f}",
-                f"{yes(fit.free_met)} / {yes(fit.stuck_met)}",
+                f"{format_met(fit.free_met)} / {format_met(fit.stuck_met)}",
             ]  # fmt: skip
-            rows.append([*row, f"{yes(paper.free)} / {yes(paper.stuck)}"] if paper else row)
+            rows.append([*row, f"{format_met(paper.free)} / {format_met(paper.stuck)}"] if paper else row)
     head = [
         "iteration", "root", "density", "kt [N/um]", "kn [N/um]", "zeta [%]", "free [Hz]", "its zeta [%]", "stuck [Hz]",
         "its zeta [%]", "met: free / stuck",
@@ -76,9 +76,16 @@ def overview_section(hand: ByHand, title: str, printed: Sequence[NonlinearTable]
     for item in hand.nonlinear.iterations:
         if printed:
             paper = printed[item.number - 1]
-            rows.append([f"{item.number}, paper", *numbers(paper), yes(paper.response), yes(paper.force)])
+            rows.append(
+                [
+                    f"{item.number}, paper",
+                    *numbers(paper),
+                    format_met(paper.response),
+                    format_met(paper.force),
+                ]
+            )
         name = f"{item.number}, here" if printed else str(item.number)
-        rows.append([name, *numbers(item.parameters), yes(item.response.met), yes(item.force.met)])
+        rows.append([name, *numbers(item.parameters), format_met(item.response.met), format_met(item.force.met)])
     return PageSection(
         title=title,
         text=["Shifts are positive away from the blade, inclinations towards the right; left / right."],
@@ -103,7 +110,7 @@ def interval_section(hand: ByHand, truth: Mapping[str, float | None] | None = No
         true = None if truth is None else truth[item.name]
         if truth is not None:
             held += [] if true is None else [item.holds(true)]
-            row += ["", ""] if true is None else [f"{factor * true:.4g}", yes(item.holds(true))]
+            row += ["", ""] if true is None else [f"{factor * true:.4g}", format_met(item.holds(true))]
         rows.append(row)
     text = [
         "95 % intervals. Parameters that are fitted to families have the interval within which the profile of the "
@@ -156,7 +163,7 @@ def _scores(item: NonlinearIteration) -> Table:
         threshold = next(score.threshold for score in criterion.scores if score.name == name)
         bound = "at least" if name == COVERAGE else "at most"
         met = all(score.met for scores in own.values() for score in scores)
-        rows.append([name, *(show_known(value, ".1%") for value in worst), f"{bound} {threshold:.0%}", yes(met)])
+        rows.append([name, *(show_known(value, ".1%") for value in worst), f"{bound} {threshold:.0%}", format_met(met)])
     rows.append(["tightness of the response", *(show_known(v.tightness, ".1f") for v in verdicts.values()), "", ""])
     rows.append(["interval score of the response", *(show_known(v.score, ".2f") for v in verdicts.values()), "", ""])
     return Table(head=["", *(f"{level:g} N" for level in verdicts), "threshold", "met"], rows=rows)
@@ -167,6 +174,6 @@ def show_known(value: float, form: str) -> str:
     return f"{value:{form}}" if isfinite(value) else "-"
 
 
-def yes(met: bool | None) -> str:
+def format_met(met: bool | None) -> str:
     """A criterion in a word."""
     return {True: "yes", False: "no", None: "not judged"}[met]

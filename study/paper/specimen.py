@@ -52,7 +52,7 @@ def make_specimen(opened: OpenCase, truth: Truth, run: RunContext) -> Specimen:
     clamp = truth.root_loss / (2 * pi * truth.free_frequency) * _root_stiffness(opened, truth, run)
     model = scale_damping(read.setup.model, truth.parameters.damping)
     model = model.with_system(damping=model.system.damping + clamp)
-    free, rig = model.free().system, resting.model.rig
+    free, rig = model.without_contacts().system, resting.model.rig
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(item, name=item.name.replace(".", " ")) for item in friction_contacts(model.system.joints)]
     jointed = replace(model.system, joints=joints)

@@ -158,7 +158,7 @@ def _choose_band(read: ReadCase, wishes: Wishes) -> tuple[float, float]:
 
 
 def _make_free(jointed: NextTest, model: Model) -> NextTest:
-    resonance = find_resonance(model.free().system, jointed.levels[0]) if model.lines else None
+    resonance = find_resonance(model.without_contacts().system, jointed.levels[0]) if model.lines else None
     band = None if resonance is None else surround_resonance(resonance, resonance.number)
     if band is None:
         raise InputError(

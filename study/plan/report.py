@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from textwrap import fill
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -12,14 +12,15 @@ from diagnosis.next_test.next_test import NextTest
 from diagnosis.next_test.plan import CONFUSED, Plan
 from diagnosis.screening import Score
 from geometry.plain_number import plain as words_of
-from study.diagnose.table import short
+from study.console import WIDTH
+from study.diagnose.table import format_strength
 
 #: Largest detectable strength over the typical one that is called clear, and that is called weak [-].
 CLEAR, WEAK = 1.0, 10.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Planned:
+class PlanResult:
     """Result of the command.
 
     Parameters
@@ -97,7 +98,7 @@ class Planned:
     def _lines(self) -> Iterator[str]:
         yield self.title
         yield ""
-        yield from fill(self.headline, 118).splitlines()
+        yield from wrap(self.headline, WIDTH)
         for test in self.tests:
             levels = ", ".join(words_of(level, 3) for level in test.levels)
             ends = f"{words_of(test.frequencies[0], 5)} to {words_of(test.frequencies[-1], 5)} Hz"
@@ -121,9 +122,7 @@ class Planned:
         yield f"  mass that shifts a resonance by 0.5 %; looks like: |cos| of the changes above {CONFUSED:g}"
         hidden = [score.effect.name for score in self.plan.scores if not np.isfinite(self.plan.relative(score))]
         if hidden:
-            yield from fill(
-                f"Not seen at all: {', '.join(hidden)}", 118, initial_indent="  ", subsequent_indent="  "
-            ).splitlines()
+            yield from wrap(f"Not seen at all: {', '.join(hidden)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
         if self.plan.catalogue.untestable:
             yield ""
             yield "Cannot be tested:"
@@ -136,7 +135,7 @@ def _strengths(plan: Plan, score: Score) -> tuple[str, str]:
     values = plan.detectable[score.effect.name], abs(parameter.typical - parameter.vanishes)
     if parameter.unit == "-" and parameter.vanishes:
         return f"{words_of(100 * values[0])} %", f"{words_of(100 * values[1])} %"
-    return short(values[0], parameter, 2), short(values[1], parameter, 2)
+    return format_strength(values[0], parameter, 2), format_strength(values[1], parameter, 2)
 
 
 def _describe_test(test: NextTest) -> dict[str, Any]:

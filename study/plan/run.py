@@ -20,7 +20,7 @@ from study.case.setup import ReadCase, read_case, require_loads
 from study.json_value import plain
 from study.plan.drawing import make_plan_drawing
 from study.plan.planned_tests import Wishes, choose_sensors, make_noise, make_tests
-from study.plan.report import Planned
+from study.plan.report import PlanResult
 from study.run_context import RunContext
 
 
@@ -39,7 +39,7 @@ def compute_plan(
     return plan_tests(tests, model, calibration, budget, make_noise(noise, model, largest), catalogue)
 
 
-def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[str] = ()) -> Planned:
+def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[str] = ()) -> PlanResult:
     """Plan tests of a case, and write figure and JSON.
 
     Raises
@@ -57,8 +57,10 @@ def run_plan(path: Path, wishes: Wishes, run: RunContext, *, without: Sequence[s
     # Models with a finer mesh have no part: sensitivities are those of one mesh.
     budget = replace(setup.budget, refined=())
     step = run.step("sensitivities", expected=20)
-    plan = step.run(compute_plan, model, setup.accepted, budget, tests, wishes.noise, setup.effects, kinds)
-    planned = Planned(
+    plan = step.run(
+        compute_plan, model, setup.calibration_parameters, budget, tests, wishes.noise, setup.effect_files, kinds
+    )
+    planned = PlanResult(
         title=setup.title, tests=tuple(tests), plan=plan, noise=wishes.noise,
         added=tuple(each.effect.name for each in setup.added),
     )  # fmt: skip

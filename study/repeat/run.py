@@ -37,7 +37,7 @@ INPUT, CACHE = "input", ".repeat_cache"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Repeated:
+class RepeatResult:
     """A result that was made again.
 
     Parameters
@@ -60,7 +60,7 @@ class Repeated:
         return not self.differences["different"]
 
 
-def repeat_result(path: Path, run: RunContext, stored: Path, folder: Path | None = None) -> Repeated:
+def repeat_result(path: Path, run: RunContext, stored: Path, folder: Path | None = None) -> RepeatResult:
     """Make a result again, from nothing that is stored.
 
     Parameters
@@ -94,7 +94,9 @@ def repeat_result(path: Path, run: RunContext, stored: Path, folder: Path | None
     run.note(f"repeats: stickslip {' '.join(words)}")
     values = _run_again(words, start, target, run, path)
     shutil.rmtree(target / CACHE, ignore_errors=True)
-    return Repeated(command=tuple(words), changes=tuple(changes), differences=find_differences(result.values, values))
+    return RepeatResult(
+        command=tuple(words), changes=tuple(changes), differences=find_differences(result.values, values)
+    )
 
 
 def compare_conditions(made_by: Provenance, base: Path) -> list[str]:

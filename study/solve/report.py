@@ -4,10 +4,10 @@ from typing import Any
 
 from study.kind.registry import Extras
 from study.solve.result import Peak
-from study.solve.run import Solved
+from study.solve.run import SolveResult
 
 
-def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, Any]:
+def solve_document(solved: SolveResult, extras: Extras | None = None) -> dict[str, Any]:
     """The document of ``--json``, with what the kind of the case adds."""
     added = dict(extras.document) if extras else {}
     of_curves = added.pop("curves", [{} for _ in solved.peaks])
@@ -24,7 +24,7 @@ def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, An
     }
 
 
-def solve_text(solved: Solved, extras: Extras | None = None) -> str:
+def format_solve_report(solved: SolveResult, extras: Extras | None = None) -> str:
     """The same as a table."""
     model, highest = solved.model, _highest(solved)
     refined = f", up to {highest} where refined" if highest > model.harmonics else ""
@@ -56,12 +56,12 @@ def solve_text(solved: Solved, extras: Extras | None = None) -> str:
     return "\n".join(lines)
 
 
-def _highest(solved: Solved) -> int:
+def _highest(solved: SolveResult) -> int:
     """The highest harmonic of any point [-]."""
     return max(int(item.branch.highest_harmonic.max()) for item in solved.curves)
 
 
-def _motions(solved: Solved) -> dict[str, dict[str, str]]:
+def _motions(solved: SolveResult) -> dict[str, dict[str, str]]:
     """Whether each sensor reads the absolute motion or that relative to a shaken base; nothing on one that rests."""
     model = solved.model
     return {} if model.base is None else {"motion": {item.name: model.motion_of(item) for item in model.outputs}}

@@ -48,7 +48,7 @@ LEVEL_LABEL = "level of the harmonic force [-]"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Solved:
+class SolveResult:
     """What the command computed.
 
     Parameters
@@ -70,7 +70,7 @@ class Solved:
     files: tuple[Path, ...]
 
 
-def run_solve(path: Path, run: RunContext) -> tuple[Solved, Extras | None]:
+def run_solve(path: Path, run: RunContext) -> tuple[SolveResult, Extras | None]:
     """Compute the curves of a case file and write tables and figures; and what its kind adds to them.
 
     Raises
@@ -91,7 +91,7 @@ def run_solve(path: Path, run: RunContext) -> tuple[Solved, Extras | None]:
     return solved, None if extend is None else extend(read, solved, run)
 
 
-def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> Solved:
+def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> SolveResult:
     """Compute the curves of a model and write tables and figures.
 
     Parameters
@@ -125,7 +125,7 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
         run.warn(warning)
     if warning := motion_warning(curves, model.outputs):
         run.warn(warning)
-    return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
+    return SolveResult(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
 
 
 def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> list[SolvedCurve]:

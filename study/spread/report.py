@@ -50,7 +50,7 @@ def _quantity(item: QuantitySpread) -> dict[str, Any]:
     }
 
 
-def spread_text(spread: Spread) -> str:
+def format_spread_report(spread: Spread) -> str:
     """The same as a table."""
     uncertain = spread.uncertain
     lines = [f"{len(uncertain.parameters)} uncertain parameters, {len(spread.sampled.values)} points:"]

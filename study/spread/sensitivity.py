@@ -18,8 +18,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.configuration import Tangent
 from correlation.model import DERIVATIVE, Model, Sensor
+from correlation.model_solver import Tangent
 from diagnosis.fit.tangent import differentiate
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch

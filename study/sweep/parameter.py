@@ -128,7 +128,7 @@ def require_factors(read: ReadCase, parameters: tuple[CaseParameter, ...]) -> No
     CaseError
         Such as kt of a case without contact lines.
     """
-    known = [item.name for item in read.setup.accepted]
+    known = [item.name for item in read.setup.calibration_parameters]
     opened = read.opened
     assert opened.case.source is not None
     for item in parameters:

@@ -7,13 +7,13 @@ import numpy as np
 from hbsolve.limits.result import SIDES
 from study.solve.result import SURFACE_UNIT
 from study.sweep.result import SampledCase, SampledLimits
-from study.sweep.run import Swept
+from study.sweep.run import SweepResult
 
 #: Lines of the table that can still be read; all are in the CSV.
 MOST_LINES = 40
 
 
-def sweep_document(swept: Swept) -> dict[str, Any]:
+def sweep_document(swept: SweepResult) -> dict[str, Any]:
     """The document of ``--json``."""
     sampled, grid = swept.sampled, swept.grid
     points: list[dict[str, Any]] = []
@@ -51,7 +51,9 @@ def sweep_document(swept: Swept) -> dict[str, Any]:
     }
 
 
-def _curve(swept: Swept, number: int, curve: int, quantities: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, Any]:
+def _curve(
+    swept: SweepResult, number: int, curve: int, quantities: np.ndarray[Any, np.dtype[np.float64]]
+) -> dict[str, Any]:
     assert swept.sampled.curves is not None
     item = swept.sampled.curves.curves[number][curve]
     unit, scale = SURFACE_UNIT[swept.sampled.curves.model.outputs[0].quantity]
@@ -68,7 +70,7 @@ def _curve(swept: Swept, number: int, curve: int, quantities: np.ndarray[Any, np
     }
 
 
-def sweep_text(swept: Swept) -> str:
+def format_sweep_report(swept: SweepResult) -> str:
     """The same as a table."""
     sampled, grid = swept.sampled, swept.grid
     lines = [f"{len(sampled.values)} points:"]
@@ -82,7 +84,7 @@ def sweep_text(swept: Swept) -> str:
     return "\n".join([*lines, "", *map(str, swept.files)])
 
 
-def _peak_lines(swept: Swept) -> list[str]:
+def _peak_lines(swept: SweepResult) -> list[str]:
     sampled = swept.sampled
     assert sampled.curves is not None
     model = sampled.curves.model

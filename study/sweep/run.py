@@ -31,7 +31,7 @@ Values = Mapping[str, str | Sequence[float | str]] | Sequence[str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Swept:
+class SweepResult:
     """What a sweep computed.
 
     Parameters
@@ -56,7 +56,7 @@ def sweep(
     limits: bool | None = None,
     run: RunContext | None = None,
     workers: Workers = 1,
-) -> Swept:
+) -> SweepResult:
     """Response curves, and limits, of a case over a grid of its parameters; nothing is written.
 
     Parameters
@@ -95,7 +95,7 @@ def sweep(
         curves = compute_curves(opened, points, make_solve_model(read), run, workers)
         warn_of_failures(curves.failures, len(points) * len(curves.model.curves), run)
     found = compute_limits(opened, points, Path(path).stem, run, workers) if with_limits else ()
-    return Swept(
+    return SweepResult(
         grid=grid, sampled=SampledCase(parameters=grid.parameters, values=numbers, curves=curves, limits=found)
     )
 
@@ -124,7 +124,7 @@ def warn_of_failures(failures: Sequence[str], count: int, run: RunContext) -> No
         run.warn(f"{len(failures)} of {count} curves do not reach the end of their range; the first: {failures[0]}")
 
 
-def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> Swept:
+def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool | None = None) -> SweepResult:
     """`sweep` with one process per core or the scheduler of the run, and its tables and figures in the output folder.
 
     Raises
@@ -140,7 +140,7 @@ def run_sweep(path: Path, words: Sequence[str], run: RunContext, *, limits: bool
     files = write_samples(swept.sampled, f"{path.stem}_sweep", title, run)
     drawn = draw_sweep(swept.grid, swept.sampled, title)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
-    return Swept(grid=swept.grid, sampled=swept.sampled, files=tuple(files))
+    return SweepResult(grid=swept.grid, sampled=swept.sampled, files=tuple(files))
 
 
 def write_samples(sampled: SampledCase, stem: str, title: str, run: RunContext) -> list[Path]:

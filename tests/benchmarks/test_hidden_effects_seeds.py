@@ -34,11 +34,11 @@ def make(folder: Path, *, seed: int, kind: str) -> PlantedTruth:
     return make_campaign(folder, seed=seed, kind=kind, points=POINTS)
 
 
-def judge(campaign: Campaign, base: Model, accepted: Any, budget: Any, **options: Any) -> Diagnosis:
+def judge(campaign: Campaign, base: Model, parameters: Any, budget: Any, **options: Any) -> Diagnosis:
     """Among the cubic springs of all places, by four harmonics of the coarse mesh alone."""
     options["without"] = [name for name in EFFECTS.names() if name != "cubic"]
     quick = replace(base, n_harmonic=4, n_sample=64)
-    return diagnose(campaign, quick, accepted, replace(budget, refined=()), **options)
+    return diagnose(campaign, quick, parameters, replace(budget, refined=()), **options)
 
 
 @slow

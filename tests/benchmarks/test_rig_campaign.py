@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.rig_campaign import LINES, SENSORS, HiddenEffect, Specimen, rig_points, systems
-from correlation.configuration import Configuration
 from correlation.model import Model
+from correlation.model_solver import ModelSolver
 from hbsolve.steady_state import steady_state
 from pipeline.store import Store
 from study.case.setup import read_case
@@ -78,7 +78,7 @@ def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:
 
 def predicted(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Harmonic 1 of the motions, and harmonics 0 and 1 of the lines' forces."""
-    solver = Configuration.from_model(model, False, None)
+    solver = ModelSolver.from_model(model, False, None)
     state = steady_state(solver.balance.at_level(LEVEL), 2 * np.pi * FREQUENCY)
     motion = solver.read(state, np.array(SENSORS), np.ones(len(SENSORS), dtype=np.int64))
     force = [solver.read(state, np.array(ORDER), np.full(len(ORDER), k)) for k in (0, 1)]
@@ -101,7 +101,7 @@ def test_a_lighter_dead_weight_is_the_effect_of_that_name(drawn: tuple[Specimen,
     specimen, model = drawn
     readings = measured(specimen, HiddenEffect(kind="preload", strength=-7.0))
     before = measured(specimen, HiddenEffect(kind="nothing"))
-    _, force = predicted(model.pressed("left dead weight", 1 - 7 / 55))
+    _, force = predicted(model.with_preload_ratio("left dead weight", 1 - 7 / 55))
     _, nominal = predicted(model)
     # The bench finds rest anew from unloaded bodies, the model moves on from the rest that it has: lines of the left
     # lose an eighth of their normal force in both, those of the right next to nothing. What the tangents carry has

@@ -109,7 +109,7 @@ def make_campaign(
     for repeat in range(1, n_repeat + 1):
         model = truth
         for configuration in ("jointed", "free"):
-            model = model.shifted(configuration, jitter * float(generator.standard_normal()))
+            model = model.with_frequency_shift(configuration, jitter * float(generator.standard_normal()))
         before = Predictor(points=points).predict(model, before)
         deviation = make_deviation(points, before.value)
         real, imaginary = generator.standard_normal((2, len(points)))

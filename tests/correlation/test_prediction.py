@@ -7,9 +7,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.configuration import Tangent
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
+from correlation.model_solver import Tangent
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
@@ -75,7 +75,7 @@ def test_a_shift_reads_at_the_true_frequency(small: Model, predicted: Prediction
     shift = 3e-3
     points = predicted.points
     where = points.free
-    moved = Predictor(points=points).predict(small.shifted("jointed", shift))
+    moved = Predictor(points=points).predict(small.with_frequency_shift("jointed", shift))
     labels = points.where(~where)
     object.__setattr__(labels, "frequency", labels.frequency * (1 + shift))
     exact = Predictor(points=labels).predict(small)
@@ -102,7 +102,7 @@ def gain(model: Model, by: float) -> Model:
 
 
 def shift(model: Model, by: float) -> Model:
-    return model.shifted("jointed", by).shifted("free", by)
+    return model.with_frequency_shift("jointed", by).with_frequency_shift("free", by)
 
 
 ADDED = ModelParameter(matrices=MatrixParameter(mass=np.diag([0.0, 0.0, 1.0, 0.0])))
@@ -174,7 +174,7 @@ def test_derivatives_of_a_delay_are_those_of_predictions(offset: float, small: M
     from diagnosis.fit.tangent import differentiate
 
     def delayed(model: Model, by: float) -> Model:
-        return model.with_sensor("root", delay=offset + by).shifted("jointed", by)
+        return model.with_sensor("root", delay=offset + by).with_frequency_shift("jointed", by)
 
     (tangent,) = differentiate(
         lambda values: delayed(small, float(values[0])), np.zeros(1), np.array([1e-5]), [(-1e-3, 1e-3)]

@@ -17,7 +17,7 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
@@ -56,7 +56,7 @@ class Bench:
 
     def __init__(self, small: Model, paper: ModuleType) -> None:
         self.small, self.paper = small, paper
-        self.accepted = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
+        self.calibration_parameters = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
         self.listed = list_effects(small, level=paper.LEVELS[1])
 
     def effect(self, name: str) -> Effect:
@@ -69,7 +69,7 @@ class Bench:
         return self.paper.make_campaign(truth, jitter=3e-5, seed=seed, **changes)
 
     def diagnose(self, campaign: Any, **options: Any) -> Diagnosis:
-        return diagnose(campaign, self.small, self.accepted, EXACT_MODEL, **options)
+        return diagnose(campaign, self.small, self.calibration_parameters, EXACT_MODEL, **options)
 
 
 @pytest.fixture(scope="module")
@@ -278,7 +278,7 @@ def test_in_a_model_that_is_another_structure_no_effect_is_tried(bench: Bench) -
         for joint in friction_contacts(bench.small.system.joints)
     ]
     softer = bench.small.with_system(stiffness=0.64 * bench.small.system.stiffness, joints=joints)
-    found = diagnose(bench.campaign(), softer, bench.accepted, EXACT_MODEL)
+    found = diagnose(bench.campaign(), softer, bench.calibration_parameters, EXACT_MODEL)
     assert found.verdict.finding is Finding.NOT_CLOSE
     assert "resonance near" in found.verdict.sentence
     assert found.scores == found.refits == ()
@@ -288,7 +288,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     start = 4.2e-3
     found = bench.diagnose(
         bench.campaign((WHERE, MASS), (LINE, RATIO)),
-        added=[Added(effect=bench.effect(WHERE), values=np.array([start]))],
+        added=[AddedEffect(effect=bench.effect(WHERE), values=np.array([start]))],
         without=["cubic", "gap", "dashpot", "air damping"],
     )
     assert found.verdict.finding is Finding.MISSING
@@ -311,7 +311,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
 
 @slow
 def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
-    added = [Added(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
+    added = [AddedEffect(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
     found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
     assert found.verdict.finding is Finding.NOTHING
     assert found.before.fit.values[3] == pytest.approx(MASS, abs=4 * found.before.fit.deviation[3])

@@ -17,7 +17,7 @@ from PIL import Image
 
 from figure.registry import REGISTRY, FigureKind, pictures
 from figure.response_curves import ResponseCurves
-from figure.style import Headed, add_heading, new_figure, png
+from figure.style import TitledFigure, add_heading, new_figure, png
 from geometry.errors import InputWarning, RegistryError
 from tests.figure.examples import EXAMPLES
 
@@ -168,6 +168,6 @@ def test_without_figures_from_outside_nothing_is_said() -> None:
 @pytest.mark.parametrize("width", [5.6, 11.2])
 def test_a_long_title_stays_within_its_figure(width: float) -> None:
     figure = new_figure(width, 4.0)
-    add_heading(figure, Headed(title="A beam with a dry joint, calibrated: force-displacement loops"))
+    add_heading(figure, TitledFigure(title="A beam with a dry joint, calibrated: force-displacement loops"))
     title = figure.texts[0].get_window_extent(FigureCanvasAgg(figure).get_renderer())
     assert title.x1 < figure.bbox.x1

@@ -11,7 +11,7 @@ from fe.modal import ModeSet
 from fe.notebook import Labelled, Tabular
 from hbsolve.continuation.stop_reason import StopReason
 from hbsolve.limits.result import ResponseLimits
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.diagnose.round import Round
 
 
@@ -44,7 +44,7 @@ def test_a_misfit_is_a_table_of_its_points() -> None:
 
 
 @pytest.mark.parametrize(
-    "kind", [ModeSet, Misfit, Verdict, ss.ResponseBranch, ResponseLimits, Compared, Round, ss.ReducedModel]
+    "kind", [ModeSet, Misfit, Verdict, ss.ResponseBranch, ResponseLimits, ComparisonResult, Round, ss.ReducedModel]
 )
 def test_every_result_has_a_table_or_arrays_of_its_own(kind: type) -> None:
     assert ("to_xarray" if issubclass(kind, Labelled) else "to_pandas") in vars(kind)

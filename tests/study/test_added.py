@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from study import cli
 from study.beam.model import beam_model
 from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
@@ -49,7 +49,7 @@ def test_an_added_gap_runs_along_the_contacts_of_the_finer_model_too(tmp_path: P
 @pytest.mark.parametrize(("end", "gaps"), [(1, [4, 3, 2, 1, 0]), (3, [0, 1, 2, 3, 4])])
 def test_a_gap_towards_an_end_is_one_however_many_contacts_the_line_has(end: int, gaps: list[float]) -> None:
     effect = case_catalogue(beam_model(24), [], level=10.0).effect(f"gap of left at left.{end}")
-    added = [Added(effect=effect, values=np.array([4e-7]))]
+    added = [AddedEffect(effect=effect, values=np.array([4e-7]))]
     finer = apply_by_name(beam_model(24, n_station=5), [], [], {}, added)
     found = [finer.contact(name).gap for name in finer.lines["left"]]
     np.testing.assert_allclose(found, 1e-7 * np.array(gaps), rtol=1e-12, atol=1e-18)

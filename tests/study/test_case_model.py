@@ -138,9 +138,14 @@ def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
     assert [part.name for part in model.parts] == ["base", "tip"]
     np.testing.assert_array_equal(model.parts[1].stiffness, 0 * K)
     assert (model.n_harmonic, model.n_sample) == (4, 64)
-    assert {each.name: each.deviation for each in setup.accepted} == {"kt": 0.07, "kn": 0.1, "mu": 0.1, "zeta": 0.2}
+    assert {each.name: each.deviation for each in setup.calibration_parameters} == {
+        "kt": 0.07,
+        "kn": 0.1,
+        "mu": 0.1,
+        "zeta": 0.2,
+    }
     assert (setup.budget.frequency, setup.budget.compliance) == (1e-3, 0.01)
-    assert (setup.effects, setup.without) == ((folder / "mine.py",), ("cubic",))
+    assert (setup.effect_files, setup.without) == ((folder / "mine.py",), ("cubic",))
 
 
 def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:

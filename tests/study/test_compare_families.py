@@ -122,7 +122,7 @@ def test_a_calibration_onto_families_begins_with_the_calibration_parameters_alon
     begun: list[int] = []
 
     def fitted(model: Model, setup: Setup, *rest: Any) -> FamilyComparison:
-        begun.extend([len(setup.accepted), len(rest[-1])])
+        begun.extend([len(setup.calibration_parameters), len(rest[-1])])
         return compare_with_families(model, setup, *rest)
 
     monkeypatch.setattr("study.compare.family_calibration.compare_with_families", fitted)

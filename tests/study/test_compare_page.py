@@ -20,8 +20,8 @@ from correlation.row_table import join_tables
 from study.case.setup import read_case
 from study.compare.curve import Drawing
 from study.compare.data import DataComparison
-from study.compare.page import page
-from study.compare.result import Calibrated, Compared
+from study.compare.page import make_page
+from study.compare.result import Calibrated, ComparisonResult
 from study.compare.run import compare
 from study.compare.section.linearity import linearity_sections
 from study.compare.section.overview import left_out
@@ -49,7 +49,7 @@ class References(HTMLParser):
 
 
 @cache
-def compared(gain: float = 1.0) -> Compared:
+def compared(gain: float = 1.0) -> ComparisonResult:
     """The shipped beam beside its own response with noise; the sensor "mid" reads `gain` times what it should."""
     setup = read_case(BEAM).setup
     model = setup.model.with_sensor("mid", gain=gain)
@@ -91,7 +91,7 @@ def data_of(text: str) -> dict[str, Any]:
 
 
 def test_the_page_holds_everything_and_loads_nothing() -> None:
-    text = page(compared(), drawing())
+    text = make_page(compared(), drawing())
     references = References()
     references.feed(text)
     assert {item for item in references.found if not item.startswith("#")} == {"data:,"}
@@ -109,7 +109,7 @@ def test_the_page_holds_everything_and_loads_nothing() -> None:
 
 
 def test_residuals_are_those_of_the_misfit_and_lines_meet_the_predicted_points() -> None:
-    section = data_of(page(compared(), drawing()))["sections"][0]
+    section = data_of(make_page(compared(), drawing()))["sections"][0]
     assert section["element"] == "responses"
     misfit = compared().train
     for panel in section["data"]["panels"]:
@@ -132,7 +132,7 @@ def test_residuals_are_those_of_the_misfit_and_lines_meet_the_predicted_points()
 
 
 def test_each_row_of_the_map_has_the_name_of_its_level() -> None:
-    section = data_of(page(compared(), drawing()))["sections"][1]
+    section = data_of(make_page(compared(), drawing()))["sections"][1]
     assert section["element"] == "map"
     (shown,) = section["data"]["maps"]
     for group in shown["groups"]:
@@ -164,7 +164,7 @@ def test_readings_without_calibration_are_drawn_in_their_own_unit() -> None:
 
 
 def test_the_page_begins_with_the_worst_sensor_and_names_it() -> None:
-    text = page(compared(1.2), drawing(1.2))
+    text = make_page(compared(1.2), drawing(1.2))
     data = data_of(text)["sections"][0]["data"]
     assert data["panels"][data["first"]]["label"].startswith("mid")
     assert "The worst sensor is mid" in text
@@ -279,7 +279,7 @@ def test_sections_of_a_command_are_shown_and_parts_without_data_are_not() -> Non
     motions = {
         free: [item for item in panels if isinstance(item.sensor, Sensor)] for free, panels in drawing().panels.items()
     }
-    text = page(bare, replace(drawing(), panels=motions))
+    text = make_page(bare, replace(drawing(), panels=motions))
     titles = re.findall(r"<h2>(.*?)</h2>", text)
     assert titles == [
         "Measured and predicted responses", "Where the model fails", "Linearity over levels", "Loops",

@@ -13,12 +13,12 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, Drive, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
-from correlation.metric.misfit import split_misfit, whole, worst, worst_cell
+from correlation.metric.misfit import find_worst, find_worst_cell, split_misfit, summarise_misfit
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from study import cli
 from study.case.setup import Setup, read_case
-from study.compare.report import in_words
+from study.compare.report import format_report
 from study.compare.run import compare
 from study.compare.suspicions import find_all_suspicions
 from study.shipped_cases import BEAM
@@ -90,8 +90,8 @@ def test_a_perfect_model_is_noise() -> None:
     assert found.held_out is not None
     for side in (found.train, found.held_out):
         # Noise is told from few repeats and numerical error is allowed for: the mean is 1 within a third, not exactly.
-        assert 0.5 < whole(side).deviations < 1.33
-        assert 0.5 < whole(side).whitened < 1.33
+        assert 0.5 < summarise_misfit(side).deviations < 1.33
+        assert 0.5 < summarise_misfit(side).whitened < 1.33
         assert np.isfinite(side.predicted).all()
     assert len(found.peaks) == 4
     for peak in found.peaks:
@@ -102,14 +102,14 @@ def test_a_perfect_model_is_noise() -> None:
 
 def test_a_sensor_that_reads_too_much_is_named() -> None:
     found = compare(setup(), measured_from_the_model(1.1))
-    assert worst(split_misfit(found.train, "sensor")).label == "mid"
-    cell, points = worst_cell(found.train)
+    assert find_worst(split_misfit(found.train, "sensor")).label == "mid"
+    cell, points = find_worst_cell(found.train)
     assert set(points.sensor) == {"mid"}
     # 1 / 1.1 - 1, within noise of 0.5 % in the mean of three repeats and a few frequencies.
     assert cell.signed_amplitude_error == pytest.approx(1 / 1.1 - 1, abs=0.006)
     assert cell.signed_phase_error == pytest.approx(0, abs=0.006)
     rows = found.train.where((found.train.points.sensor == "tip") & (found.train.points.harmonic == 1))
-    assert whole(rows).deviations < 2
+    assert summarise_misfit(rows).deviations < 2
 
 
 def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
@@ -142,7 +142,7 @@ def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pyt
 
 
 def test_the_answer_is_in_words() -> None:
-    words = in_words(compare(setup(), measured_from_the_model(1.1)))
+    words = format_report(compare(setup(), measured_from_the_model(1.1)))
     assert "worst sensor         mid" in words
     assert "the model's amplitude is 9" in words
     assert "% too small" in words
@@ -156,7 +156,7 @@ def test_calibrating_a_perfect_model_changes_nothing() -> None:
         # The start is the truth, the end its estimate: five of the standard deviations that it gives itself.
         assert abs(each.factor - 1) < 5 * each.deviation
         assert each.deviation < 0.1
-    assert "Calibrated on the training data: kt x " in in_words(found)
+    assert "Calibrated on the training data: kt x " in format_report(found)
 
 
 def renamed(sensors: Sequence[MeasuredSensor], which: str, **changes: object) -> tuple[MeasuredSensor, ...]:
@@ -221,7 +221,7 @@ def test_a_sensor_is_placed_by_its_coordinates() -> None:
     sensors = renamed(campaign.sensors, "tip", name="laser", place=None, coordinates=at)
     measured = replace(campaign, sensors=sensors)
     found = compare(setup(), measured)
-    assert whole(found.train).deviations < 1.33
+    assert summarise_misfit(found.train).deviations < 1.33
     # The case that tells the numerical error does not know it, and need not.
     assert "laser" in [each.name for each in read_case(BEAM, measured).setup.model.sensors]
     assert "laser" in found.train.points.sensor
@@ -239,7 +239,7 @@ def test_what_a_finer_model_changes_counts_as_numerical_error(at_home: Path) -> 
     campaign = measured_from_the_model(1.1)
     campaign = replace(campaign, sensors=renamed(campaign.sensors, "mid", name="other"))
     loose, strict = (compare(read_case(case).setup, campaign).train for case in ("case.toml", "beam.toml"))
-    assert whole(loose).deviations < 0.5 * whole(strict).deviations
+    assert summarise_misfit(loose).deviations < 0.5 * summarise_misfit(strict).deviations
 
 
 MISTAKES = {

@@ -18,7 +18,7 @@ from study.case.setup import read_case
 from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
 from study.diagnose.null_campaign import null_campaign
-from study.diagnose.round import bootstrap, diagnose_case
+from study.diagnose.round import diagnose_case, simulate_thresholds
 from study.diagnose.ship_thresholds import ship
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
 from study.shipped_cases import BEAM
@@ -34,9 +34,9 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
     ((key, entry),) = json.loads(diagnose_limits.SHIPPED.read_text(encoding="utf-8")).items()
     assert layout_key(entry["layout"]) == key
     assert entry["layout"]["candidates"] == sorted(
-        case_catalogue(setup.model, setup.effects, without=setup.without).names
+        case_catalogue(setup.model, setup.effect_files, without=setup.without).names
     )
-    assert entry["layout"]["accepted"] == [item.name for item in setup.accepted]
+    assert entry["layout"]["accepted"] == [item.name for item in setup.calibration_parameters]
 
 
 @slow
@@ -97,10 +97,10 @@ def test_a_campaign_whose_kept_result_is_damaged_is_not_measured(tmp_path: Path)
 
 def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
-    setup, asked = replace(setup, effects=(OWN,)), {}
+    setup, asked = replace(setup, effect_files=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
     monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
-    bootstrap(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
+    simulate_thresholds(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["catalogue_of"](finer), replace(setup, model=finer).candidates(campaign)
     assert "third harmonic of the exciter" in known.names
@@ -119,7 +119,7 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
     others = [
         layout(setup, replace(campaign, held_out=HeldOut(repeats=(5,))), known),
         layout(setup, replace(campaign, measurement=campaign.measurement.where(campaign.measurement.level < 5)), known),
-        layout(replace(setup, accepted=setup.accepted[:1]), campaign, known),
+        layout(replace(setup, calibration_parameters=setup.calibration_parameters[:1]), campaign, known),
         layout(replace(setup, budget=replace(setup.budget, shares=0.123)), campaign, known),
         layout(setup, campaign, setup.candidates(campaign, ["cubic"])),
     ]

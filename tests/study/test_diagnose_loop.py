@@ -20,7 +20,7 @@ from study.compare.run import compare
 from study.diagnose.add import add, find_case, undo
 from study.diagnose.history import case_key, history_of, read_text
 from study.diagnose.round import diagnose_case
-from study.diagnose.run import diagnose_file, record
+from study.diagnose.run import diagnose_file, record_diagnosis
 from study.run_context import silent_run
 from tests.slow import slow
 
@@ -38,7 +38,7 @@ def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses,
     # Three standard deviations of its own.
     assert found.best is not None
     assert found.best.strength == pytest.approx(0.006, abs=3 * found.best.deviation)
-    record(found, case, folder)
+    record_diagnosis(found, case, folder)
 
     step = add(case, "Mass at  tip")
     assert step.before is not None

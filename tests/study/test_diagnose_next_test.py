@@ -19,9 +19,9 @@ from pipeline.store import Store
 from study.bench.view.finding import show_next_tests
 from study.diagnose import next_test
 from study.diagnose.next_test import NextStep, find_next_step
-from study.diagnose.page import contents
-from study.diagnose.report import document, in_words
-from study.diagnose.run import Diagnosed, diagnose_file
+from study.diagnose.page import make_files
+from study.diagnose.report import format_report, make_document
+from study.diagnose.run import DiagnosisResult, diagnose_file
 from study.json_value import plain
 from study.run_context import silent_run
 
@@ -30,7 +30,7 @@ FREQUENCIES = (20.0, 20.5, 21.0)
 
 
 @pytest.fixture
-def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> Diagnosed:
+def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> DiagnosisResult:
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     return diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
 
@@ -56,7 +56,7 @@ def make_advice(*probabilities: float) -> Advice:
     )  # fmt: skip
 
 
-def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: Diagnosed) -> None:
+def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
     advice = make_advice(0.93, 0.5, 0.1)
     several = replace(diagnosed.last.diagnosis.verdict, finding=Finding.AMBIGUOUS)
     found = replace(
@@ -64,9 +64,9 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     )
     assert "a mass of 3 g added at tip" in found.next_step.sentence
     assert "93 %" in found.next_step.sentence
-    assert found.next_step.sentence in in_words(found)
-    assert found.next_step.remark in in_words(found)  # another mass needs a case of its own
-    files = contents(found, diagnosed.history, Path("chain.toml"))
+    assert found.next_step.sentence in format_report(found)
+    assert found.next_step.remark in format_report(found)  # another mass needs a case of its own
+    files = make_files(found, diagnosed.history, Path("chain.toml"))
     assert files["chain_diagnosis_next_test.png"].startswith(b"\x89PNG")
     page = files["chain_diagnosis.html"].decode()
     assert "What to measure next" in page
@@ -76,7 +76,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert [row["probability"] for row in shown["rows"]] == [each.probability for each in found.next_step.shown]
     assert b64decode(shown["picture"]).startswith(b"\x89PNG")
     assert show_next_tests(diagnosed.last) is None
-    told = json.loads(json.dumps(plain(document(found))))["next_test"]
+    told = json.loads(json.dumps(plain(make_document(found))))["next_test"]
     assert told["candidates"] == {"mass at tip": 0.6, "density of all": 0.4}
     assert told["tests"][0]["probability"] == 0.93
     assert told["tests"][0]["added_mass"] == {"place": "tip", "mass_kg": 3e-3}
@@ -84,7 +84,7 @@ def test_advice_stands_in_the_report_on_the_page_and_in_the_document(diagnosed: 
     assert told["tests"][1]["further_sensor_at"] == "base"
 
 
-def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: Diagnosed) -> None:
+def test_a_further_sensor_is_shown_where_it_tells_more(diagnosed: DiagnosisResult) -> None:
     assert diagnosed.last.next_step.advice is None  # one effect is named alone: nothing is to be separated
     titles = [each.test.title for each in NextStep(advice=make_advice(0.93, 0.5, 0.1)).shown]
     assert titles[1] == "the same tests again, and a further sensor at base"
@@ -99,7 +99,7 @@ def test_a_test_that_hardly_decides_is_not_said_to_decide() -> None:
 
 
 def test_what_fails_leaves_one_sentence_and_the_diagnosis(
-    diagnosed: Diagnosed, monkeypatch: pytest.MonkeyPatch
+    diagnosed: DiagnosisResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise ModelError("the structure is not supported")
@@ -109,8 +109,8 @@ def test_what_fails_leaves_one_sentence_and_the_diagnosis(
     step = find_next_step(found.campaign, found.diagnosis, None)
     assert step.advice is None
     assert "the structure is not supported" in step.reason
-    assert step.reason in in_words(replace(found, next_step=step))
-    assert step.reason in str(document(replace(found, next_step=step))["next_test"])
+    assert step.reason in format_report(replace(found, next_step=step))
+    assert step.reason in str(make_document(replace(found, next_step=step))["next_test"])
 
 
 def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses: TwoMasses) -> None:
@@ -122,10 +122,10 @@ def test_where_no_motion_stands_out_the_test_is_told_that_shows_most(two_masses:
     drowned = replace(campaign, measurement=replace(table, value=table.value + noise[0] + 1j * noise[1]))
     found = diagnose_file(case, drowned, folder, silent_run())
     assert found.last.diagnosis.verdict.finding is Finding.NOT_TESTABLE
-    words = in_words(found.last)
+    words = format_report(found.last)
     assert "cannot tell whether anything is missing: no motion stands out of its scatter" in words
     step = found.last.next_step
     assert step.visible is not None
     assert "measure a higher level" in step.sentence
     assert step.sentence in words
-    assert document(found.last)["next_test"]["would_show"] == [*step.visible.seen]
+    assert make_document(found.last)["next_test"]["would_show"] == [*step.visible.seen]

@@ -20,10 +20,10 @@ from diagnosis.resonator import Resonator
 from pipeline.store import Store
 from study.diagnose.add import add
 from study.diagnose.missing_law import describe_law
-from study.diagnose.page import contents
-from study.diagnose.report import LAW_FILE, document
-from study.diagnose.run import Diagnosed, diagnose_file
-from study.diagnose.stages import waterfall
+from study.diagnose.page import make_files
+from study.diagnose.report import LAW_FILE, make_document
+from study.diagnose.run import DiagnosisResult, diagnose_file
+from study.diagnose.stages import make_waterfall
 from study.page.html import content_policy
 from study.run_context import silent_run
 from tests.diagnosis.missing_law.chain import SECOND, arranged, play
@@ -59,15 +59,15 @@ class References(HTMLParser):
 
 
 @pytest.fixture
-def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> Diagnosed:
+def diagnosed(two_masses: TwoMasses, kept_rounds: Store) -> DiagnosisResult:
     """A hidden mass, found."""
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     return diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
 
 
-def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> None:
+def test_the_page_holds_everything_and_loads_nothing(diagnosed: DiagnosisResult) -> None:
     found = diagnosed
-    files = contents(found.last, found.history, Path("chain.toml"))
+    files = make_files(found.last, found.history, Path("chain.toml"))
     assert sorted(files) == [
         "chain_diagnosis.html",
         "chain_diagnosis_candidates.png",
@@ -93,13 +93,13 @@ def test_the_page_holds_everything_and_loads_nothing(diagnosed: Diagnosed) -> No
     assert "friction coefficient" in words  # which these tests say nothing about
 
 
-def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: Diagnosed) -> None:
+def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(diagnosed: DiagnosisResult) -> None:
     forces = diagnosed.last.diagnosis.places
     resonators = [each for each in forces if isinstance(each, Resonator)]
     assert 0 < len(resonators) < len(forces)
     page = References()
-    page.feed(contents(diagnosed.last, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode())
-    written = document(diagnosed.last)
+    page.feed(make_files(diagnosed.last, diagnosed.history, Path("chain.toml"))["chain_diagnosis.html"].decode())
+    written = make_document(diagnosed.last)
     assert len(written["places"]) == len(forces) - len(resonators)
     for row, each in zip(written["resonators"], resonators, strict=True):
         assert (row["place"], row["frequency_hz"], row["mass"], row["unit"]) == (
@@ -108,9 +108,9 @@ def test_unknown_forces_of_either_kind_stand_on_the_page_and_in_the_document(dia
         assert f"{each.frequency:.4g} Hz" in page.words
 
 
-def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed) -> None:
+def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: DiagnosisResult) -> None:
     found = diagnosed
-    text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
+    text = make_files(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     data = json.loads(re.search(r"const DATA = (\{.*?\});</script>", text, re.DOTALL)[1])  # type: ignore[index]
     curves = data["curves"]
     assert curves["stages"] == ["as drawn", "calibrated", "with mass at tip"]
@@ -132,9 +132,9 @@ def test_the_curves_of_the_page_are_those_of_the_diagnosis(diagnosed: Diagnosed)
     assert '" (root mean square " + label(map.whole[side])' in text  # what this number is, above each map
 
 
-def test_the_waterfall_goes_on_from_the_history(diagnosed: Diagnosed, kept_rounds: Store) -> None:
+def test_the_waterfall_goes_on_from_the_history(diagnosed: DiagnosisResult, kept_rounds: Store) -> None:
     found = diagnosed
-    steps = waterfall(found.last, found.history)
+    steps = make_waterfall(found.last, found.history)
     assert [(step.name, step.proposed) for step in steps] == [
         ("as drawn", False),
         ("calibrated", False),
@@ -143,7 +143,7 @@ def test_the_waterfall_goes_on_from_the_history(diagnosed: Diagnosed, kept_round
     case, folder = Path("chain.toml"), Path("campaign")
     add(case, "mass at tip")
     later = diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
-    after = waterfall(later.last, later.history)
+    after = make_waterfall(later.last, later.history)
     assert [(step.name, step.proposed) for step in after] == [(step.name, False) for step in steps]
     for step, before in zip(after, steps, strict=True):
         # What is fitted once more, with the covariance of a better model, is not worse by that covariance.
@@ -156,16 +156,16 @@ def test_names_of_the_user_are_no_markup(two_masses: TwoMasses, kept_rounds: Sto
     evil = "</script><script>alert(1)</script>"
     case.write_text(case.read_text().replace('title = "Two masses"', f'title = "{evil}"'), encoding="utf-8")
     found = diagnose_file(case, read_campaign(folder), folder, replace(silent_run(), store=kept_rounds))
-    text = contents(found.last, found.history, case)["chain_diagnosis.html"].decode()
+    text = make_files(found.last, found.history, case)["chain_diagnosis.html"].decode()
     assert evil not in text
     assert html.escape(evil) in text
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here (apt-get install chromium)")
-def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, tmp_path: Path) -> None:
+def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: DiagnosisResult, tmp_path: Path) -> None:
     found = diagnosed
     page = tmp_path / "page.html"
-    text = contents(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
+    text = make_files(found.last, found.history, Path("chain.toml"))["chain_diagnosis.html"].decode()
     # Whatever goes wrong in the page is shown in it.
     catch = "addEventListener('error', (e) => document.body.append('FAILED ' + e.message));"
     (allowed,) = re.findall(r"'sha256-[^']*'", content_policy([catch]))
@@ -190,17 +190,17 @@ def test_a_browser_draws_all_figures_and_reports_no_error(diagnosed: Diagnosed, 
         assert re.search(rf'<div id="{name}" class="plot js-plotly-plot">.*?<svg class="main-svg"', drawn, re.DOTALL)
 
 
-def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: Diagnosed) -> None:
+def test_a_recovered_law_stands_on_the_page_in_the_document_and_in_a_file(diagnosed: DiagnosisResult) -> None:
     law = describe_law(recover_law(arranged(play(), (1, 3)), {"m1": SECOND}))
     assert law is not None
     found = replace(diagnosed.last, law=law)
-    files = contents(found, diagnosed.history, Path("chain.toml"))
+    files = make_files(found, diagnosed.history, Path("chain.toml"))
     assert "chain_diagnosis_missing_law.png" in files
     assert b"def candidates(" in files[LAW_FILE]
     text = files["chain_diagnosis.html"].decode()
     assert "data:image/png;base64," in text
     assert html.escape(law.sentences[0]) in text
-    told = json.loads(json.dumps(document(found)["missing_law"], default=lambda array: array.tolist()))
+    told = json.loads(json.dumps(make_document(found)["missing_law"], default=lambda array: array.tolist()))
     assert law.law.best.name in told["credible"]
     assert abs(sum(place["probability"] for place in told["places"].values()) - 1) < 1e-9
-    assert document(diagnosed.last)["missing_law"] is None
+    assert make_document(diagnosed.last)["missing_law"] is None

@@ -20,12 +20,19 @@ from study.case.setup import read_case
 from study.compare.report import side_by_side
 from study.diagnose.add import add
 from study.diagnose.history import Errors, history_of
-from study.diagnose.page import contents
-from study.diagnose.report import advice, document, headline, held_out_falls, in_words, tell_fall
+from study.diagnose.page import make_files
+from study.diagnose.report import (
+    choose_advice,
+    describe_error_fall,
+    format_headline,
+    format_report,
+    held_out_falls,
+    make_document,
+)
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
-from study.diagnose.stages import stages
-from study.diagnose.table import interval, rows
+from study.diagnose.stages import list_stages
+from study.diagnose.table import format_interval, list_rows
 from study.run_context import silent_run
 
 TwoMasses = Callable[..., Path]
@@ -38,23 +45,23 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     campaign = read_campaign(folder)
     first = diagnose_file(case, campaign, folder, replace(silent_run(), store=kept_rounds)).last
-    assert "(case:" not in in_words(first)
-    assert [stage.name for stage in stages(first)] == ["as drawn", "calibrated", "with mass at tip"]
+    assert "(case:" not in format_report(first)
+    assert [stage.name for stage in list_stages(first)] == ["as drawn", "calibrated", "with mass at tip"]
     add(case, "mass at tip")
     setup = read_case(case, campaign).setup
     # As if it had been edited: the case holds another mass than the one that fits.
     held = replace(setup, added=(replace(setup.added[0], values=(0.0055,)),))
     # What counts here is fitted whatever is a candidate.
     later = diagnose_case(held, campaign, without=["spring", "dashpot", "cubic"])
-    words = in_words(later)
-    assert later.diagnosis.before.fit.values[len(later.setup.accepted)] == pytest.approx(0.006, rel=0.02)
+    words = format_report(later)
+    assert later.diagnosis.before.fit.values[len(later.setup.calibration_parameters)] == pytest.approx(0.006, rel=0.02)
     assert "(case: 5.5 g)" in words
     assert f"(case: {setup.calibrated['zeta']:.5g})" in words
     assert "Every diagnosis fits all of these values anew" in words
-    names = {stage.name: stage.refit for stage in stages(later)}
+    names = {stage.name: stage.refit for stage in list_stages(later)}
     assert list(names) == ["as drawn", "as the case says", "fitted anew"]
     assert names["fitted anew"].fit.chi2 < names["as the case says"].fit.chi2 < names["as drawn"].fit.chi2
-    named, found = document(first)["named"][0], document(later)
+    named, found = make_document(first)["named"][0], make_document(later)
     assert named["effect"] == "mass at tip"
     half = 1.96 * named["deviation"]  # 95 % of a normal distribution
     assert named["interval_95"] == pytest.approx([named["strength"] - half, named["strength"] + half])
@@ -66,8 +73,8 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     assert told["interval_95"][0] < told["strength"] < told["interval_95"][1]
     # What the case says is more than what is drawn: its factors and its mass are in it.
     assert found["errors"]["in_case"]["training_chi2"] < found["errors"]["drawn"]["training_chi2"]
-    assert "in_case" not in document(first)["errors"]
-    page = contents(later, history_of(case), case)["chain_diagnosis.html"].decode()
+    assert "in_case" not in make_document(first)["errors"]
+    page = make_files(later, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "<th>in the case</th><th>fitted anew</th>" in page
     assert "<td>5.5 g</td>" in page
 
@@ -77,14 +84,14 @@ def test_a_law_that_the_force_may_have_as_well_is_told_in_words_and_numbers(
 ) -> None:
     case, campaign = two_masses({"mass at tip": 0.006}), read_campaign(Path("campaign"))
     result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
-    assert document(result)["laws"] == []
+    assert make_document(result)["laws"] == []
     (best,) = result.diagnosis.verdict.effects
     law = FittedLaw(refit=best, gain=-3.0, held_gain=1.0, words="another force", is_distinct=True)
     verdict = replace(result.diagnosis.verdict, finding=Finding.AMBIGUOUS, laws=[law])
     doubtful = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
-    assert "is missing, or another force at its place: the held-out error falls" in headline(doubtful)
-    assert headline(doubtful).endswith("There it may be another force as well.")
-    (told,) = document(doubtful)["laws"]
+    assert "is missing, or another force at its place: the held-out error falls" in format_headline(doubtful)
+    assert format_headline(doubtful).endswith("There it may be another force as well.")
+    (told,) = make_document(doubtful)["laws"]
     assert (told["law"], told["in_words"], told["gain"], told["held_out_gain"]) == ("mass", "another force", -3.0, 1.0)
     assert told["values"]["mass"]["value"] == pytest.approx(0.006, rel=0.02)
     assert told["values"]["mass"]["unit"] == "kg"
@@ -112,15 +119,15 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     verdict = replace(result.diagnosis.verdict, effects=(together,), pair=pair)
     two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert re.match(
-        rf"mass at tip \(.*\) and {further.name} \(.*\) are missing: the held-out error falls", headline(two)
+        rf"mass at tip \(.*\) and {further.name} \(.*\) are missing: the held-out error falls", format_headline(two)
     )
-    assert stages(two)[-1].name == f"with mass at tip and {further.name}"
-    assert "writes the first into the case" in advice(two)
-    told = document(two)["further"]
+    assert list_stages(two)[-1].name == f"with mass at tip and {further.name}"
+    assert "writes the first into the case" in choose_advice(two)
+    told = make_document(two)["further"]
     assert (told["effect"], told["strength"]) == (further.name, pytest.approx(values[-1]))
-    assert document(two)["named"][0]["strength"] == pytest.approx(best.strength)
-    assert [row.effect.name for row in rows(two) if row.named] == ["mass at tip", further.name]
-    page = contents(two, history_of(case), case)["chain_diagnosis.html"].decode()
+    assert make_document(two)["named"][0]["strength"] == pytest.approx(best.strength)
+    assert [row.effect.name for row in list_rows(two) if row.named] == ["mass at tip", further.name]
+    page = make_files(two, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "Two effects are missing" in page
 
 
@@ -129,7 +136,7 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(
 ) -> None:
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
     setup = read_case(case, campaign := read_campaign(folder)).setup
-    listed = rows(diagnose_case(setup, campaign, store=kept_rounds))
+    listed = list_rows(diagnose_case(setup, campaign, store=kept_rounds))
     fitted = [row for row in listed if row.gain is not None]
     assert listed[0].named
     assert listed[: len(fitted)] == fitted
@@ -148,12 +155,15 @@ def test_a_verdict_names_the_measurements_that_look_wrong(two_masses: TwoMasses,
     setup = read_case(case, campaign := read_campaign(folder)).setup
     sound = diagnose_case(setup, campaign, store=kept_rounds)
     remark = replace(sound, suspicions=[replace(swapped, remark=True)])
-    assert (headline(remark), advice(remark)) == (headline(sound), advice(sound))
+    assert (format_headline(remark), choose_advice(remark)) == (format_headline(sound), choose_advice(sound))
     wrong = replace(sound, suspicions=[swapped])
-    assert headline(wrong) == f'{headline(sound)} But some of these measurements look wrong: test "sine", repeat 2.'
-    assert advice(wrong).startswith("check the measurements")
-    assert document(wrong)["suspicions"] == [str(swapped)]
-    shown = contents(wrong, history_of(case), case)[f"{case.stem}_diagnosis.html"].decode()
+    assert (
+        format_headline(wrong)
+        == f'{format_headline(sound)} But some of these measurements look wrong: test "sine", repeat 2.'
+    )
+    assert choose_advice(wrong).startswith("check the measurements")
+    assert make_document(wrong)["suspicions"] == [str(swapped)]
+    shown = make_files(wrong, history_of(case), case)[f"{case.stem}_diagnosis.html"].decode()
     assert "but some measurements look wrong</div>" in shown
     assert "were their cables swapped?" in shown
 
@@ -189,7 +199,7 @@ def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, 
 )
 def test_a_calibration_that_went_astray_makes_no_effect_look_better(calibrated: float, after: float, said: str) -> None:
     states = (replace(ERRORS, held_out=error) for error in (0.837, calibrated, after))
-    assert tell_fall(*states).endswith(said)
+    assert describe_error_fall(*states).endswith(said)
 
 
 @pytest.mark.parametrize(
@@ -198,7 +208,7 @@ def test_a_calibration_that_went_astray_makes_no_effect_look_better(calibrated: 
 )
 def test_a_value_has_as_many_digits_as_its_interval_tells(value: float, deviation: float, written: str) -> None:
     mass = EffectParameter(name="mass", unit="kg", lower=-1.0, upper=1.0, typical=0.01)
-    assert interval(value, deviation, mass) == written
+    assert format_interval(value, deviation, mass) == written
 
 
 def test_titles_that_are_alike_are_told_once() -> None:

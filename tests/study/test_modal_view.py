@@ -12,7 +12,7 @@ from correlation.data_type.mode import MeasuredMode
 from correlation.data_type.response_modes import read_modes
 from correlation.model import Model, Sensor
 from figure.stabilisation import StabilisationDrawing
-from figure.style import Headed
+from figure.style import TitledFigure
 from reduction.jointed_system import JointedSystem
 from study.compare.data import compare_data
 from study.compare.data_view import make_captions, show_data
@@ -37,7 +37,7 @@ def model() -> Model:
 
 def mode(name: str, frequency: float, *shape: float) -> MeasuredMode:
     return MeasuredMode(
-        name=name, configuration="jointed", frequency=frequency, frequency_deviation=0.01, sensors=("a", "b"),
+        name=name, configuration="jointed", frequency=frequency, frequency_deviation=0.05, sensors=("a", "b"),
         shape=np.array(shape, dtype=np.complex128),
     )  # fmt: skip
 
@@ -57,6 +57,8 @@ def test_shapes_decide_which_mode_is_which() -> None:
     section, sensors = modal_sections(view, {"mac": b""})
     assert section.table is not None
     assert len(section.table.rows) == 2
+    half = {row[1].split(" \u00b1 ")[1] for row in section.table.rows}
+    assert half == {f"{1.96 * mode.frequency_deviation:.2g}" for mode in own.measured}
     assert "2 sensors" in section.text
     assert sensors.table is not None
     assert {row[1]: float(row[2]) for row in sensors.table.rows} == pytest.approx(
@@ -82,10 +84,14 @@ def test_pictures_have_the_words_of_their_figures_as_captions() -> None:
 
 
 def test_captions_that_are_alike_are_numbered() -> None:
-    results = {"loop_1": Headed(title="Chain: loops"), "loop_2": Headed(title="Chain: loops"), "other": object()}
+    results = {
+        "loop_1": TitledFigure(title="Chain: loops"),
+        "loop_2": TitledFigure(title="Chain: loops"),
+        "other": object(),
+    }
     assert make_captions(results, "Chain") == {"loop_1": "loops", "loop_2": "loops (2)"}
     # Two names of users, the second of which ends like a number of the first.
-    results = {name: Headed(title=title) for name, title in (("a", "x"), ("b", "x"), ("c", "x (2)"), ("d", "x"))}
+    results = {name: TitledFigure(title=title) for name, title in (("a", "x"), ("b", "x"), ("c", "x (2)"), ("d", "x"))}
     assert list(make_captions(results, "Chain").values()) == ["x", "x (2)", "x (2) (2)", "x (3)"]
 
 

@@ -104,7 +104,7 @@ def deviations(document: dict[str, Any]) -> float:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers alone: each command has tests of its pictures, which take longer than all that is tested here."""
     monkeypatch.setattr("study.run_context.RunContext.draw", lambda *_: [])
-    monkeypatch.setattr("study.compare.run.pictures", lambda *_: {})
+    monkeypatch.setattr("study.compare.run.draw_pictures", lambda *_: {})
     monkeypatch.setattr("study.kind.rig.reduce._drawn", lambda *_: [])
     monkeypatch.setattr("study.kind.rig.solve.draw_film", lambda *_: [])
 

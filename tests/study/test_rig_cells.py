@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from correlation.configuration import Configuration
 from correlation.model import LoadCell, Model
+from correlation.model_solver import ModelSolver
 from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from hbsolve.balance import HarmonicBalance
@@ -39,12 +39,12 @@ def rig(read_rig: ReadRig) -> Read:
 
 def state_of(rig: Read, frequency: float) -> tuple[np.ndarray, RigForces]:
     """Readings of the cells, mean and first harmonic, and the forces of the rig, at a level of 2 N."""
-    configuration = Configuration.from_model(rig.model, free=False, slider=None)
-    state = configuration.solve(2.0, frequency, configuration.slider, ())
+    solver = ModelSolver.from_model(rig.model, free=False, slider=None)
+    state = solver.solve(2.0, frequency, solver.slider, ())
     assert state is not None
     names = np.array([f"push {name}" for name in LOAD_CELLS])
-    readings = [configuration.read(state, names, np.full(4, harmonic)) for harmonic in (0, 1)]
-    return np.array(readings), compute_rig_forces(rig.resting, configuration.balance.at_level(2.0), state)
+    readings = [solver.read(state, names, np.full(4, harmonic)) for harmonic in (0, 1)]
+    return np.array(readings), compute_rig_forces(rig.resting, solver.balance.at_level(2.0), state)
 
 
 @pytest.mark.parametrize("frequency", [0.5, 120.0])

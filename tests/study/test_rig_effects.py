@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.configuration import Configuration
 from correlation.model import LineSensor, Model, Sensor
+from correlation.model_solver import ModelSolver
 from correlation.prediction import Points, Predictor
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.fit.calibration_parameter import CalibratedEffect, list_calibration_parameters
@@ -39,13 +39,11 @@ def listed(plain: ReadCase) -> Catalogue:
 def mean_forces(model: Model, rest: StaticState) -> np.ndarray:
     """Mean N and T of each line under a force that hardly moves anything, from a rest, shape (2, 4) [N]."""
     sensors = [LineSensor(name=f"{one} {what}", line=one, component=what) for what in WHATS for one in LINES]
-    configuration = Configuration.from_model(
-        replace(model, sensors=tuple(sensors)), free=False, slider=lambda _: rest.slider
-    )
-    state = configuration.solve(1e-6, 100.0, configuration.slider, ())
+    solver = ModelSolver.from_model(replace(model, sensors=tuple(sensors)), free=False, slider=lambda _: rest.slider)
+    state = solver.solve(1e-6, 100.0, solver.slider, ())
     assert state is not None
     names = np.array([each.name for each in sensors])
-    return configuration.read(state, names, np.zeros(len(names), dtype=int)).real.reshape(2, 4)
+    return solver.read(state, names, np.zeros(len(names), dtype=int)).real.reshape(2, 4)
 
 
 WHATS = ("normal", "tangential")
@@ -122,7 +120,11 @@ def test_the_typical_compliance_lowers_the_first_resonance_by_half_a_percent(
     effect = listed.effect("compliance of the clamp of blade")
     softer = effect.apply(plain.model, [effect.parameters[0].typical])
     own, other = (
-        np.sort(np.linalg.eigvals(np.linalg.solve(model.free().system.mass, model.free().system.stiffness)).real)
+        np.sort(
+            np.linalg.eigvals(
+                np.linalg.solve(model.without_contacts().system.mass, model.without_contacts().system.stiffness)
+            ).real
+        )
         for model in (plain.model, softer)
     )
     # The free blade is the first one above the pendulums of the dampers at 20 Hz, of six motions.

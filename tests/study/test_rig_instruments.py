@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from correlation.configuration import Configuration
 from correlation.model import LineSensor, Sensor
+from correlation.model_solver import ModelSolver
 from fe.dense_modes import compute_dense_modes
 from study.case.setup import ReadCase
 from study.kind.rig.structure import RestingRig
@@ -69,10 +69,10 @@ def stiffness_as_read(read_rig: ReadRig, tables: str) -> float:
     """Slope of the stuck loop of the right blade line, T over what the laser reads [N/m]."""
     model = read_rig(tables + MORE).model
     force = LineSensor(name="T", line="right_blade", component="tangential")
-    configuration = Configuration.from_model(replace(model, sensors=(*model.sensors, force)), free=False, slider=None)
-    state = configuration.solve(0.01, 250.0, configuration.slider, ())
+    solver = ModelSolver.from_model(replace(model, sensors=(*model.sensors, force)), free=False, slider=None)
+    state = solver.solve(0.01, 250.0, solver.slider, ())
     assert state is not None
-    moved, pushed = configuration.read(state, np.array(["damper right against blade", "T"]), np.ones(2, dtype=int))
+    moved, pushed = solver.read(state, np.array(["damper right against blade", "T"]), np.ones(2, dtype=int))
     return float(abs(pushed / moved))
 
 

@@ -15,10 +15,10 @@ from study.case.setup import read_case
 from study.diagnose.add import add, undo
 from study.diagnose.calibrate import calibrate_case, screen_file, write_calibration
 from study.diagnose.history import case_key, history_of, read_text
-from study.diagnose.round import Round, diagnose_case, errors
+from study.diagnose.round import Round, diagnose_case, summarise_errors
 from study.diagnose.run import diagnose_file
 from study.diagnose.screen import screen_case
-from study.diagnose.table import factors
+from study.diagnose.table import list_factors
 from study.run_context import silent_run
 from tests.slow import slow
 from tests.study.conftest import TwoMasses
@@ -43,8 +43,8 @@ def test_a_screening_has_the_scores_and_errors_of_the_diagnosis(
     assert [(score.effect.name, score.gain) for score in screened.scores] == [
         (score.effect.name, score.gain) for score in whole.diagnosis.scores
     ]
-    assert errors(screened.before) == errors(whole.diagnosis.before)
-    assert errors(screened.drawn) == errors(whole.drawn)
+    assert summarise_errors(screened.before) == summarise_errors(whole.diagnosis.before)
+    assert summarise_errors(screened.drawn) == summarise_errors(whole.drawn)
 
 
 @slow
@@ -74,9 +74,9 @@ def test_a_calibration_writes_the_fit_of_the_diagnosis_and_undo_takes_it_back(tw
     screened = screen_file(Path("chain.toml"), FOLDER, run)
     written = read_case(case).setup.calibrated
     # Six digits are written, and a fit from its own result stays there within what a fit calls enough.
-    assert written.keys() == {item.name for item in screened.setup.accepted}
+    assert written.keys() == {item.name for item in screened.setup.calibration_parameters}
     np.testing.assert_allclose(written["zeta"], 1.1, rtol=0.02)
-    for name, (value, deviation) in factors(screened.setup, screened.before).items():
+    for name, (value, deviation) in list_factors(screened.setup, screened.before).items():
         assert abs(written[name] - value) < 0.5 * deviation
     assert step.after is not None
     assert step.before is not None

@@ -9,9 +9,9 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from study.case.added import text_of
 from study.diagnose.doubt import list_doubts
-from study.diagnose.report import advice, headline, threshold_in_words
+from study.diagnose.report import choose_advice, describe_threshold, format_headline
 from study.diagnose.round import Round
-from study.diagnose.table import Row, interval, rows
+from study.diagnose.table import Row, format_interval, list_rows
 
 #: Cosine of two effects' changes from which a page names them as confused, and how many it names.
 CONFUSED, MOST = 0.6, 3
@@ -41,12 +41,12 @@ def show_diagnosis(result: Round) -> dict[str, Any]:
     chance = dict(zip(order, verdict.probabilities, strict=False)) if len(order) > 1 else {}
     return {
         "finding": verdict.finding.value,
-        "sentence": headline(result),
+        "sentence": format_headline(result),
         "doubts": list_doubts(result),
-        "advice": advice(result),
-        "threshold": threshold_in_words(result),
+        "advice": choose_advice(result),
+        "threshold": describe_threshold(result),
         "chance": float(result.diagnosis.thresholds.gain),
-        "candidates": [_fitted(row, scores[row.effect.name], confused, chance) for row in rows(result)],
+        "candidates": [_fitted(row, scores[row.effect.name], confused, chance) for row in list_rows(result)],
         "untestable": [{"name": item.name, "reason": item.reason} for item in result.diagnosis.catalogue.untestable],
     }
 
@@ -100,7 +100,7 @@ def _fitted(
 def _strength(score: Score) -> str:
     parameter = score.effect.parameters[0]
     typical = abs(parameter.typical - parameter.vanishes)
-    return interval(score.strength, typical / score.size if score.size else np.inf, parameter)
+    return format_interval(score.strength, typical / score.size if score.size else np.inf, parameter)
 
 
 def _value(strength: float, parameters: Sequence[EffectParameter]) -> list[str]:

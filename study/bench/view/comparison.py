@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Suspicion
-from correlation.metric.misfit import whole
+from correlation.metric.misfit import summarise_misfit
 from correlation.prediction import Points
 from figure.style import choose_family_colours
 from study.bench.line import Lines, at_measured
-from study.compare.curve import Coefficients, Drawing, Panel, find_rows, joined
-from study.compare.result import Compared
+from study.compare.curve import Coefficients, Drawing, Panel, find_rows, join_sides
+from study.compare.result import ComparisonResult
 from study.compare.section.misfit import misfit_sections
 from study.compare.section.response import response_sections
 from study.compare.sentence import Summary, summarise
@@ -21,7 +21,7 @@ from study.page.number import round_list
 DIGITS, SLOPE_DIGITS = 6, 4
 
 
-def show_comparison(compared: Compared, lines: Mapping[str, Lines]) -> dict[str, Any]:
+def show_comparison(compared: ComparisonResult, lines: Mapping[str, Lines]) -> dict[str, Any]:
     """Parts of the page: "verdict", "responses" and "map".
 
     Parameters
@@ -62,7 +62,7 @@ def show_summary(title: str, campaign: str, summary: Summary, suspicions: Sequen
 
 
 def show_moved(
-    compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]]
+    compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]]
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Exact lines at other values of the parameters for the page, in the order of its panels; and the errors there."""
     drawing = Drawing.of(compared, lines)
@@ -71,15 +71,15 @@ def show_moved(
     return {"panels": shown}, list_errors(compared, lines)
 
 
-def list_errors(compared: Compared, lines: Mapping[bool, tuple[Points, Coefficients]]) -> dict[str, float]:
+def list_errors(compared: ComparisonResult, lines: Mapping[bool, tuple[Points, Coefficients]]) -> dict[str, float]:
     """Median errors of amplitude [%] and phase [deg] of training data and held-out levels beside some lines."""
-    misfit, _ = joined(compared.train, compared.held_out)
+    misfit, _ = join_sides(compared.train, compared.held_out)
     for points, line in lines.values():
         misfit = at_measured(misfit, points, line)
-    share = whole(misfit)
+    summary = summarise_misfit(misfit)
     return {
-        "median error of the amplitude [%]": 100 * share.amplitude_error,
-        "median error of the phase [deg]": float(np.degrees(share.phase_error)),
+        "median error of the amplitude [%]": 100 * summary.amplitude_error,
+        "median error of the phase [deg]": float(np.degrees(summary.phase_error)),
     }
 
 

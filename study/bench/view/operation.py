@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Complex, Int
 from numpy.typing import NDArray
 
-from correlation.configuration import Configuration
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.model import Model
+from correlation.model_solver import ModelSolver
 from correlation.prediction import Prediction
 from hbsolve.contact_motion import contact_motion
 from hbsolve.state import SteadyState
@@ -55,10 +55,10 @@ def list_operations(model: Model, prediction: Prediction, unit: str) -> list[Ope
         before = highest.get((free, level))
         if before is None or _size(state) > _size(before[1]):
             highest[free, level] = frequency, state
-    solvers = {free: Configuration.from_model(model, free, None) for free in {key[0] for key in highest}}
+    solvers = {free: ModelSolver.from_model(model, free, None) for free in {key[0] for key in highest}}
     return [
         Operation(
-            label=f"{level:g} {unit}, {frequency:.5g} Hz" + (f", {configuration(free)}" if free else ""),
+            label=f"{level:g} {unit}, {frequency:.5g} Hz" + (f", {name_configuration(free)}" if free else ""),
             motion=state.coefficients[1],
             states={} if free else _states(model, solvers[free], state),
         )
@@ -71,7 +71,7 @@ def _size(state: SteadyState) -> float:
 
 
 def _states(
-    model: Model, solver: Configuration, state: SteadyState
+    model: Model, solver: ModelSolver, state: SteadyState
 ) -> dict[str, Int[NDArray[np.int64], "contact instant"]]:
     motions = {motion.name: motion for motion in contact_motion(solver.balance, state)}
     instants = np.arange(INSTANTS) * solver.balance.n_sample // INSTANTS

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.candidate.effect import INTERVAL, EffectParameter
+from correlation.uncertainty.interval import TWO_SIDED_95
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit.fit_parameter import Unknowns, Values
 from study.case.added import text_of
 from study.case.setup import Setup
 from study.diagnose.history import History
-from study.diagnose.table import interval, split_unit
+from study.diagnose.table import format_interval, split_unit
 
 #: A value nearer to its bound than this share of the range is at it [-].
 AT_BOUND = 1e-3
@@ -31,9 +32,9 @@ def show_parameters(setup: Setup, unknowns: Unknowns, values: Values, history: H
         History of the case, which knows the intervals.
     """
     noted = _noted(history)
-    physics = [item.physics for item in setup.accepted]
+    physics = [item.physics for item in setup.calibration_parameters]
     physics += [item.effect.physics for item in setup.added for _ in item.effect.parameters]
-    is_effect = [number >= len(setup.accepted) for number in range(len(values))]
+    is_effect = [number >= len(setup.calibration_parameters) for number in range(len(values))]
     rows = [
         _row(number, name, parameter, float(value), float(prior), noted, of_effect) | {"physics": text}
         for number, (name, parameter, value, prior, of_effect, text) in enumerate(
@@ -55,7 +56,7 @@ def _row(
         "name": name,
         "is_effect": of_effect,
         "value": value,
-        "text": interval(value, 0.0, parameter),
+        "text": format_interval(value, 0.0, parameter),
         "interval": noted.get(name, ""),
         "prior": f"± {100 * prior:.3g} %" if np.isfinite(prior) else "none",
         "bounds": [text_of(bound, parameter, 3) if np.isfinite(bound) else "none" for bound in (lower, upper)],
@@ -102,8 +103,8 @@ def show_fitted(
     """Value with interval of each parameter of a fit, and whether it is at a bound, by name."""
     return {
         name: {
-            "text": interval(float(value), float(one), parameter),
-            "half": float(INTERVAL * one),
+            "text": format_interval(float(value), float(one), parameter),
+            "half": float(TWO_SIDED_95 * one),
             "value": float(value),
             "at_bound": is_at_bound(float(value), parameter),
         }

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.model import LineSensor
 from study.compare.curve import Curve, Drawing, Panel
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -18,12 +18,12 @@ TEXT = (
 )
 
 
-def contact_force_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def contact_force_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section, if a line's force was measured."""
     del compared
     rows = [
         [
-            configuration(free),
+            name_configuration(free),
             panel.key[0],
             _harmonic(panel),
             f"{curve.level:g} {drawing.unit}",

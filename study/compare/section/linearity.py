@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.metric.misfit import Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from correlation.modal.linearity import check_linearity
 from study.compare.curve import Drawing
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -18,7 +19,7 @@ TEXT = (
 )
 
 
-def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def linearity_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section if motions were measured at two levels or more at the same frequencies."""
     del compared
     sentences, rows = [], []
@@ -27,7 +28,7 @@ def linearity_sections(compared: Compared, drawing: Drawing) -> Iterator[Section
         if found is None:
             continue
         result = check_linearity(*found, drawing.unit)
-        name = configuration(free)
+        name = name_configuration(free)
         sentences.append(f"{name[0].upper()}{name[1:]}: {result.sentence}.")
         rows += [
             [name, f"{level:g} {drawing.unit}", f"{index:.2g}", f"{noise:.2g}", "yes" if significant else "no"]

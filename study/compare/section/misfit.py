@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.metric.misfit import Misfit, configuration
+from correlation.campaign.measurement import name_configuration
+from correlation.metric.misfit import Misfit
 from figure.misfit_map import COLOURS, STEPS
-from study.compare.curve import Drawing, find_rows, keys
-from study.compare.result import Compared
+from study.compare.curve import Drawing, find_rows, list_curve_keys
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.number import bin_image, round_list
 
@@ -20,28 +21,29 @@ TEXT = (
 )
 
 
-def misfit_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def misfit_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section with a map per configuration."""
     del compared
-    maps = [_map(misfit, free, drawing) for free, misfit in drawing.misfit.items()]
+    maps = [map_misfit(misfit, free, drawing.unit) for free, misfit in drawing.misfit.items()]
     data = {"maps": maps, "steps": list(STEPS), "colours": list(COLOURS)}
     yield Section(title="Where the model fails", text=TEXT, element="map", data=data)
 
 
-def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
+def map_misfit(misfit: Misfit, free: bool, level_unit: str) -> dict[str, Any]:
+    """Misfit of one configuration: rows are levels within sensors and harmonics, columns frequencies."""
     points, size = misfit.points, misfit.size
     frequency, levels = np.unique(points.frequency), np.unique(points.level)[::-1]
     groups: list[dict[str, Any]] = []
     places: list[dict[str, Any]] = []
     labels: list[str] = []
     rows: list[NDArray[np.float64]] = []
-    for sensor, harmonic in keys(misfit):
+    for sensor, harmonic in list_curve_keys(misfit):
         words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
         if rows:
             labels.append("")
             places.append({})
             rows.append(np.full(len(frequency), np.nan))
-        named = [f"{level:g} {drawing.unit}" for level in levels.tolist()]
+        named = [f"{level:g} {level_unit}" for level in levels.tolist()]
         groups.append({"label": words, "first": len(rows), "last": len(rows) + len(levels) - 1, "levels": named})
         labels += [f"{words}, {level}" for level in named]
         for level in levels.tolist():
@@ -51,12 +53,12 @@ def _map(misfit: Misfit, free: bool, drawing: Drawing) -> dict[str, Any]:
             rows.append(line)
             places.append({"sensor": sensor, "harmonic": harmonic, "level": level})
     return {
-        "configuration": configuration(free),
+        "configuration": name_configuration(free),
         "frequency": [f"{value:.5g}" for value in frequency],
         "labels": labels,
         "places": places,
         "groups": groups,
         "image": bin_image(np.array(rows), STEPS),
         "values": [round_list(line, 4) for line in rows],
-        "whole": float(np.sqrt(np.nanmean(misfit.standardised**2))),
+        "whole": misfit.root_mean_square,
     }

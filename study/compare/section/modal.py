@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.data_type.measured_response import MeasuredResponse
 from correlation.modal.assurance import response_assurance
+from correlation.uncertainty.interval import TWO_SIDED_95
 from study.compare.modal_view import ModalSet, ModalView
 from study.compare.section.section import Section
 from study.page.table import Table
@@ -87,7 +88,7 @@ def _pair_rows(own: ModalSet) -> list[list[str]]:
         mode, damping = own.measured[pair.measured], own.damping[pair.model]
         rows.append(
             [
-                own.name, f"{mode.frequency:.3f} \u00b1 {2 * mode.frequency_deviation:.2g}",
+                own.name, f"{mode.frequency:.3f} \u00b1 {TWO_SIDED_95 * mode.frequency_deviation:.2g}",
                 f"{pair.model_frequency:.3f}", f"{pair.frequency_error:+.2%}", _percent(mode.damping),
                 _percent(damping), f"{pair.assurance:.3f}",
             ]

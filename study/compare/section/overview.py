@@ -9,12 +9,12 @@ from correlation.feature.observation import arrange_campaign
 from correlation.feature.settling import find_unsettled
 from geometry.some_names import name_some
 from study.compare.curve import Drawing
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
 
-def overview_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def overview_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """Sensors and runs of the campaign, and what was left out."""
     del drawing
     campaign = compared.campaign
@@ -42,7 +42,7 @@ def describe_runs(campaign: Campaign) -> str:
     )
 
 
-def left_out(compared: Compared) -> list[str]:
+def left_out(compared: ComparisonResult) -> list[str]:
     """What could not be compared, one sentence each."""
     sentences = []
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
@@ -64,7 +64,7 @@ def left_out(compared: Compared) -> list[str]:
     return sentences
 
 
-def _left_out_states(compared: Compared) -> list[str]:
+def _left_out_states(compared: ComparisonResult) -> list[str]:
     """States that no set of data has: what they are, and why each is left out."""
     sides = [compared.train] if compared.held_out is None else [compared.train, compared.held_out]
     known = {state for side in sides for state in _states(side.points.free, side.points.level, side.points.frequency)}
@@ -91,7 +91,7 @@ def _named(states: set[tuple[bool, float, float]], unit: str) -> str:
 
 def _settled_states(campaign: Campaign) -> set[tuple[bool, float, float]]:
     """States that were read after the contacts had settled."""
-    free = np.array([test.configuration == "free" for test in campaign.tests])
+    free = campaign.is_free
     table = campaign.measurement.where(~find_unsettled(campaign))
     return _states(free[table.test], table.level, table.frequency)
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from correlation.metric.misfit import configuration
+from correlation.campaign.measurement import name_configuration
 from correlation.metric.peak_error import PeakError
 from study.compare.backbone import draw_backbones
 from study.compare.curve import Drawing
 from study.compare.report import describe_jump
-from study.compare.result import Compared
+from study.compare.result import ComparisonResult
 from study.compare.section.section import Section
 from study.page.table import Table
 
@@ -34,7 +34,7 @@ HEAD = (
 )
 
 
-def resonance_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def resonance_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section, if the bands hold a resonance."""
     remarks = [f"Not read: {reason}." for reason in compared.unread]
     jumps = [describe_jump(jump, drawing.unit) for jump in compared.jumps]
@@ -54,7 +54,7 @@ def _row(peak: PeakError, drawing: Drawing) -> list[str]:
     frequency = _error(peak.predicted_frequency - peak.frequency, peak.frequency, peak.frequency_deviation, 3)
     damping = _error(peak.predicted_damping - peak.damping, peak.damping, peak.damping_deviation, 1)
     return [
-        configuration(peak.free), f"{peak.level:g} {drawing.unit}{held}", peak.sensor, f"{peak.frequency:.3f}",
+        name_configuration(peak.free), f"{peak.level:g} {drawing.unit}{held}", peak.sensor, f"{peak.frequency:.3f}",
         f"{peak.predicted_frequency:.3f}", *frequency, f"{100 * peak.damping:.3f} %",
         f"{100 * peak.predicted_damping:.3f} %", *damping,
     ]  # fmt: skip

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.campaign.measurement import SWEEPS, Campaign
-from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.campaign.measurement import SWEEPS, Campaign, name_configuration
+from correlation.metric.misfit import Misfit
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import DERIVATIVE, Sensor
 from figure.style import choose_family_colours, typeset
-from study.compare.curve import Curve, Drawing, Panel, stands_out
-from study.compare.result import DIFFERS, Compared
+from study.compare.curve import Curve, Drawing, Panel, compute_phase, name_harmonic, stands_out
+from study.compare.result import DIFFERS, ComparisonResult
 from study.compare.section.section import Section
 from study.page.number import round_list
 
@@ -28,7 +28,7 @@ TEXT = (
 )
 
 
-def response_sections(compared: Compared, drawing: Drawing) -> Iterator[Section]:
+def response_sections(compared: ComparisonResult, drawing: Drawing) -> Iterator[Section]:
     """One section for all sensors."""
     runs = _Runs(compared.campaign)
     levels = drawing.levels
@@ -88,7 +88,7 @@ class _Runs:
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
         table = campaign.measurement
-        free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+        free = campaign.is_free[table.test]
         level = np.unique(table.level, return_inverse=True)[1]
         columns = [free, table.sensor, table.harmonic, level, table.test, table.repeat, table.sweep]
         order = np.lexsort([table.frequency, *reversed(columns)])
@@ -123,10 +123,9 @@ class _Runs:
 
 def _panel(runs: _Runs, misfit: Misfit, free: bool, panel: Panel, levels: Numbers) -> dict[str, Any]:
     sensor, harmonic = panel.key
-    words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
     return {
-        "configuration": configuration(free),
-        "label": f"{sensor}, {words}",
+        "configuration": name_configuration(free),
+        "label": f"{sensor}, {name_harmonic(harmonic)}",
         "unit": typeset(panel.unit),
         "static": panel.is_static,
         "harmonic": harmonic,
@@ -179,20 +178,10 @@ def _drawn(
     """Amplitude and phase; a static part with its sign."""
     if panel.is_static:
         return {"amplitude": round_list(value.real, digits)}
-    phase = _phase(value, deviation, panel.key[1])
+    phase = compute_phase(value, deviation, panel.key[1])
     if beside is not None and panel.key[1] == 1 and len(phase):
-        first = _phase(beside, 0.0, 1)
+        first = compute_phase(beside, 0.0, 1)
         there = np.flatnonzero(np.isfinite(phase))
         if len(there) and np.isfinite(first[0]):
             phase = phase + 360 * np.round((first[0] - phase[there[0]]) / 360)
     return {"amplitude": round_list(np.abs(value), digits), "phase": round_list(phase, digits)}
-
-
-def _phase(value: Values, deviation: Numbers | float, harmonic: int) -> Numbers:
-    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
-    phase = np.degrees(np.angle(np.nan_to_num(value)))
-    if harmonic == 1:
-        phase = np.unwrap(phase, period=360)
-        phase -= 360 * np.ceil((phase[0] - 270) / 360)
-        return np.asarray(np.where(np.isfinite(value), phase, np.nan))
-    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))

@@ -9,7 +9,7 @@ from study.run_context import Answer, RunContext
 
 if TYPE_CHECKING:
     from study.case.setup import ReadCase
-    from study.solve.run import Solved
+    from study.solve.run import SolveResult
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
@@ -24,7 +24,7 @@ def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     return reduce_rig_case(opened, run, checked)
 
 
-def _after_solve(read: "ReadCase", result: "Solved", run: RunContext) -> Extras:
+def _after_solve(read: "ReadCase", result: "SolveResult", run: RunContext) -> Extras:
     from study.kind.rig.solve import report_rig_extras
 
     return report_rig_extras(read, result, run)

@@ -14,10 +14,10 @@ from study.kind.rig.forces import compute_rig_forces
 from study.kind.rig.structure import RestingRig
 from study.run_context import RunContext
 from study.solve.result import find_main_harmonic
-from study.solve.run import Solved
+from study.solve.run import SolveResult
 
 
-def report_rig_extras(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
+def report_rig_extras(read: ReadCase, solved: SolveResult, run: RunContext) -> Extras:
     """Contact forces and load cells at the highest points of solved curves; writes their figures and a film.
 
     Parameters

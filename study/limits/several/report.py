@@ -6,11 +6,11 @@ import numpy as np
 
 from hbsolve.limits.result import SIDES
 from study.limits.report import describe_levels, describe_refinement, find_largest, format_number, refinement_remarks
-from study.limits.several.run import SeveralLimited
+from study.limits.several.run import SeveralLimitsResult
 from study.limits.table import EVERYTHING
 
 
-def several_limits_document(limited: SeveralLimited) -> dict[str, Any]:
+def several_limits_document(limited: SeveralLimitsResult) -> dict[str, Any]:
     """The document of ``--json``."""
     limits = limited.curves[0].limits
     return {
@@ -37,7 +37,7 @@ def several_limits_document(limited: SeveralLimited) -> dict[str, Any]:
     }
 
 
-def several_limits_text(limited: SeveralLimited) -> str:
+def format_several_limits_report(limited: SeveralLimitsResult) -> str:
     """The same as a table."""
     document, limits = several_limits_document(limited), limited.curves[0].limits
     n, reach = document["n_frequency"], document["reach_m"]

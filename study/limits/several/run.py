@@ -20,7 +20,7 @@ from study.run_context import RunContext
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SeveralLimited:
+class SeveralLimitsResult:
     """What the command reports.
 
     Parameters
@@ -47,7 +47,7 @@ def asks_for_everything(path: Path) -> bool:
     return open_case(path).case.limits.objective == EVERYTHING
 
 
-def run_several_limits(path: Path, run: RunContext, executor: Executor | None = None) -> SeveralLimited:
+def run_several_limits(path: Path, run: RunContext, executor: Executor | None = None) -> SeveralLimitsResult:
     """Search for the limits of all quantities of a case file, and write tables and figures.
 
     Parameters
@@ -80,4 +80,4 @@ def run_several_limits(path: Path, run: RunContext, executor: Executor | None = 
     replace_file(files[2], format_several_csv(curves))
     drawn = draw_several_limits(quantities, curves, opened.title, in_newtons=model.in_newtons)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
-    return SeveralLimited(quantities=quantities, curves=curves, files=tuple(files))
+    return SeveralLimitsResult(quantities=quantities, curves=curves, files=tuple(files))

@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.misfit import AXES, Misfit, bands, compute_misfit, split_misfit, whole, worst, worst_cell
+from correlation.metric.misfit import (
+    AXES,
+    Misfit,
+    compute_misfit,
+    find_worst,
+    find_worst_cell,
+    split_into_bands,
+    split_misfit,
+    summarise_misfit,
+)
 from correlation.prediction import Points
 
 FREQUENCY, DAMPING = 100.0, 0.01
@@ -57,10 +66,10 @@ def test_an_error_is_found_where_it_is() -> None:
     wrong = (seen.points.sensor == "b") & (seen.points.level == 2) & (seen.points.frequency > 104)
     predicted = np.where(wrong, 1.2 * np.exp(0.1j), 1.0) * seen.value
     found = compared(seen, predicted)
-    assert worst(split_misfit(found, "sensor")).label == "b"
-    assert worst(split_misfit(found, "level")).label == "2 N"
-    assert worst(split_misfit(found, "band")).label == "103.7 to 105 Hz jointed"
-    cell, points = worst_cell(found)
+    assert find_worst(split_misfit(found, "sensor")).label == "b"
+    assert find_worst(split_misfit(found, "level")).label == "2 N"
+    assert find_worst(split_misfit(found, "band")).label == "103.7 to 105 Hz jointed"
+    cell, points = find_worst_cell(found)
     assert {*points.sensor} == {"b"}
     assert {*points.level} == {2.0}
     # Three of the band's four points are wrong: 1.2 and 0.1 rad are diluted by the fourth.
@@ -73,13 +82,13 @@ def test_the_shares_of_every_axis_add_up_to_the_whole(axis: str) -> None:
     seen = observed()
     found = compared(seen, seen.value * (1 + 0.01 * np.sin(np.arange(len(seen.points)))))
     split = split_misfit(found, axis)
-    assert sum(share.n_number for share in split) == whole(found).n_number == 2 * len(found)
+    assert sum(share.n_number for share in split) == summarise_misfit(found).n_number == 2 * len(found)
     squares = sum(share.n_number * share.deviations**2 for share in split)
-    assert squares == pytest.approx(whole(found).n_number * whole(found).deviations ** 2)
+    assert squares == pytest.approx(summarise_misfit(found).n_number * summarise_misfit(found).deviations ** 2)
 
 
 def test_bands_have_equally_many_frequencies() -> None:
-    code, labels = bands(observed().points)
+    code, labels = split_into_bands(observed().points)
     assert len(labels) == 6
     assert (np.bincount(code) == 16).all()
 
@@ -108,4 +117,4 @@ def test_no_amplitude_is_told_where_nothing_was_predicted() -> None:
     with np.errstate(invalid="ignore"):
         found = compared(seen, np.full(len(seen.points), np.nan + 0j))
     assert not found.clear.any()
-    assert np.isnan(whole(found).amplitude_error)
+    assert np.isnan(summarise_misfit(found).amplitude_error)

@@ -80,7 +80,7 @@ def same(found: np.ndarray, exact: np.ndarray, bench: Bench) -> None:
 
 @pytest.mark.parametrize(("number", "configuration"), [(0, "jointed"), (1, "free")])
 def test_the_first_causes_are_shifts_of_frequency(bench: Bench, number: int, configuration: str) -> None:
-    ends = [bench.model.shifted(configuration, side * STEP) for side in (1, -1)]
+    ends = [bench.model.with_frequency_shift(configuration, side * STEP) for side in (1, -1)]
     same(bench.jitter[number][:, 0], bench.change(*ends), bench)
 
 
@@ -103,7 +103,10 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
 def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleType) -> None:
     bench = Bench(replace(small, linked_preloads=(("right", "left"),)), paper)
     (mode,) = bench.jitter[-1].T
-    ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
+    ends = [
+        bench.model.with_preload_ratio("left", 1 + side * STEP).with_preload_ratio("right", 1 + side * STEP)
+        for side in (1, -1)
+    ]
     same(mode, bench.change(*ends), bench)
     # And so are the histories drawn with: a preload of 0 % scatter draws what no preload at all does.
     of = (bench.nominal, 2, 1)
@@ -112,7 +115,7 @@ def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleT
 
 
 def test_a_model_without_lines_has_frequencies_and_forces_alone(small: Model, paper: ModuleType) -> None:
-    free = small.free()
+    free = small.without_contacts()
     points = paper.make_points(small)
     kept = points.where(points.free)
     predictor = Predictor(points=kept)
@@ -443,7 +446,11 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     """Of a normal jitter, features are on average off by half their second derivative times its variance."""
     deviation = {"jointed": 2e-3, "free": 1e-3}
     plus, minus, half_plus, half_minus = (
-        reduce(lambda model, each: model.shifted(each[0], share * REACH * each[1]), deviation.items(), bench.model)
+        reduce(
+            lambda model, each: model.with_frequency_shift(each[0], share * REACH * each[1]),
+            deviation.items(),
+            bench.model,
+        )
         for share in (1, -1, 0.5, -0.5)
     )
     change = REACH * sum(block[:, 0] * size for block, size in zip(bench.jitter, deviation.values(), strict=False))
@@ -457,7 +464,7 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
         assert not mode[~here].any()
         ends = [
             bench.features.of_values(
-                bench.predictor.predict(bench.model.shifted(name, side * size), bench.prediction).value
+                bench.predictor.predict(bench.model.with_frequency_shift(name, side * size), bench.prediction).value
             )
             for side in (1, -1)
         ]

@@ -46,7 +46,10 @@ class Bench:
     def slope(self, predictor: Predictor, model: Model, number: int) -> np.ndarray:
         """d reading / d shift, by differences."""
         configuration, step = ("jointed", "free")[number], 1e-5
-        ends = [predictor.predict(model.shifted(configuration, side * step), self.prediction).value for side in (-1, 1)]
+        ends = [
+            predictor.predict(model.with_frequency_shift(configuration, side * step), self.prediction).value
+            for side in (-1, 1)
+        ]
         return (ends[1] - ends[0]) / (2 * step)
 
     def observed(self, n: int, seed: int, jitter: tuple[float, float] = (0.0, 0.0)) -> Observation:

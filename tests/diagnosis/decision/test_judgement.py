@@ -16,7 +16,7 @@ from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.verdict import Finding
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit import finalist
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.finalist import Finalist, weigh, weigh_each
@@ -73,7 +73,7 @@ def test_a_finalist_has_the_covariance_of_an_arrangement_that_has_its_effect(
 ) -> None:  # fmt: skip
     found = next(each for each in finalists if each.name == TRUE)
     assert found.refit.effect is not None
-    added = Added(effect=found.refit.effect, values=found.refit.fit.values[-1:])
+    added = AddedEffect(effect=found.refit.effect, values=found.refit.fit.values[-1:])
     listed = partial(list_campaign_effects, campaign)
     other = arrange(campaign, small, free, BUDGET, added=[added], catalogue_of=listed)
     # One is weighed at the fit by the first covariance, the other at its own: a small part of what noise there is.

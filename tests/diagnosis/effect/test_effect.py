@@ -154,10 +154,10 @@ def test_every_effect_can_be_pickled(effect_kind: EffectKind, bench: Model) -> N
 
 
 def test_every_effect_acts_on_the_free_structure_or_leaves_it(effect_kind: EffectKind, bench: Model) -> None:
-    free = bench.free()
+    free = bench.without_contacts()
     for effect in effects(effect_kind, bench):
         applied = effect.apply(free, typical(effect))
-        assert same(applied, effect.apply(bench, typical(effect)).free()), effect.name
+        assert same(applied, effect.apply(bench, typical(effect)).without_contacts()), effect.name
         contact = "contact line" in effect_kind.acts_on or "wire" in effect_kind.acts_on
         line_sensor = effect.name.removeprefix("gain of ").removeprefix("delay of ") in {"left_T", "left_N"}
         assert same(applied, free) == (contact or line_sensor), effect.name

@@ -68,7 +68,7 @@ def test_a_single_line_has_no_other(bench: Model) -> None:
 
 
 def test_without_lines_nothing_of_them_can_be_tested(bench: Model) -> None:
-    left = reasons(bench.free())
+    left = reasons(bench.without_contacts())
     for kind in ("friction coefficient", "tangential stiffness", "preload", "gap"):
         assert left[kind] == "the model has no contact lines"
 
@@ -98,7 +98,7 @@ def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None
     assert names == ["preload by weight"]
     only_left = replace(weighted(bench), dead_weights={"weight": DeadWeight(row=np.ones(7), lines=("left",))})
     assert only_left.preloads == ("weight", "right")
-    assert weighted(bench).free().preloads == ()
+    assert weighted(bench).without_contacts().preloads == ()
 
 
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
@@ -115,7 +115,7 @@ def test_a_dead_weight_presses_as_stiffness_shares_it(bench: Model, ratio: float
 @pytest.mark.parametrize("kind", ["line", "weight"])
 def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
     model, name = (bench, "left") if kind == "line" else (weighted(bench), "weight")
-    twice, once = model.pressed(name, 0.5).pressed(name, 0.8), model.pressed(name, 0.4)
+    twice, once = model.with_preload_ratio(name, 0.5).with_preload_ratio(name, 0.8), model.with_preload_ratio(name, 0.4)
     np.testing.assert_allclose(twice.system.static, once.system.static, rtol=1e-12)
     for model in (twice, once):
         static, preloads = model.preload_slope(name)
@@ -126,9 +126,9 @@ def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
 
 def test_what_presses_nothing_is_refused(bench: Model) -> None:
     with pytest.raises(ModelDefinitionError, match='"typo" is no preload of the model: there are left, right'):
-        bench.pressed("typo", 0.1)
+        bench.with_preload_ratio("typo", 0.1)
     with pytest.raises(ModelDefinitionError, match='"left" is no preload of the model: there are weight'):
-        weighted(bench).pressed("left", 0.5)
+        weighted(bench).with_preload_ratio("left", 0.5)
     with pytest.raises(ModelDefinitionError, match='dead weight "none" is zero'):
         replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
 

@@ -64,7 +64,7 @@ def test_priors_are_relative_and_can_be_overridden(bench: Model) -> None:
 
 
 def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
-    assert [each.name for each in list_calibration_parameters(bench.free())] == ["zeta", "E"]
+    assert [each.name for each in list_calibration_parameters(bench.without_contacts())] == ["zeta", "E"]
     smooth = bench.with_joints({joint.name: {"friction_coefficient": 0.0} for joint in bench.system.joints})
     assert [each.name for each in list_calibration_parameters(smooth)] == ["kt", "kn", "zeta", "E"]
     assert [each.name for each in list_calibration_parameters(bench.with_system(damping=np.zeros((7, 7))))] == [
@@ -77,7 +77,10 @@ def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
 
 def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(bench: Model) -> None:
     for each in list_calibration_parameters(bench):
-        one, other = each.apply(bench, [1.1]).free().system, each.apply(bench.free(), [1.1]).system
+        one, other = (
+            each.apply(bench, [1.1]).without_contacts().system,
+            each.apply(bench.without_contacts(), [1.1]).system,
+        )
         np.testing.assert_array_equal(one.stiffness, other.stiffness)
         np.testing.assert_array_equal(one.damping, other.damping)
         assert len(one.joints) == len(other.joints) == 0

@@ -142,7 +142,7 @@ def test_another_static_load_stays(beam: Model) -> None:
 
 
 def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: Model) -> None:
-    for model in (small, small.free()):
+    for model in (small, small.without_contacts()):
         closer = with_contact_position(model, 0.9).system
         for before, after in zip(model.system.joints, closer.joints, strict=True):
             assert before is after

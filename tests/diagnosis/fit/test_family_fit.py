@@ -44,20 +44,20 @@ def drawn() -> Model:
     return Model(system=system, sensors=sensors, lines={"pad": ("pad 0", "pad 1")}, n_harmonic=4, n_sample=64)
 
 
-def accepted() -> list[CalibrationParameter]:
+def calibration_parameters() -> list[CalibrationParameter]:
     return [item for item in list_calibration_parameters(drawn()) if item.name in TRUE]
 
 
 def compose(values: np.ndarray) -> Model:
     model = drawn()
-    for item, value in zip(accepted(), values, strict=True):
+    for item, value in zip(calibration_parameters(), values, strict=True):
         model = item.apply(model, [float(value)])
     return model
 
 
 def measured() -> list[Family]:
     """Six histories of the true structure with noise."""
-    model = compose(np.array([TRUE[item.name] for item in accepted()]))
+    model = compose(np.array([TRUE[item.name] for item in calibration_parameters()]))
     random = np.random.default_rng(4)
     n = len(FREQUENCY)
     families = []
@@ -85,7 +85,7 @@ def target() -> FamilyTarget:
 
 
 def test_the_true_parameters_score_better_than_others() -> None:
-    true = np.array([TRUE[item.name] for item in accepted()])
+    true = np.array([TRUE[item.name] for item in calibration_parameters()])
     best = target().score(compose(true))
     for number in range(2):
         for factor in (0.93, 1.07):
@@ -95,10 +95,10 @@ def test_the_true_parameters_score_better_than_others() -> None:
 
 
 def test_the_fit_finds_what_was_measured() -> None:
-    fit = fit_families(compose, accepted(), np.ones(2), target(), most=40)
+    fit = fit_families(compose, calibration_parameters(), np.ones(2), target(), most=40)
     assert fit.after < 0.2 * fit.before
     assert fit.n_evaluation <= 40
-    for item, value in zip(accepted(), fit.values.tolist(), strict=True):
+    for item, value in zip(calibration_parameters(), fit.values.tolist(), strict=True):
         # The stiffness is that of the resonance; the friction only of the states that slip.
         assert value == pytest.approx(TRUE[item.name], rel={"kt": 0.02, "mu": 0.05}[item.name])
 

@@ -11,7 +11,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.added import Added
+from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange, arrange_anew
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
@@ -40,7 +40,7 @@ def stiffer(model: Model) -> Model:
     return young.apply(model, [1 + STIFFER])
 
 
-def beside(campaign: Campaign, small: Model, finer: Model, added: tuple[Added, ...] = ()) -> Arrangement:
+def beside(campaign: Campaign, small: Model, finer: Model, added: tuple[AddedEffect, ...] = ()) -> Arrangement:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(finer,))
     return arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget, added=added)
 
@@ -95,7 +95,7 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     small: Model, heavy_campaign: Campaign, listed: Catalogue
 ) -> None:
     mass = listed.effect("mass at tip z")
-    found = beside(heavy_campaign, small, stiffer(small), (Added(effect=mass, values=np.array([5e-3])),))
+    found = beside(heavy_campaign, small, stiffer(small), (AddedEffect(effect=mass, values=np.array([5e-3])),))
     shift = found.finer[0].shift
     assert shift is not None
     assert len(shift) == len(found.calibration) == len(found.fit.values) - 1
@@ -123,7 +123,7 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     (zeta,) = (each for each in list_calibration_parameters(small) if each.name == "zeta")
     truth = added.apply(zeta.apply(small, [1.5]), [strength])
     of = paper.make_campaign(truth, jitter=3e-5, seed=8)
-    found = beside(of, small, small, (Added(effect=added, values=np.array([strength])),))
+    found = beside(of, small, small, (AddedEffect(effect=added, values=np.array([strength])),))
     assert found.fit.values[[each.name for each in found.calibration].index("zeta")] > 1.3
     np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
 
@@ -153,7 +153,7 @@ def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -
 def test_without_accepted_parameters_the_difference_is_what_it_is(
     small: Model, heavy_campaign: Campaign, listed: Catalogue
 ) -> None:
-    mass = Added(effect=listed.effect("mass at tip z"), values=np.array([5e-3]))
+    mass = AddedEffect(effect=listed.effect("mass at tip z"), values=np.array([5e-3]))
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small),))
     found = arrange(heavy_campaign, small, (), budget, added=(mass,))
     assert found.finer[0].shift is not None

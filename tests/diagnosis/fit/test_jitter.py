@@ -17,10 +17,10 @@ from diagnosis.fit.weighting import Measured, weighted
 def test_a_frequency_shift_shifts_its_test_alone(small: Model) -> None:
     effect = FrequencyShift(configuration="free")
     assert effect.name == "frequency of the free test"
-    assert effect.apply(small, [2e-3]).shift == {"free": 2e-3}
+    assert effect.apply(small, [2e-3]).frequency_shift == {"free": 2e-3}
     # Shifts add up: a fit may shift what has been shifted before.
-    assert effect.apply(effect.apply(small, [2e-3]), [1e-3]).shift["free"] == pytest.approx(3e-3)
-    assert effect.apply(small, [0.0]).shift.get("jointed", 0.0) == 0
+    assert effect.apply(effect.apply(small, [2e-3]), [1e-3]).frequency_shift["free"] == pytest.approx(3e-3)
+    assert effect.apply(small, [0.0]).frequency_shift.get("jointed", 0.0) == 0
 
 
 def test_a_preload_pattern_scales_each_line_by_its_share(small: Model) -> None:
@@ -57,7 +57,7 @@ def test_what_does_not_jitter_is_no_number_to_set(small: Model) -> None:
     assert list_jitter(small, [*[none] * 4, np.zeros((2, 2))]) == []
     (only,) = list_jitter(small, [none, np.array([[1e-8]]), none, none, np.zeros((2, 2))])
     assert only[0].name == "frequency of the free test"
-    assert list_jitter(small.free(), [none] * 4) == []
+    assert list_jitter(small.without_contacts(), [none] * 4) == []
 
 
 def test_preload_patterns_are_independent(small: Model) -> None:

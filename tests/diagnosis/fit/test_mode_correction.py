@@ -29,7 +29,7 @@ def test_each_moves_its_own_frequency(heavy_campaign: Campaign, small: Model) ->
     nominal = frequencies(small)
     # That of the structure with its contacts acts in no other test: it is as if the test had been slower.
     shifted = with_contacts.apply(small, [1.001])
-    assert shifted.shift == {"jointed": pytest.approx(1 / 1.001 - 1)}
+    assert shifted.frequency_shift == {"jointed": pytest.approx(1 / 1.001 - 1)}
     np.testing.assert_array_equal(frequencies(shifted), nominal)
     for each in corrections:
         assert isinstance(each, ModeCorrection)

@@ -82,7 +82,7 @@ def test_a_shift_of_one_test_acts_there_alone(small: Model, offset: float) -> No
     np.testing.assert_allclose(found.free.matrices.damping, rate * small.system.damping, rtol=1e-7)
     assert found.free.matrices.stiffness is None
     assert found.jointed.matrices.mass is None
-    assert found.shift == {"free": pytest.approx(rate, rel=1e-7)}
+    assert found.frequency_shift == {"free": pytest.approx(rate, rel=1e-7)}
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0])

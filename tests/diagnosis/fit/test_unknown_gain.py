@@ -13,7 +13,7 @@ from correlation.noise.nuisance import Budget
 from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.unknown_gain import Gains, find_gains
+from diagnosis.fit.unknown_gain import Gains, describe_gain, find_gains
 from diagnosis.fit.weighting import Measured, weighted
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
@@ -111,3 +111,7 @@ def test_a_calibrated_campaign_has_no_unknown_gain() -> None:
     gains = find_gains(chain(), replace(campaign, sensors=known, drive=Drive()), take_training_part(campaign), (1,))
     assert gains.parameters == ()
     assert gains.apply(chain()).sensors[0].gain == 1.0
+
+
+def test_a_gain_is_told_with_its_95_percent_interval() -> None:
+    assert describe_gain("gain of tip", 1000.0, 50.0) == "gain of tip 1000 +- 98 (9.8 %)"

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from correlation.uncertainty.interval import TWO_SIDED_95
 from study.estimate.resonance import Resonance
 from study.paper.fit import PRIOR, compute_prior
-from study.paper.interval import ENDS, LEAST_SQUARES, explore, find_density_interval, fit_surface
+from study.paper.interval import LEAST_SQUARES, explore, find_density_interval, fit_surface
 from study.paper.parameters import RigParameters
 
 HESSIAN = np.array([[4.0, 1.5, 0.0], [1.5, 1.0, 0.1], [0.0, 0.1, 0.3]])
@@ -39,12 +40,12 @@ def test_a_quadratic_score_gives_the_profile_interval_in_closed_form() -> None:
 
 def test_at_the_end_of_an_interval_the_profile_has_risen_by_its_quantile() -> None:
     centre, covariance = explored(HESSIAN, MINIMUM)
-    half = ENDS * np.sqrt(covariance[0, 0])
+    half = TWO_SIDED_95 * np.sqrt(covariance[0, 0])
     # The others at their best where the first is held.
     others = centre[1:] + covariance[1:, 0] / covariance[0, 0] * half
     end = np.array([centre[0] + half, *others])
     rise = score(end) + compute_prior(end) - score(centre) - compute_prior(centre)
-    assert rise == pytest.approx(ENDS**2 / 2, rel=1e-6)
+    assert rise == pytest.approx(TWO_SIDED_95**2 / 2, rel=1e-6)
 
 
 def test_what_the_score_does_not_tell_is_as_wide_as_the_prior() -> None:
@@ -60,5 +61,5 @@ def test_the_density_has_twice_the_relative_interval_of_the_free_resonance() -> 
     parameters = RigParameters(kt=1.0, kn=1.0, mu=0.5, damping=2e-3, density=7800.0)
     (found,) = find_density_interval(parameters, free)
     assert found.source == LEAST_SQUARES
-    assert found.upper - found.value == pytest.approx(ENDS * 2 * 1e-3 * 7800.0, rel=1e-9)
+    assert found.upper - found.value == pytest.approx(TWO_SIDED_95 * 2 * 1e-3 * 7800.0, rel=1e-9)
     assert list(find_density_interval(parameters, None)) == []

@@ -15,7 +15,7 @@ from study.paper.parameters import RigParameters
 START = RigParameters(kt=4e6, kn=8e6, mu=0.6, damping=2e-3, shift_left=1e-3)
 
 
-def accepted(name: str) -> CalibrationParameter:
+def calibration_parameter(name: str) -> CalibrationParameter:
     return CalibrationParameter(name=name, physics="", deviation=0.1, parameters=())
 
 
@@ -29,7 +29,9 @@ def ended(finding: Finding) -> Any:
     own = Shift(name="shift of left dead weight", weight="left dead weight")
     best = refit(own, [1.1, 0.9, 2e-4, -3e-3], [0.01, 0.1, 1e-4, 5e-4])
     before = refit(None, [1.2, 0.8, 3e-4], [0.01, 0.1, 1e-4])
-    setup = SimpleNamespace(accepted=tuple(map(accepted, names)), added=(SimpleNamespace(effect=earlier),))
+    setup = SimpleNamespace(
+        calibration_parameters=tuple(map(calibration_parameter, names)), added=(SimpleNamespace(effect=earlier),)
+    )
     return SimpleNamespace(
         best=best, setup=setup, diagnosis=SimpleNamespace(verdict=SimpleNamespace(finding=finding, before=before))
     )

@@ -1,4 +1,4 @@
-"""One configuration of a tested structure, with or without its contacts: steady states and sensor readings."""
+"""Solver of a model in one configuration, with or without its contacts: steady states and sensor readings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
+from correlation.campaign.measurement import name_configuration
 from correlation.linear_structure import LinearStructure
 from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
@@ -36,7 +37,7 @@ class Tangent:
         Rates of the structure's data in either configuration.
     gain, delay
         Rate of each sensor's gain and of its delay [s], by its name.
-    shift
+    frequency_shift
         Relative rate of the true frequency, by configuration, as far as velocities and accelerations are read with it;
         what it does to the structure is among the rates of the data.
     """
@@ -45,7 +46,7 @@ class Tangent:
     free: ModelParameter
     gain: Mapping[str, float]
     delay: Mapping[str, float] = field(default_factory=dict)
-    shift: Mapping[str, float] = field(default_factory=dict)
+    frequency_shift: Mapping[str, float] = field(default_factory=dict)
 
 
 class Rates(NamedTuple):
@@ -56,12 +57,12 @@ class Rates(NamedTuple):
     """Relative rate of each sensor's gain."""
     delay: Float[NDArray[np.float64], "s p"]
     """Rate of each sensor's delay [s]."""
-    shift: Float[NDArray[np.float64], " p"]
+    frequency_shift: Float[NDArray[np.float64], " p"]
     """As in `Tangent`."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Configuration:
+class ModelSolver:
     """Harmonic balance of one configuration, and the readings of its sensors.
 
     Parameters
@@ -99,9 +100,9 @@ class Configuration:
         model: Model,
         free: bool,
         slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None,
-        near: "Configuration | None" = None,
-    ) -> "Configuration":
-        """Configuration of a model, without contacts if it is `free`.
+        near: "ModelSolver | None" = None,
+    ) -> "ModelSolver":
+        """Solver of a model, without contacts if it is `free`.
 
         Parameters
         ----------
@@ -114,15 +115,15 @@ class Configuration:
         near
             The same configuration of another model, whose linear structure serves this one too if it is the same.
         """
-        seen = model.free() if free else model
-        balance = None if near is None else near.linear.balance_of(seen.system, model.n_harmonic, model.n_sample)
+        configured = model.without_contacts() if free else model
+        balance = None if near is None else near.linear.balance_of(configured.system, model.n_harmonic, model.n_sample)
         if balance is None:
-            balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+            balance = HarmonicBalance(system=configured.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
             near = None
-        shift = model.shift.get("free" if free else "jointed", 0.0)
+        shift = model.frequency_shift.get(name_configuration(free), 0.0)
         linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, linear=linear, levels={}, slider=start)
+        return cls(free=free, model=configured, balance=balance, linear=linear, levels={}, slider=start)
 
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""
@@ -138,7 +139,7 @@ class Configuration:
     @property
     def configuration(self) -> str:
         """Its name."""
-        return "free" if self.free else "jointed"
+        return name_configuration(self.free)
 
     def solve(
         self,
@@ -343,7 +344,7 @@ class Configuration:
             ModelRates.of(self.balance, [each.free if self.free else each.jointed for each in tangents]),
             np.array(gain).reshape(-1, len(tangents)),
             np.array(delay).reshape(-1, len(tangents)),
-            np.array([each.shift.get(self.configuration, 0.0) for each in tangents]),
+            np.array([each.frequency_shift.get(self.configuration, 0.0) for each in tangents]),
         )
 
     def slopes(
@@ -362,8 +363,10 @@ class Configuration:
             self._at_level(state.level), state, rates.system, condensed, contact, self._seen(frequency, *which.T)
         )[inverse.ravel()]
         read, turn = self.read(state, names, harmonics), 1j * harmonics[:, None] * state.angular_frequency
-        late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.shift)
-        return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift - late))
+        late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.frequency_shift)
+        return np.asarray(
+            values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.frequency_shift - late)
+        )
 
     def _seen(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> Seen:
         """What sensors see at a frequency, by their numbers and one harmonic each; by reciprocity what moves them."""
