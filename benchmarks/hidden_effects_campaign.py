@@ -160,8 +160,8 @@ def _record(
         ranking=tuple(_fitted(each) for each in found.refits if each.effect is not None),
         scores={score.effect.name: round(float(score.gain), 2) for score in found.scores[:MOST_SCORES]},
         error=float(before.error),
-        held_error=float(before.held_error),
-        held_chi2=float(before.held_chi2),
+        held_error=float(before.held_out_error),
+        held_chi2=float(before.held_out_chi2),
         floor=floor,
         noise_floor=noise_floor,
         threshold=float(verdict.threshold),
@@ -190,13 +190,13 @@ def _fitted(refit: Refit) -> Fitted:
         vanishes=float(effect.parameters[0].vanishes),
         gain=refit.gain,
         error=float(refit.error),
-        held_error=float(refit.held_error),
-        held_chi2=float(refit.held_chi2),
+        held_error=float(refit.held_out_error),
+        held_chi2=float(refit.held_out_chi2),
     )
 
 
 def floors(arrangement: Arrangement) -> tuple[float, float]:
-    """Relative error that the true model would have on the held-out data, as `Refit.held_error` counts it.
+    """Relative error that the true model would have on the held-out data, as `Refit.held_out_error` counts it.
 
     Returns
     -------

@@ -126,7 +126,7 @@ def _fitted(refit: Refit) -> dict[str, Any]:
         "strength": refit.strength,
         "half": INTERVAL * refit.deviation,
         "gain": refit.gain,
-        "held_gain": refit.held_gain,
+        "held_gain": refit.held_out_gain,
         "finite": bool(np.isfinite([refit.strength, refit.deviation]).all()),
         **_judged(refit),
     }
@@ -136,11 +136,11 @@ def _judged(refit: Refit) -> dict[str, Any]:
     """How well a fit describes training and held-out data: by the model error of its own, by noise, and in per cent."""
     return {
         "chi2": float(refit.fit.chi2 / refit.fit.n_number),
-        "held_chi2": float(refit.held_chi2),
+        "held_chi2": float(refit.held_out_chi2),
         "stated_chi2": refit.stated_chi2,
-        "held_stated_chi2": refit.held_stated_chi2,
+        "held_stated_chi2": refit.held_out_stated_chi2,
         "error": float(refit.error),
-        "held_error": float(refit.held_error),
+        "held_error": float(refit.held_out_error),
     }
 
 

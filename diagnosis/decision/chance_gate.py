@@ -136,21 +136,21 @@ class ChanceGate:
         its prior.
         """
         both = [refit] if self.pair is None else [refit, self.pair.second.refit]
-        held_gain = refit.held_gain if self.pair is None else self._compute_held_gain(self.pair)
+        held_out_gain = refit.held_out_gain if self.pair is None else self._compute_held_gain(self.pair)
         strained = list_held_back(refit.fit) or any(map(takes_away, both))
         rises = self._rises(refit) or self._rises(self.finalists[refit.name].refit)
-        return bool(held_gain >= DECISIVE and not rises and not strained)
+        return bool(held_out_gain >= DECISIVE and not rises and not strained)
 
     def _compute_held_gain(self, pair: Pair) -> float:
         """Fall of -2 ln p of the held-out data by two effects: by the first alone, and by the second beside it [-]."""
-        return self.finalists[pair.first.name].refit.held_gain + pair.second.refit.held_gain
+        return self.finalists[pair.first.name].refit.held_out_gain + pair.second.refit.held_out_gain
 
     def _rises(self, refit: Refit) -> bool:
         """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
-        if refit.held_misfit <= 1 + np.sqrt(2 / max(refit.n_held, 1)):
+        if refit.held_out_misfit <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
             return False
-        larger = refit.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
-        return bool(larger or refit.held_misfit > self.before.held_misfit)
+        larger = refit.held_out_error > (1 + ERROR_ROUNDED) * self.before.held_out_error
+        return bool(larger or refit.held_out_misfit > self.before.held_out_misfit)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
@@ -162,7 +162,7 @@ class ChanceGate:
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False
-        if not (refit.held_gain + law.held_gain > 0 and law.refit.held_error < self.before.held_error):
+        if not (refit.held_out_gain + law.held_out_gain > 0 and law.refit.held_out_error < self.before.held_out_error):
             return False
         self.laws[refit.name] = law
         return True

@@ -21,7 +21,7 @@ def support(refit: Refit) -> float:
     Falls of chi^2 tell whether an effect is there; those of two effects have covariances of their own, and do not say
     which of both it is.
     """
-    return refit.gain + refit.held_gain if refit.cost is None else -refit.cost
+    return refit.gain + refit.held_out_gain if refit.cost is None else -refit.cost
 
 
 def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
@@ -52,13 +52,13 @@ def passes(refit: Refit, thresholds: Thresholds) -> bool:
 
 def compute_evidence(refit: Refit) -> float:
     """Fall of -2 ln p of the training data, less what the held-out data lose; none if these refute the effect [-]."""
-    refuted = refit.worsens or refit.held_gain <= -DECISIVE
-    return 0.0 if refuted else refit.gain + min(refit.held_gain, 0.0)
+    refuted = refit.worsens or refit.held_out_gain <= -DECISIVE
+    return 0.0 if refuted else refit.gain + min(refit.held_out_gain, 0.0)
 
 
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
-    return refit.held_error > LARGE and refit.held_misfit > UNEXPLAINED
+    return refit.held_out_error > LARGE and refit.held_out_misfit > UNEXPLAINED
 
 
 def compute_stated(refit: Refit) -> float:

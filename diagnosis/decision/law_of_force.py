@@ -27,7 +27,7 @@ class FittedLaw:
     ----------
     refit
         Its fit, and its test on held-out data.
-    gain, held_gain
+    gain, held_out_gain
         Falls of -2 ln p of the training and of the held-out data, from those with the effect [-].
     words
         The law with its values.
@@ -37,18 +37,18 @@ class FittedLaw:
 
     refit: Refit
     gain: float
-    held_gain: float
+    held_out_gain: float
     words: str
     is_distinct: bool
 
     @property
     def whole_gain(self) -> float:
         """Fall of -2 ln p of all data [-]."""
-        return self.gain + self.held_gain
+        return self.gain + self.held_out_gain
 
     def is_better(self, chance: float) -> bool:
         """Whether the force has this law, and not that of the effect."""
-        return self.is_distinct and self.gain > chance and self.held_gain >= 0
+        return self.is_distinct and self.gain > chance and self.held_out_gain >= 0
 
     def is_rival(self, refuted: float) -> bool:
         """Whether the data do not refute that the force has this law."""
@@ -104,7 +104,7 @@ def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -
     values, deviations = (each[-count:].tolist() for each in (fit.values, fit.deviation))
     return FittedLaw(
         refit=tested, gain=beside - arrangement.cost_with_error_left(fit),
-        held_gain=refit.held_cost - tested.held_cost, words=law.describe(values, deviations),
+        held_out_gain=refit.held_out_cost - tested.held_out_cost, words=law.describe(values, deviations),
         is_distinct=law.is_distinct(values, deviations),
     )  # fmt: skip
 

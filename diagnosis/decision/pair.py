@@ -76,7 +76,7 @@ def fit_pair(
     def test(found: Arrangement) -> Finalist:
         """A fit as one of the further effect, with the density of all data."""
         tested = found.tested(second, found.fit)
-        return Finalist(refit=replace(tested, cost=found.cost + tested.held_cost), arrangement=found)
+        return Finalist(refit=replace(tested, cost=found.cost + tested.held_out_cost), arrangement=found)
 
     def beside(effect: Effect, found: Finalist) -> Finalist:
         """The fit with both as one of an effect beside the further one."""

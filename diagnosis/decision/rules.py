@@ -67,7 +67,7 @@ def decide(
     held_back
         Calibration parameters of `before` that are as far as their priors let a fit go.
     """
-    refuted = max((each.refit.gain for each in finalists if each.refit.held_gain < 0), default=0.0)
+    refuted = max((each.refit.gain for each in finalists if each.refit.held_out_gain < 0), default=0.0)
     passed = [each for each in finalists if passes(each.refit, thresholds)]
     by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
     gate = ChanceGate(by_name, catalogue, places, thresholds, run_step, before, max(refuted, 0.0))
@@ -172,7 +172,7 @@ def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
 
 def _tell_held_out_error(before: Refit) -> str:
     """A large error of the held-out data, beside that of the training data, in words."""
-    held_out, others = (f"{plain(100 * error)} %" for error in (before.held_error, before.error))
+    held_out, others = (f"{plain(100 * error)} %" for error in (before.held_out_error, before.error))
     if compute_stated(before) > UNEXPLAINED:
         return (
             f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "

@@ -121,8 +121,8 @@ class Verdict(Tabular):
             "strength": [each.strength for each in fits],
             "standard deviation": [each.deviation for each in fits],
             "training error [-]": [each.error for each in fits],
-            "held-out error [-]": [each.held_error for each in fits],
-            "held-out reduced chi-squared [-]": [each.held_chi2 for each in fits],
+            "held-out error [-]": [each.held_out_error for each in fits],
+            "held-out reduced chi-squared [-]": [each.held_out_chi2 for each in fits],
         }
         return pandas.DataFrame(columns, index=pandas.Index([each.label for each in fits], name="added"))
 
@@ -193,13 +193,13 @@ def held_out_fall(before: Refit, after: Refit) -> str:
     """Fall of the held-out error by an effect, in words."""
     falls = [
         f"{plain(100 * was)} to {plain(100 * now)} % in {name}"
-        for was, now, name in zip(before.held_errors, after.held_errors, after.held_names, strict=True)
+        for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
     ]
-    if not falls and not after.held_error < before.held_error:
-        change = f"from {before.held_misfit:.3g} to {after.held_misfit:.3g}"
-        falls_at_all = after.held_misfit < before.held_misfit
+    if not falls and not after.held_out_error < before.held_out_error:
+        change = f"from {before.held_out_misfit:.3g} to {after.held_out_misfit:.3g}"
+        falls_at_all = after.held_out_misfit < before.held_out_misfit
         return f"held-out reduced chi-squared {'falls' if falls_at_all else 'does not fall:'} {change}"
-    whole = f"{plain(100 * before.held_error)} to {plain(100 * after.held_error)} %"
+    whole = f"{plain(100 * before.held_out_error)} to {plain(100 * after.held_out_error)} %"
     return f"the held-out error falls from {', '.join(falls) or whole}"
 
 

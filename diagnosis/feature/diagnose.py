@@ -93,7 +93,7 @@ def diagnose_features(
     catalogue = list_effects(base, without=without, extra=extra, level=find_level(base, data))
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
     scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
-    refits.sort(key=lambda refit: refit.held_error)
+    refits.sort(key=lambda refit: refit.held_out_error)
     indications = run_step("indications", lambda: list_indications(arrangement.fit.model, data))
     verdict = _judge(arrangement, before, refits, data, indications, catalogue)
     report("done", 1.0)
@@ -148,8 +148,8 @@ class FeatureGate(HeldOutGate):
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
-        fall = before.n_held * (before.held_chi2 - after.held_chi2)
-        return fall > SURE**2 * max(1.0, after.held_chi2)
+        fall = before.n_held_out * (before.held_out_chi2 - after.held_out_chi2)
+        return fall > SURE**2 * max(1.0, after.held_out_chi2)
 
     def explains(self, refit: Refit) -> bool:
         """Whether little of the error is left, and of every clear indication."""
@@ -187,7 +187,7 @@ def _judge(
 
 def _reason(finding: Finding, before: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
     """Finding in words, where no effect is named."""
-    size = f"the held-out features differ from the model by {before.held_error:.2g} standard deviations"
+    size = f"the held-out features differ from the model by {before.held_out_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
         return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
     shown, causes = _most_clear(clear) or size, name_causes(clear)

@@ -195,12 +195,12 @@ class Arrangement:
 
     def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, settled: Fit) -> Refit:
         return Refit(
-            effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
-            error=self.train.error(fit.prediction), held_error=held_out.error(settled.prediction),
-            n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
-            held_stated_chi2=_stated_chi2(held_out, settled.prediction),
-            held_jumps=compute_jump_errors(held_out.observed, settled.prediction, held_out.predictor.sweeps),
-            held_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
+            effect=effect, fit=fit, held_out_chi2=settled.chi2 / settled.n_number,
+            error=self.train.error(fit.prediction), held_out_error=held_out.error(settled.prediction),
+            n_held_out=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
+            held_out_stated_chi2=_stated_chi2(held_out, settled.prediction),
+            held_out_jumps=compute_jump_errors(held_out.observed, settled.prediction, held_out.predictor.sweeps),
+            held_out_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
         )  # fmt: skip
 
 

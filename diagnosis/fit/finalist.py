@@ -81,8 +81,10 @@ def weigh(
     weighed = replace(
         own,
         gain=min(nothing.cost - settled.cost, lacking.cost - beside.cost),
-        held_gain=min(one.held_cost - other.held_cost for one, other in zip(without, with_effect, strict=True)),
-        cost=beside.cost + own.held_cost,
+        held_out_gain=min(
+            one.held_out_cost - other.held_out_cost for one, other in zip(without, with_effect, strict=True)
+        ),
+        cost=beside.cost + own.held_out_cost,
         worsens=any(is_worse(own, each) for each in without),
     )
     return Finalist(refit=weighed, arrangement=beside)
@@ -110,7 +112,7 @@ def weigh_each(
     found: list[Finalist] = []
     costs = [searched.cost_with_error_left(each.fit) for each in refits]
     for each, cost in zip(refits, costs, strict=True):
-        gains = any(min(other.refit.gain, other.refit.held_gain) > 0 and not other.refit.worsens for other in found)
+        gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
         if not gains or cost < min(costs) + searched.effort.far_behind:
             found.append(run_step(f"{each.name} by its own covariance", partial(weigh_one, each)))
     return found
@@ -134,11 +136,13 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
 
 def compare(refit: Refit, without: Refit, gain: float) -> Refit:
     """The test of a fit with its gains beyond one that lacks an effect, of which that of the training data is given."""
-    held_gain = without.held_cost - refit.held_cost
-    return replace(refit, gain=gain, held_gain=held_gain, worsens=is_worse(refit, without))
+    held_out_gain = without.held_out_cost - refit.held_out_cost
+    return replace(refit, gain=gain, held_out_gain=held_out_gain, worsens=is_worse(refit, without))
 
 
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
-    misfit, before = max(refit.held_misfit, 1.0), max(without.held_misfit, 1.0)
-    return misfit > WORSE * before or (misfit > UNEXPLAINED and refit.held_error > MUCH_WORSE * without.held_error)
+    misfit, before = max(refit.held_out_misfit, 1.0), max(without.held_out_misfit, 1.0)
+    return misfit > WORSE * before or (
+        misfit > UNEXPLAINED and refit.held_out_error > MUCH_WORSE * without.held_out_error
+    )

@@ -60,23 +60,23 @@ class Refit:
         Effect; None for the calibration parameters and added effects alone.
     fit
         Fit to the training data.
-    held_chi2
+    held_out_chi2
         Reduced chi-squared of the held-out data, by the model error that they show [-].
-    error, held_error
+    error, held_out_error
         |measured - predicted| / |measured|, training and held-out [-].
-    held_errors, held_names
+    held_out_errors, held_out_names
         The same error of each held-out record, and their names; empty without records.
     blocks
         Mean squared residual of each block of the held-out records, shape (b,).
-    n_held
+    n_held_out
         Held-out numbers [-].
-    stated_chi2, held_stated_chi2
+    stated_chi2, held_out_stated_chi2
         Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
-    held_jumps
+    held_out_jumps
         Jumps of the held-out sweeps between two steady states, measured and predicted.
-    held_cost
+    held_out_cost
         -2 ln of the density of the held-out data, their jitter integrated out, up to a constant [-].
-    gain, held_gain
+    gain, held_out_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
         the smaller ones of the falls of -2 ln p by both.
     cost
@@ -90,27 +90,27 @@ class Refit:
 
     effect: Effect | None
     fit: Fit
-    held_chi2: float
+    held_out_chi2: float
     error: float
-    held_error: float
-    held_errors: PerRecord = field(default_factory=lambda: np.zeros(0))
-    held_names: tuple[str, ...] = ()
+    held_out_error: float
+    held_out_errors: PerRecord = field(default_factory=lambda: np.zeros(0))
+    held_out_names: tuple[str, ...] = ()
     blocks: Float[NDArray[np.float64], " b"] = field(default_factory=lambda: np.zeros(0))
-    n_held: int = 0
+    n_held_out: int = 0
     stated_chi2: float | None = None
-    held_stated_chi2: float | None = None
-    held_jumps: tuple[JumpError, ...] = ()
-    held_cost: float = 0.0
+    held_out_stated_chi2: float | None = None
+    held_out_jumps: tuple[JumpError, ...] = ()
+    held_out_cost: float = 0.0
     gain: float = 0.0
-    held_gain: float = 0.0
+    held_out_gain: float = 0.0
     cost: float | None = None
     worsens: bool = False
     beside: Effect | None = None
 
     @property
-    def held_misfit(self) -> float:
+    def held_out_misfit(self) -> float:
         """Reduced chi-squared of the held-out data by noise and stated errors, which fits have in common [-]."""
-        return self.held_chi2 if self.held_stated_chi2 is None else self.held_stated_chi2
+        return self.held_out_chi2 if self.held_out_stated_chi2 is None else self.held_out_stated_chi2
 
     @property
     def name(self) -> str:

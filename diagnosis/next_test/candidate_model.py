@@ -93,7 +93,7 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
         odds = float(np.exp(np.clip(other.whole_gain, -2 * DECISIVE, 2 * DECISIVE) / 2))
         found.append(_of_refit(other.refit, shares[0] * odds, other.words))
     if len(found) == 1:
-        odds = float(np.exp(-np.clip(verdict.effects[0].held_gain, 0.0, DECISIVE) / 2))
+        odds = float(np.exp(-np.clip(verdict.effects[0].held_out_gain, 0.0, DECISIVE) / 2))
         found.append(_of_refit(verdict.before, odds, f"no {found[0].name}"))
     return found
 

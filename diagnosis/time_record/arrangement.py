@@ -74,9 +74,9 @@ class RecordArrangement:
             residual = np.full(len(held.block), np.inf)
         errors = held.errors(residual)
         return Refit(
-            effect=effect, fit=fit, held_chi2=float(np.mean(residual**2)),
-            error=_root_mean_square(self.train.errors(fit.residual)), held_error=_root_mean_square(errors),
-            held_errors=errors, held_names=tuple(each.record.name for each in held.drives),
+            effect=effect, fit=fit, held_out_chi2=float(np.mean(residual**2)),
+            error=_root_mean_square(self.train.errors(fit.residual)), held_out_error=_root_mean_square(errors),
+            held_out_errors=errors, held_out_names=tuple(each.record.name for each in held.drives),
             blocks=held.by_block(residual**2),
         )  # fmt: skip
 

@@ -94,7 +94,7 @@ def diagnose_records(
     report_step("selection of the effects that the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
     scores, before, refits = screen_and_refit(arrangement, effects, compute_step, report_step, SHARES)
-    refits.sort(key=lambda refit: refit.held_error)
+    refits.sort(key=lambda refit: refit.held_out_error)
     return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
         scores=tuple(scores), before=before, refits=tuple(refits),

@@ -57,14 +57,14 @@ class HeldOutGate:
 
     def passes(self, refit: Refit) -> bool:
         """Whether the excess falls to `RATIO`, and significantly so."""
-        excess, left = self.before.held_error**2 - self.noise, refit.held_error**2 - self.noise
+        excess, left = self.before.held_out_error**2 - self.noise, refit.held_out_error**2 - self.noise
         falls = excess > NONE**2 and left <= RATIO**2 * excess
         return bool(falls and self.is_surely_better(self.before, refit))
 
     def explains(self, refit: Refit) -> bool:
         """Whether the remaining error is mostly noise, as far as that is known."""
-        left = refit.held_error**2 - self.noise
-        return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_error**2 - self.noise))
+        left = refit.held_out_error**2 - self.noise
+        return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_out_error**2 - self.noise))
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best, and others that explain as well where the best is not significantly better."""
@@ -81,7 +81,7 @@ class HeldOutGate:
 
     def _loud(self, refit: Refit) -> bool:
         """Whether the error is at least twice the noise in mean square; false where the noise is not known."""
-        return bool(self.noise and refit.held_error**2 > 2 * self.noise)
+        return bool(self.noise and refit.held_out_error**2 > 2 * self.noise)
 
 
 def judge_records(
@@ -112,7 +112,7 @@ def judge_records(
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
     # Squared error by an effect that is removed, in the units of its screening.
-    enough = (DOUBT * before.held_error) ** 2 * before.fit.n_number if seen else 0.0
+    enough = (DOUBT * before.held_out_error) ** 2 * before.fit.n_number if seen else 0.0
     return Verdict(
         finding=finding, effects=effects, before=before, detectable=smallest_detectable(seen, enough),
         units={name: named_unit(unit, units or {}) for name, unit in given.items()},
@@ -132,8 +132,8 @@ def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
-        best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_error)} %"
-    error = f"the held-out error is {plain(100 * gate.before.held_error)} %, and {best}"
+        best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_out_error)} %"
+    error = f"the held-out error is {plain(100 * gate.before.held_out_error)} %, and {best}"
     noise = 100 * np.sqrt(gate.noise)
     if finding is Finding.UNKNOWN:
         return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."

@@ -107,7 +107,7 @@ def diagnose_alone(
         "history": show_history(history_of(case)),
     }
     numbers: Numbers = {"finding": verdict.finding.value, "verdict": found.headline}
-    return numbers | {"held-out error, calibrated [standard deviations]": verdict.before.held_error}, views
+    return numbers | {"held-out error, calibrated [standard deviations]": verdict.before.held_out_error}, views
 
 
 def _list_candidates(found: DataDiagnosed) -> list[dict[str, Any]]:
@@ -130,7 +130,7 @@ def _list_candidates(found: DataDiagnosed) -> list[dict[str, Any]]:
                 "probability": None,
                 "confused": [],
                 "held_out": None,
-                "held_out_deviations": refit.held_error,
+                "held_out_deviations": refit.held_out_error,
                 "value": [],
             }
         )

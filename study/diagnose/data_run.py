@@ -84,8 +84,8 @@ class DataDiagnosed:
         if not named:
             return verdict.sentence
         falls = (
-            f"the held-out features differ by {verdict.effects[0].held_error:.3g} standard deviations with it, and by "
-            f"{verdict.before.held_error:.3g} without"
+            f"the held-out features differ by {verdict.effects[0].held_out_error:.3g} standard deviations with it, and "
+            f"by {verdict.before.held_out_error:.3g} without"
         )
         tell = " is missing, and these data cannot tell which" if len(named) > 1 else " is missing"
         return f"{' or '.join(named)}{tell}: {falls}."
@@ -126,11 +126,11 @@ class DataDiagnosed:
         fitted = [f"{each.name} x {each.factor:.4f} +- {INTERVAL * each.deviation:.2g}" for each in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
         before = self.diagnosis.before
-        yield f"  error {before.error:.3g}, held out {before.held_error:.3g} standard deviations"
+        yield f"  error {before.error:.3g}, held out {before.held_out_error:.3g} standard deviations"
         yield f"  {self.tested}"
         yield ""
         for refit in self.diagnosis.refits:
-            error = f"error {refit.error:.3g}, held out {refit.held_error:.3g}"
+            error = f"error {refit.error:.3g}, held out {refit.held_out_error:.3g}"
             yield f"  with {refit.name}: {error} standard deviations; {_strength(refit)}"
         for left in self.diagnosis.catalogue.untestable:
             yield f"  {left.name} cannot be tested: {left.reason}"
@@ -157,11 +157,11 @@ class DataDiagnosed:
             "calibrated": {
                 each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
             },
-            "before": {"error": verdict.before.error, "held_out_error": verdict.before.held_error},
+            "before": {"error": verdict.before.error, "held_out_error": verdict.before.held_out_error},
             "candidates": [
                 {
                     "effect": each.name, "strength": each.strength, "deviation": each.deviation, "error": each.error,
-                    "held_out_error": each.held_error,
+                    "held_out_error": each.held_out_error,
                 }
                 for each in self.diagnosis.refits
             ],
@@ -290,8 +290,8 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
             tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,),
             next=f"Next: {found.advice}.",
             cards=(
-                ("held-out error, calibrated [standard deviations]", f"{verdict.before.held_error:.3g}"),
-                *((f"held-out error with {each.name}", f"{each.held_error:.3g}") for each in verdict.effects),
+                ("held-out error, calibrated [standard deviations]", f"{verdict.before.held_out_error:.3g}"),
+                *((f"held-out error with {each.name}", f"{each.held_out_error:.3g}") for each in verdict.effects),
             ),
         ),
         calibrated=found.calibrated,
@@ -319,13 +319,14 @@ def _sections(found: DataDiagnosed) -> Iterator[Section]:
             table=Table(head=("quantity", "measured", "model", "difference [standard deviations]"), rows=rows, words=3),
         )
     rows = [
-        (each.name, _strength(each), f"{each.error:.3g}", f"{each.held_error:.3g}") for each in found.diagnosis.refits
+        (each.name, _strength(each), f"{each.error:.3g}", f"{each.held_out_error:.3g}")
+        for each in found.diagnosis.refits
     ]
     if rows:
         before = found.diagnosis.before
         yield Section(
             title="Candidates",
-            text=f"Errors without any: {before.error:.3g}, held out {before.held_error:.3g} standard deviations. "
+            text=f"Errors without any: {before.error:.3g}, held out {before.held_out_error:.3g} standard deviations. "
             f"{found.tested[0].upper()}{found.tested[1:]}.",
             table=Table(
                 head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,

@@ -38,7 +38,7 @@ def list_doubts(result: Round) -> list[str]:
 def _unknown(result: Round) -> Iterator[str]:
     """Relative errors that nothing tells."""
     before = result.diagnosis.before
-    if not (isfinite(before.error) and isfinite(before.held_error)):
+    if not (isfinite(before.error) and isfinite(before.held_out_error)):
         seen = result.diagnosis.arrangement.held_out.shares.any() and result.diagnosis.arrangement.train.shares.any()
         why = "the model has no steady state" if seen else "no motion stands out of the scatter between its repeats"
         yield f"The relative errors are unknown: {why}."
@@ -47,20 +47,20 @@ def _unknown(result: Round) -> Iterator[str]:
 def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse, by noise and stated errors."""
     drawn, before = result.drawn, result.diagnosis.before
-    rise = (before.held_misfit - drawn.held_misfit) * before.n_held
-    larger = before.held_error / drawn.held_error if drawn.held_error else 1.0
+    rise = (before.held_out_misfit - drawn.held_out_misfit) * before.n_held_out
+    larger = before.held_out_error / drawn.held_out_error if drawn.held_out_error else 1.0
     if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
-            f"{what} makes the held-out error worse: {plain(100 * drawn.held_error, 3)} % as drawn, "
-            f"{plain(100 * before.held_error, 3)} % with it."
+            f"{what} makes the held-out error worse: {plain(100 * drawn.held_out_error, 3)} % as drawn, "
+            f"{plain(100 * before.held_out_error, 3)} % with it."
         )
 
 
 def _left(result: Round) -> Iterator[str]:
     """A large error of the held-out data that an effect which is named leaves."""
     if result.best is not None and errs_on_held_out(result.best):
-        held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_error, result.best.error))
+        held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_out_error, result.best.error))
         yield (
             f"With {result.best.label} the model still errs by {held_out} on the held-out data ({others} on the "
             "others): more is missing, or it stands in for something else."
@@ -69,7 +69,7 @@ def _left(result: Round) -> Iterator[str]:
 
 def _jumps(result: Round) -> Iterator[str]:
     """Held-out jumps that the model has elsewhere: the held-out error does not contain them."""
-    jumps = (result.best or result.diagnosis.before).held_jumps
+    jumps = (result.best or result.diagnosis.before).held_out_jumps
     elsewhere = [jump for jump in jumps if abs(jump.frequency_error) > jump.frequency_deviation]
     if elsewhere:
         listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)

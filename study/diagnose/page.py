@@ -69,7 +69,7 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
                 for row in listed
             ],
             threshold=result.diagnosis.thresholds.gain,
-            before=result.diagnosis.before.held_error,
+            before=result.diagnosis.before.held_out_error,
             title=title,
             subtitle="candidates, those named and fitted first; dashed: detection threshold "
             f"{result.diagnosis.thresholds.gain:.3g}",
@@ -134,7 +134,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         candidates=rows(result),
         same=ALIKE,
         n_shown=SHOWN,
-        held_before=percent(result.diagnosis.before.held_error, 3),
+        held_out_before=percent(result.diagnosis.before.held_out_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=[each for each in result.diagnosis.places if isinstance(each, Place)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),

@@ -195,7 +195,7 @@ def _document_effect(item: Refit) -> dict[str, Any]:
         **_estimate(item.strength, item.deviation),
         "unit": item.effect.parameters[0].unit,
         "gain": item.gain,
-        "held_out_gain": item.held_gain,
+        "held_out_gain": item.held_out_gain,
     }
 
 
@@ -289,8 +289,8 @@ def _law_document(law: FittedLaw) -> dict[str, Any]:
         "law": law.refit.effect.kind,
         "in_words": law.words,
         "gain": law.gain,
-        "held_out_gain": law.held_gain,
-        "held_out_error": law.refit.held_error,
+        "held_out_gain": law.held_out_gain,
+        "held_out_error": law.refit.held_out_error,
         "values": {
             parameter.name: {**_estimate(float(value), float(deviation), "value"), "unit": parameter.unit}
             for parameter, value, deviation in numbers

@@ -108,7 +108,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
     assert best.deviation < 0.04 * MASS
     # The noise of single readings, of 1e-3 in each part.
-    assert best.held_error < 0.003 < heavy.before.held_error
+    assert best.held_out_error < 0.003 < heavy.before.held_out_error
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
 
 
@@ -118,7 +118,7 @@ def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
     campaign = bench.campaign((WHERE, 6e-4), n_repeat=8, held=(8,))
     found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload", *FRICTION])
     assert WHERE in names(found)
-    assert found.refits[0].held_gain < 0.25 * found.refits[0].gain
+    assert found.refits[0].held_out_gain < 0.25 * found.refits[0].gain
 
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
@@ -127,7 +127,7 @@ def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
     assert found == sorted(found, reverse=True)
     for each in heavy.refits:
         assert each.fit.chi2 < heavy.arrangement.fit.chi2
-        assert each.held_gain < each.gain
+        assert each.held_out_gain < each.gain
 
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:

@@ -116,7 +116,7 @@ def test_the_hidden_effect_is_named_and_measured(
     assert best.strength == pytest.approx(strength, rel=0.04)
     assert abs(best.strength - strength) < 3.3 * best.deviation
     # Down to the noise: of two channels with 1 % each.
-    assert best.held_error == pytest.approx(NOISE, rel=0.15)
+    assert best.held_out_error == pytest.approx(NOISE, rel=0.15)
     # What was fitted with it is right as well, and nothing is left.
     np.testing.assert_allclose(best.fit.values[:3], [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
     assert rest[0].verdict.finding is Finding.NOTHING, rest[0].verdict.sentence
@@ -126,7 +126,7 @@ def test_the_hidden_effect_is_named_and_measured(
 def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[TimeRecord]]) -> None:
     found = diagnosed(records["nothing"])
     assert found.verdict.finding is Finding.NOTHING
-    assert found.before.held_error == pytest.approx(NOISE, rel=0.15)
+    assert found.before.held_out_error == pytest.approx(NOISE, rel=0.15)
     assert "Nothing passes the gate" in found.verdict.sentence
     np.testing.assert_allclose(found.before.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
 

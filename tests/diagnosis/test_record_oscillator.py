@@ -86,7 +86,7 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     # Without a force the march is exact: the fit ends when it gains no more than 1e-7 of the squared error.
     np.testing.assert_allclose(matrices(found.before.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
     # Each has a start of its own, the held-out one as well.
-    assert found.before.held_error < 1e-5
+    assert found.before.held_out_error < 1e-5
     starts = found.before.fit.starts[::2] / np.sqrt(MASS)  # of the modal displacements, alternating with velocities
     np.testing.assert_allclose(starts, [0.1 * np.cos(0.3), 0.05 * np.cos(-1.0)], rtol=1e-5)
 

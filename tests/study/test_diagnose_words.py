@@ -79,7 +79,7 @@ def test_a_law_that_the_force_may_have_as_well_is_told_in_words_and_numbers(
     result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
     assert document(result)["laws"] == []
     (best,) = result.diagnosis.verdict.effects
-    law = FittedLaw(refit=best, gain=-3.0, held_gain=1.0, words="another force", is_distinct=True)
+    law = FittedLaw(refit=best, gain=-3.0, held_out_gain=1.0, words="another force", is_distinct=True)
     verdict = replace(result.diagnosis.verdict, finding=Finding.AMBIGUOUS, laws=[law])
     doubtful = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert "is missing, or another force at its place: the held-out error falls" in headline(doubtful)

@@ -49,7 +49,14 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
     )
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
-        effect=effect, fit=fit, held_chi2=held, n_held=N_HELD, error=0.1, held_error=0.1, gain=fall, held_gain=held_fall
+        effect=effect,
+        fit=fit,
+        held_out_chi2=held,
+        n_held_out=N_HELD,
+        error=0.1,
+        held_out_error=0.1,
+        gain=fall,
+        held_out_gain=held_fall,
     )
 
 
@@ -174,7 +181,7 @@ def test_no_candidate_means_nothing_or_something_unknown() -> None:
 )
 def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: float, finding: Finding) -> None:
     """A stop that is reached at the highest level alone; but noise may be as large."""
-    before = replace(BEFORE, held_error=error, error=0.03, held_stated_chi2=stated)
+    before = replace(BEFORE, held_out_error=error, error=0.03, held_out_stated_chi2=stated)
     verdict = decided(before=before)
     assert verdict.finding is finding
     assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
@@ -182,7 +189,7 @@ def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: 
 
 @pytest.mark.parametrize(("stated", "alone"), [(1.1, True), (4680.0, False)])
 def test_held_out_data_show_it_alone_only_where_the_others_are_explained(stated: float, alone: bool) -> None:
-    before = replace(BEFORE, held_error=0.41, error=0.41 if not alone else 0.03, held_stated_chi2=9.0)
+    before = replace(BEFORE, held_out_error=0.41, error=0.41 if not alone else 0.03, held_out_stated_chi2=9.0)
     verdict = decided(before=replace(before, stated_chi2=stated))
     assert verdict.finding is Finding.UNKNOWN
     assert ("alone show" in verdict.sentence) is alone
@@ -352,13 +359,15 @@ def test_two_effects_of_which_the_held_out_data_refute_each_alone(held: float, f
 def test_held_out_data_confirm_nothing_that_makes_them_worse(
     misfit_after: float, error_after: float, finding: Finding
 ) -> None:
-    before = replace(BEFORE, held_stated_chi2=2.0)
-    better = replace(refit("mass", 100, 50), held_stated_chi2=misfit_after, held_error=error_after)
+    before = replace(BEFORE, held_out_stated_chi2=2.0)
+    better = replace(refit("mass", 100, 50), held_out_stated_chi2=misfit_after, held_out_error=error_after)
     assert decided(better, before=before).finding is finding
-    good = replace(refit("mass", 100, 50), held_stated_chi2=1.5, held_error=0.08)
+    good = replace(refit("mass", 100, 50), held_out_stated_chi2=1.5, held_out_error=0.08)
     # Nor two effects of which the first does so alone, or both do together.
     for first, other in ((good, better), (better, good)):
-        further = replace(refit("gap", 150, 60), held_stated_chi2=other.held_stated_chi2, held_error=other.held_error)
+        further = replace(
+            refit("gap", 150, 60), held_out_stated_chi2=other.held_out_stated_chi2, held_out_error=other.held_out_error
+        )
         both = replace(further, effect=first.effect, gain=400)
         assert decided(first, before=before, **beside(further, both)).finding is finding
 
@@ -454,11 +463,13 @@ def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> Non
     assert asked == [f"what is left beside mass of 1, limit {LIMITS.gain:.6g}"]
 
 
-def make_law(gain: float, held_gain: float = 0.0, kind: str = "clearance", *, is_distinct: bool = True) -> FittedLaw:
+def make_law(
+    gain: float, held_out_gain: float = 0.0, kind: str = "clearance", *, is_distinct: bool = True
+) -> FittedLaw:
     """A law in place of that of a cubic spring."""
-    law = replace(refit(f"{kind} for cubic at tip", 0.0, 0.0), held_error=0.05)
+    law = replace(refit(f"{kind} for cubic at tip", 0.0, 0.0), held_out_error=0.05)
     words = f"a force of the kind {kind}"
-    return FittedLaw(refit=law, gain=gain, held_gain=held_gain, words=words, is_distinct=is_distinct)
+    return FittedLaw(refit=law, gain=gain, held_out_gain=held_out_gain, words=words, is_distinct=is_distinct)
 
 
 @pytest.mark.parametrize(
@@ -488,10 +499,10 @@ def test_of_laws_that_cannot_be_told_apart_the_best_of_each_kind_is_told() -> No
     assert [law.words for law in verdict.laws] == ["a force of the kind clearance", "a force of the kind power"]
 
 
-@pytest.mark.parametrize(("held_gain", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
-def test_an_effect_that_held_out_data_refute_may_have_another_law(held_gain: float, finding: Finding) -> None:
+@pytest.mark.parametrize(("held_out_gain", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
+def test_an_effect_that_held_out_data_refute_may_have_another_law(held_out_gain: float, finding: Finding) -> None:
     refuted = refit("cubic at tip", 100, -40)
-    assert decided(refuted, laws=[make_law(50.0, held_gain)]).finding is finding
+    assert decided(refuted, laws=[make_law(50.0, held_out_gain)]).finding is finding
 
 
 def test_gains_count_over_what_a_fit_leaves() -> None:

@@ -174,7 +174,7 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
     arrangement: Arrangement, misfit: tuple[float, float], error: tuple[float, float], worse: bool
 ) -> None:
     without, refit = (
-        replace(baseline_fit(arrangement), held_stated_chi2=chi2, held_error=size)
+        replace(baseline_fit(arrangement), held_out_stated_chi2=chi2, held_out_error=size)
         for chi2, size in zip(misfit, error, strict=True)
     )
     assert finalist.is_worse(refit, without) is worse
@@ -187,4 +187,4 @@ def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists:
     residual = whole.residual(whole.predictor.predict(fit.model, fit.prediction))
     exact = float(residual @ residual) + whole.whitening.log_determinant
     # The covariance has the slopes of the readings at the fit, where a fit of the jitter follows their curvature.
-    assert found.arrangement.tested(None, fit).held_cost == pytest.approx(exact, abs=1.0)
+    assert found.arrangement.tested(None, fit).held_out_cost == pytest.approx(exact, abs=1.0)

@@ -55,7 +55,7 @@ def test_both_are_found_with_their_strengths_and_each_gains_beside_the_other(pai
     for each in (pair.first.refit, pair.second.refit):
         assert each.strength == pytest.approx(HIDDEN[each.name], abs=3 * each.deviation)
         assert each.gain > CHANCE
-        assert each.held_gain > 0
+        assert each.held_out_gain > 0
     assert pair.first.refit.label == f"{MASS} and {GAIN}"
     assert pair.alone.name == GAIN
 
