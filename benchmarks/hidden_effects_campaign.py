@@ -161,7 +161,7 @@ def _record(
         scores={score.effect.name: round(float(score.gain), 2) for score in found.scores[:MOST_SCORES]},
         error=float(before.error),
         held_error=float(before.held_out_error),
-        held_chi2=float(before.held_out_chi2),
+        held_chi2=float(before.held_out_reduced_chi2),
         floor=floor,
         noise_floor=noise_floor,
         threshold=float(verdict.threshold),
@@ -191,7 +191,7 @@ def _fitted(refit: Refit) -> Fitted:
         gain=refit.gain,
         error=float(refit.error),
         held_error=float(refit.held_out_error),
-        held_chi2=float(refit.held_out_chi2),
+        held_chi2=float(refit.held_out_reduced_chi2),
     )
 
 

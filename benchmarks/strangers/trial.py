@@ -136,9 +136,9 @@ def _judged(refit: Refit) -> dict[str, Any]:
     """How well a fit describes training and held-out data: by the model error of its own, by noise, and in per cent."""
     return {
         "chi2": float(refit.fit.chi2 / refit.fit.n_number),
-        "held_chi2": float(refit.held_out_chi2),
-        "stated_chi2": refit.stated_chi2,
-        "held_stated_chi2": refit.held_out_stated_chi2,
+        "held_chi2": float(refit.held_out_reduced_chi2),
+        "stated_chi2": refit.reduced_chi2_without_model_error,
+        "held_stated_chi2": refit.held_out_reduced_chi2_without_model_error,
         "error": float(refit.error),
         "held_error": float(refit.held_out_error),
     }

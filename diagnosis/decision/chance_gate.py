@@ -14,7 +14,6 @@ from diagnosis.decision.evidence import (
     DECISIVE,
     compute_probabilities,
     compute_spread,
-    compute_stated,
     gains,
     passes,
     support,
@@ -91,7 +90,7 @@ class ChanceGate:
         if first is None or self._find_another_law(first) is not None:
             return False
         further = self._find_leftover(first).further
-        if further is None or compute_stated(further) > UNEXPLAINED:
+        if further is None or further.reduced_chi2_by_noise > UNEXPLAINED:
             return False
         pair = self._find_pair(first, further)
         if pair is None or self._rises(pair.second.refit) or self._compute_held_gain(pair) < DECISIVE:
@@ -147,10 +146,10 @@ class ChanceGate:
 
     def _rises(self, refit: Refit) -> bool:
         """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
-        if refit.held_out_misfit <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
+        if refit.held_out_reduced_chi2_by_noise <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
             return False
         larger = refit.held_out_error > (1 + ERROR_ROUNDED) * self.before.held_out_error
-        return bool(larger or refit.held_out_misfit > self.before.held_out_misfit)
+        return bool(larger or refit.held_out_reduced_chi2_by_noise > self.before.held_out_reduced_chi2_by_noise)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
@@ -263,7 +262,7 @@ def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Threshold
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
     unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
     beyond = max(rest.gain - thresholds.gain, unknown)
-    is_left = compute_stated(refit) > UNEXPLAINED
+    is_left = refit.reduced_chi2_by_noise > UNEXPLAINED
     if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
         return True
     return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, before)
@@ -274,5 +273,5 @@ def _explains_nearly_all(refit: Refit, before: Refit) -> bool:
 
     Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
     """
-    was, left = compute_stated(before), compute_stated(refit)
+    was, left = before.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
     return was > UNEXPLAINED and left - 1 < STAND_IN**2 * (was - left)

@@ -58,9 +58,4 @@ def compute_evidence(refit: Refit) -> float:
 
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
-    return refit.held_out_error > LARGE and refit.held_out_misfit > UNEXPLAINED
-
-
-def compute_stated(refit: Refit) -> float:
-    """Reduced chi-squared by noise and stated errors."""
-    return refit.fit.chi2 / refit.fit.n_number if refit.stated_chi2 is None else refit.stated_chi2
+    return refit.held_out_error > LARGE and refit.held_out_reduced_chi2_by_noise > UNEXPLAINED

@@ -21,7 +21,7 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.chance_gate import ChanceGate, place_of
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, tell_held_back
-from diagnosis.decision.evidence import compute_stated, errs_on_held_out, passes
+from diagnosis.decision.evidence import errs_on_held_out, passes
 from diagnosis.decision.gate import find
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.leftover import Leftover
@@ -173,7 +173,7 @@ def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
 def _tell_held_out_error(before: Refit) -> str:
     """A large error of the held-out data, beside that of the training data, in words."""
     held_out, others = (f"{plain(100 * error)} %" for error in (before.held_out_error, before.error))
-    if compute_stated(before) > UNEXPLAINED:
+    if before.reduced_chi2_by_noise > UNEXPLAINED:
         return (
             f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
             f"held-out data and by {others} on the others."

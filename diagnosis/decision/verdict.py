@@ -122,7 +122,7 @@ class Verdict(Tabular):
             "standard deviation": [each.deviation for each in fits],
             "training error [-]": [each.error for each in fits],
             "held-out error [-]": [each.held_out_error for each in fits],
-            "held-out reduced chi-squared [-]": [each.held_out_chi2 for each in fits],
+            "held-out reduced chi-squared [-]": [each.held_out_reduced_chi2 for each in fits],
         }
         return pandas.DataFrame(columns, index=pandas.Index([each.label for each in fits], name="added"))
 
@@ -196,8 +196,8 @@ def held_out_fall(before: Refit, after: Refit) -> str:
         for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
     ]
     if not falls and not after.held_out_error < before.held_out_error:
-        change = f"from {before.held_out_misfit:.3g} to {after.held_out_misfit:.3g}"
-        falls_at_all = after.held_out_misfit < before.held_out_misfit
+        change = f"from {before.held_out_reduced_chi2_by_noise:.3g} to {after.held_out_reduced_chi2_by_noise:.3g}"
+        falls_at_all = after.held_out_reduced_chi2_by_noise < before.held_out_reduced_chi2_by_noise
         return f"held-out reduced chi-squared {'falls' if falls_at_all else 'does not fall:'} {change}"
     whole = f"{plain(100 * before.held_out_error)} to {plain(100 * after.held_out_error)} %"
     return f"the held-out error falls from {', '.join(falls) or whole}"

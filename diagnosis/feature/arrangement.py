@@ -84,8 +84,8 @@ class FeatureArrangement:
         excess = max(1.0, fit.chi2 / max(fit.n_number - n_free, 1))
         wide = replace(fit, covariance=excess * fit.covariance)
         return Refit(
-            effect=effect, fit=wide, held_out_chi2=squares[1], n_held_out=len(residual), error=squares[0] ** 0.5,
-            held_out_error=squares[1] ** 0.5,
+            effect=effect, fit=wide, held_out_reduced_chi2=squares[1], n_held_out=len(residual),
+            error=squares[0] ** 0.5, held_out_error=squares[1] ** 0.5,
         )  # fmt: skip
 
 

@@ -148,8 +148,8 @@ class FeatureGate(HeldOutGate):
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
-        fall = before.n_held_out * (before.held_out_chi2 - after.held_out_chi2)
-        return fall > SURE**2 * max(1.0, after.held_out_chi2)
+        fall = before.n_held_out * (before.held_out_reduced_chi2 - after.held_out_reduced_chi2)
+        return fall > SURE**2 * max(1.0, after.held_out_reduced_chi2)
 
     def explains(self, refit: Refit) -> bool:
         """Whether little of the error is left, and of every clear indication."""

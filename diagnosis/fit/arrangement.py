@@ -195,10 +195,11 @@ class Arrangement:
 
     def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, settled: Fit) -> Refit:
         return Refit(
-            effect=effect, fit=fit, held_out_chi2=settled.chi2 / settled.n_number,
+            effect=effect, fit=fit, held_out_reduced_chi2=settled.chi2 / settled.n_number,
             error=self.train.error(fit.prediction), held_out_error=held_out.error(settled.prediction),
-            n_held_out=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
-            held_out_stated_chi2=_stated_chi2(held_out, settled.prediction),
+            n_held_out=settled.n_number,
+            reduced_chi2_without_model_error=_chi2_without_model_error(self.train, fit.prediction),
+            held_out_reduced_chi2_without_model_error=_chi2_without_model_error(held_out, settled.prediction),
             held_out_jumps=compute_jump_errors(held_out.observed, settled.prediction, held_out.predictor.sweeps),
             held_out_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
         )  # fmt: skip
@@ -458,7 +459,7 @@ def _log_width(fit: Fit) -> float:
     return float(np.linalg.slogdet(scaled.T @ scaled)[1])
 
 
-def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None:
+def _chi2_without_model_error(comparison: Comparison, prediction: Prediction) -> float | None:
     """Reduced chi-squared without model error, if there is any."""
     if comparison.model_error is None:
         return None

@@ -60,7 +60,7 @@ class Refit:
         Effect; None for the calibration parameters and added effects alone.
     fit
         Fit to the training data.
-    held_out_chi2
+    held_out_reduced_chi2
         Reduced chi-squared of the held-out data, by the model error that they show [-].
     error, held_out_error
         |measured - predicted| / |measured|, training and held-out [-].
@@ -70,7 +70,7 @@ class Refit:
         Mean squared residual of each block of the held-out records, shape (b,).
     n_held_out
         Held-out numbers [-].
-    stated_chi2, held_out_stated_chi2
+    reduced_chi2_without_model_error, held_out_reduced_chi2_without_model_error
         Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
     held_out_jumps
         Jumps of the held-out sweeps between two steady states, measured and predicted.
@@ -90,15 +90,15 @@ class Refit:
 
     effect: Effect | None
     fit: Fit
-    held_out_chi2: float
+    held_out_reduced_chi2: float
     error: float
     held_out_error: float
     held_out_errors: PerRecord = field(default_factory=lambda: np.zeros(0))
     held_out_names: tuple[str, ...] = ()
     blocks: Float[NDArray[np.float64], " b"] = field(default_factory=lambda: np.zeros(0))
     n_held_out: int = 0
-    stated_chi2: float | None = None
-    held_out_stated_chi2: float | None = None
+    reduced_chi2_without_model_error: float | None = None
+    held_out_reduced_chi2_without_model_error: float | None = None
     held_out_jumps: tuple[JumpError, ...] = ()
     held_out_cost: float = 0.0
     gain: float = 0.0
@@ -108,9 +108,16 @@ class Refit:
     beside: Effect | None = None
 
     @property
-    def held_out_misfit(self) -> float:
+    def reduced_chi2_by_noise(self) -> float:
+        """Reduced chi-squared of the training data by noise and stated errors, which fits have in common [-]."""
+        without = self.reduced_chi2_without_model_error
+        return self.fit.chi2 / self.fit.n_number if without is None else without
+
+    @property
+    def held_out_reduced_chi2_by_noise(self) -> float:
         """Reduced chi-squared of the held-out data by noise and stated errors, which fits have in common [-]."""
-        return self.held_out_chi2 if self.held_out_stated_chi2 is None else self.held_out_stated_chi2
+        without = self.held_out_reduced_chi2_without_model_error
+        return self.held_out_reduced_chi2 if without is None else without
 
     @property
     def name(self) -> str:

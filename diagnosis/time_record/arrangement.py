@@ -74,7 +74,7 @@ class RecordArrangement:
             residual = np.full(len(held.block), np.inf)
         errors = held.errors(residual)
         return Refit(
-            effect=effect, fit=fit, held_out_chi2=float(np.mean(residual**2)),
+            effect=effect, fit=fit, held_out_reduced_chi2=float(np.mean(residual**2)),
             error=_root_mean_square(self.train.errors(fit.residual)), held_out_error=_root_mean_square(errors),
             held_out_errors=errors, held_out_names=tuple(each.record.name for each in held.drives),
             blocks=held.by_block(residual**2),

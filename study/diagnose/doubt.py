@@ -47,7 +47,7 @@ def _unknown(result: Round) -> Iterator[str]:
 def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse, by noise and stated errors."""
     drawn, before = result.drawn, result.diagnosis.before
-    rise = (before.held_out_misfit - drawn.held_out_misfit) * before.n_held_out
+    rise = (before.held_out_reduced_chi2_by_noise - drawn.held_out_reduced_chi2_by_noise) * before.n_held_out
     larger = before.held_out_error / drawn.held_out_error if drawn.held_out_error else 1.0
     if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"

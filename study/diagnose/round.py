@@ -263,12 +263,11 @@ def find_mode_corrections(
 
 def errors(refit: Refit) -> Errors:
     """Errors of a fitted model."""
-    training, held_out = refit.stated_chi2, refit.held_out_stated_chi2
     return Errors(
         training=refit.error,
         held_out=refit.held_out_error,
-        training_chi2=refit.fit.chi2 / refit.fit.n_number if training is None else training,
-        held_out_chi2=refit.held_out_chi2 if held_out is None else held_out,
+        training_chi2=refit.reduced_chi2_by_noise,
+        held_out_chi2=refit.held_out_reduced_chi2_by_noise,
     )
 
 

@@ -244,7 +244,7 @@ def refit(effect: Any, chi2: float, held_error: float) -> Refit:
     return Refit(
         effect=effect,
         fit=fit,
-        held_out_chi2=1.0,
+        held_out_reduced_chi2=1.0,
         error=0.01,
         held_out_error=held_error,
         gain=900.0 - chi2,  # type: ignore[arg-type]

@@ -23,7 +23,7 @@ def refit(name: str, blocks: NDArray[np.float64]) -> Refit:
     fit = SimpleNamespace(values=np.array([99.0, 0.0123]), deviation=np.array([77.0, 0.0005]), n_number=3)
     error = np.sqrt(blocks.mean(keepdims=True))
     return Refit(
-        effect=effect, fit=fit, held_out_chi2=float(error[0] ** 2),  # type: ignore[arg-type]
+        effect=effect, fit=fit, held_out_reduced_chi2=float(error[0] ** 2),  # type: ignore[arg-type]
         error=float(error[0]), held_out_error=float(error[0]), held_out_errors=error, held_out_names=("arrow",),
         blocks=blocks,
     )  # fmt: skip

@@ -26,11 +26,11 @@ def result(
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_out_misfit=1.0, held_out_error=drawn), best=best, setup=SimpleNamespace(added=()),
-        remarks=(), wrong=wrong,
+        drawn=SimpleNamespace(held_out_reduced_chi2_by_noise=1.0, held_out_error=drawn), best=best,
+        setup=SimpleNamespace(added=()), remarks=(), wrong=wrong,
         diagnosis=SimpleNamespace(
             before=SimpleNamespace(
-                held_out_misfit=1.0 + chi2, held_out_error=before, error=before, fit=fit, n_held_out=100,
+                held_out_reduced_chi2_by_noise=1.0 + chi2, held_out_error=before, error=before, fit=fit, n_held_out=100,
                 held_out_jumps=(),
             ),
             arrangement=SimpleNamespace(calibration=calibration, train=SHARES, held_out=SHARES),
@@ -88,7 +88,7 @@ def test_what_the_model_errs_by_is_said() -> None:
 def test_a_large_held_out_error_that_is_left_is_said() -> None:
     fit = SimpleNamespace(values=np.array([1.0]))
     best = SimpleNamespace(
-        held_out_misfit=30.0,
+        held_out_reduced_chi2_by_noise=30.0,
         held_out_error=0.33,
         error=0.12,
         name="density of all",
@@ -101,7 +101,7 @@ def test_a_large_held_out_error_that_is_left_is_said() -> None:
         "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"
     )
     # Noise may be as large.
-    best.held_out_misfit = 1.1
+    best.held_out_reduced_chi2_by_noise = 1.1
     assert list_doubts(result(drawn=5.0, before=4.8, best=best)) == []
 
 

@@ -51,7 +51,7 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
     return Refit(
         effect=effect,
         fit=fit,
-        held_out_chi2=held,
+        held_out_reduced_chi2=held,
         n_held_out=N_HELD,
         error=0.1,
         held_out_error=0.1,
@@ -181,7 +181,7 @@ def test_no_candidate_means_nothing_or_something_unknown() -> None:
 )
 def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: float, finding: Finding) -> None:
     """A stop that is reached at the highest level alone; but noise may be as large."""
-    before = replace(BEFORE, held_out_error=error, error=0.03, held_out_stated_chi2=stated)
+    before = replace(BEFORE, held_out_error=error, error=0.03, held_out_reduced_chi2_without_model_error=stated)
     verdict = decided(before=before)
     assert verdict.finding is finding
     assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
@@ -189,8 +189,10 @@ def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: 
 
 @pytest.mark.parametrize(("stated", "alone"), [(1.1, True), (4680.0, False)])
 def test_held_out_data_show_it_alone_only_where_the_others_are_explained(stated: float, alone: bool) -> None:
-    before = replace(BEFORE, held_out_error=0.41, error=0.41 if not alone else 0.03, held_out_stated_chi2=9.0)
-    verdict = decided(before=replace(before, stated_chi2=stated))
+    before = replace(
+        BEFORE, held_out_error=0.41, error=0.41 if not alone else 0.03, held_out_reduced_chi2_without_model_error=9.0
+    )
+    verdict = decided(before=replace(before, reduced_chi2_without_model_error=stated))
     assert verdict.finding is Finding.UNKNOWN
     assert ("alone show" in verdict.sentence) is alone
     assert "41 %" in verdict.sentence
@@ -221,10 +223,16 @@ def test_many_that_explain_a_little_worse_are_named_until_their_probability_is_c
 def test_an_effect_that_leaves_next_to_nothing_is_no_stand_in() -> None:
     """Model error as large as the responses explains much without it, so that its gain is small beside what is left."""
     rest = Leftover(gain=0.0, name="", places=(place(LIMITS.misfit + 50),), known=0.0)
-    cubic, lost = replace(refit("cubic", 90, 70), stated_chi2=5.0), replace(BEFORE, stated_chi2=7000.0)
+    cubic, lost = (
+        replace(refit("cubic", 90, 70), reduced_chi2_without_model_error=5.0),
+        replace(BEFORE, reduced_chi2_without_model_error=7000.0),
+    )
     assert decided(cubic, rest=rest).finding is Finding.UNKNOWN
     assert decided(cubic, rest=rest, before=lost).finding is Finding.MISSING
-    assert decided(cubic, rest=rest, before=replace(BEFORE, stated_chi2=50.0)).finding is Finding.UNKNOWN
+    assert (
+        decided(cubic, rest=rest, before=replace(BEFORE, reduced_chi2_without_model_error=50.0)).finding
+        is Finding.UNKNOWN
+    )
 
 
 def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
@@ -359,14 +367,18 @@ def test_two_effects_of_which_the_held_out_data_refute_each_alone(held: float, f
 def test_held_out_data_confirm_nothing_that_makes_them_worse(
     misfit_after: float, error_after: float, finding: Finding
 ) -> None:
-    before = replace(BEFORE, held_out_stated_chi2=2.0)
-    better = replace(refit("mass", 100, 50), held_out_stated_chi2=misfit_after, held_out_error=error_after)
+    before = replace(BEFORE, held_out_reduced_chi2_without_model_error=2.0)
+    better = replace(
+        refit("mass", 100, 50), held_out_reduced_chi2_without_model_error=misfit_after, held_out_error=error_after
+    )
     assert decided(better, before=before).finding is finding
-    good = replace(refit("mass", 100, 50), held_out_stated_chi2=1.5, held_out_error=0.08)
+    good = replace(refit("mass", 100, 50), held_out_reduced_chi2_without_model_error=1.5, held_out_error=0.08)
     # Nor two effects of which the first does so alone, or both do together.
     for first, other in ((good, better), (better, good)):
         further = replace(
-            refit("gap", 150, 60), held_out_stated_chi2=other.held_out_stated_chi2, held_out_error=other.held_out_error
+            refit("gap", 150, 60),
+            held_out_reduced_chi2_without_model_error=other.held_out_reduced_chi2_without_model_error,
+            held_out_error=other.held_out_error,
         )
         both = replace(further, effect=first.effect, gain=400)
         assert decided(first, before=before, **beside(further, both)).finding is finding
@@ -418,7 +430,7 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
     left = LIMITS.misfit + more
     rest = Leftover(gain=0.0, name="gap", places=(place(left),), known=known * left)
     assert left < STAND_IN * 10000
-    verdict = decided(replace(refit(name, 10000, 50), stated_chi2=stated), rest=rest)
+    verdict = decided(replace(refit(name, 10000, 50), reduced_chi2_without_model_error=stated), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
         assert "mass explains most, but leaves near tip" in verdict.sentence

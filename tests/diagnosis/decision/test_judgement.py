@@ -174,7 +174,7 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
     arrangement: Arrangement, misfit: tuple[float, float], error: tuple[float, float], worse: bool
 ) -> None:
     without, refit = (
-        replace(baseline_fit(arrangement), held_out_stated_chi2=chi2, held_out_error=size)
+        replace(baseline_fit(arrangement), held_out_reduced_chi2_without_model_error=chi2, held_out_error=size)
         for chi2, size in zip(misfit, error, strict=True)
     )
     assert finalist.is_worse(refit, without) is worse

@@ -165,7 +165,9 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(
         fit=SimpleNamespace(chi2=chi2), cost=chi2, cost_with_error_left=lambda fit: fit.chi2,
-        tested=lambda effect, fit: Refit(effect=effect, fit=fit, held_out_chi2=1.0, error=0.1, held_out_error=0.1),
+        tested=lambda effect, fit: Refit(
+            effect=effect, fit=fit, held_out_reduced_chi2=1.0, error=0.1, held_out_error=0.1
+        ),
     )  # fmt: skip
     return find_leftover(arrangement, effects, worth), asked
 

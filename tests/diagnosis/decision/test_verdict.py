@@ -25,7 +25,7 @@ def refit(what: SimpleNamespace | None, strength: float, deviation: float, held_
     # A calibration parameter comes first, whose numbers must not be told.
     numbers = [99.0] + ([] if what is None else [strength])
     fit = SimpleNamespace(values=np.array(numbers), deviation=np.array([77.0] + ([] if what is None else [deviation])))
-    return Refit(effect=what, fit=fit, held_out_chi2=1.0, error=held_out_error, held_out_error=held_out_error)  # type: ignore[arg-type]
+    return Refit(effect=what, fit=fit, held_out_reduced_chi2=1.0, error=held_out_error, held_out_error=held_out_error)  # type: ignore[arg-type]
 
 
 BEFORE = refit(None, 0.0, 0.0, 0.034)
@@ -52,7 +52,7 @@ def test_one_effect_is_missing() -> None:
 
 
 def test_what_does_not_fall_is_not_said_to_fall() -> None:
-    weak = replace(TIP, held_out_error=0.035, held_out_chi2=0.812)
+    weak = replace(TIP, held_out_error=0.035, held_out_reduced_chi2=0.812)
     assert verdict(Finding.MISSING, weak) == (
         "mass at tip z (0.0123 kg +- 0.00098) is missing; held-out reduced chi-squared falls from 1 to 0.812."
     )
