@@ -11,9 +11,9 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.chance_gate import KNOWN
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
 from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.likelihood_ratio import KNOWN
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import Added
@@ -98,7 +98,7 @@ class Diagnosis(Generic[P]):
     places
         Places where an unknown force would explain the residual, best first.
     thresholds
-        Detection thresholds; zero where another gate decides.
+        Detection thresholds; zero where the held-out error decides.
     """
 
     arrangement: P

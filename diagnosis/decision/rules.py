@@ -19,12 +19,12 @@ import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.chance_gate import ChanceGate, place_of
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, tell_held_back
 from diagnosis.decision.evidence import errs_on_held_out, passes
-from diagnosis.decision.gate import find
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.leftover import Leftover
+from diagnosis.decision.likelihood_ratio import LikelihoodRatioTest, place_of
+from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
@@ -70,38 +70,38 @@ def decide(
     refuted = max((each.refit.gain for each in finalists if each.refit.held_out_gain < 0), default=0.0)
     passed = [each for each in finalists if passes(each.refit, thresholds)]
     by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
-    gate = ChanceGate(by_name, catalogue, places, thresholds, run_step, before, max(refuted, 0.0))
-    finding, effects = find(gate, refits)
+    test = LikelihoodRatioTest(by_name, catalogue, places, thresholds, run_step, before, max(refuted, 0.0))
+    finding, effects = apply_test(test, refits)
     left, reason = passed[0].arrangement.left if passed else left, ""
-    if not passed and gate.finds_two(refits):
-        finding, effects = Finding.AMBIGUOUS, gate.choose([])
-    if gate.pair is not None:
-        left = gate.pair.first.arrangement.left
+    if not passed and test.finds_two(refits):
+        finding, effects = Finding.AMBIGUOUS, test.choose([])
+    if test.pair is not None:
+        left = test.pair.first.arrangement.left
     if left.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
         reason = "" if far is None else far.sentence
-    if finding is Finding.NOTHING and gate.generalises_by_another_law(refits):
+    if finding is Finding.NOTHING and test.generalises_by_another_law(refits):
         finding = Finding.UNKNOWN
-    laws = gate.find_rival_laws(effects[0]) if effects else []
-    if finding is Finding.MISSING and (laws or not gate.is_confirmed(effects[0])):
+    laws = test.find_rival_laws(effects[0]) if effects else []
+    if finding is Finding.MISSING and (laws or not test.is_confirmed(effects[0])):
         finding = Finding.AMBIGUOUS
     if finding is Finding.NOTHING and held_back:
         # What a parameter has taken up as far as its prior lets it go may be an effect.
         finding = Finding.UNKNOWN
     if finding is Finding.NOTHING and errs_on_held_out(before):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
-    found = finding is Finding.UNKNOWN and not gate.laws and gate.is_unexplained()
+    found = finding is Finding.UNKNOWN and not test.laws and test.is_unexplained()
     place, nearest = places[0] if found else None, passed[0].refit if found and passed else None
-    if finding is Finding.UNKNOWN and gate.laws:
-        ((name, law),) = gate.laws.items()
+    if finding is Finding.UNKNOWN and test.laws:
+        ((name, law),) = test.laws.items()
         place = next((each for each in places if each.name == place_of(name)), None)
         nearest = next(each.refit for each in finalists if each.name == name)
         reason = _tell_law(name, law, before)
-    elif finding is Finding.UNKNOWN and not found and passed and gate.left:
-        ((name, rest),) = gate.left.items()
+    elif finding is Finding.UNKNOWN and not found and passed and test.left:
+        ((name, rest),) = test.left.items()
         reason = _tell_stand_in(name, rest, thresholds)
     if finding is Finding.UNKNOWN:
-        laws = [*gate.laws.values()]
+        laws = [*test.laws.values()]
     else:
         held_back = ()
     if held_back:
@@ -111,10 +111,10 @@ def decide(
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
-        reason=reason, pair=gate.pair if effects else None, instead=gate.instead,
+        reason=reason, pair=test.pair if effects else None, instead=test.instead,
         alike=_find_alike(scores, effects, finalists),
         laws=laws, held_back=held_back,
-        probabilities=gate.rank([each.refit for each in passed])[: len(effects)] if effects else [],
+        probabilities=test.rank([each.refit for each in passed])[: len(effects)] if effects else [],
     )  # fmt: skip
 
 

@@ -59,7 +59,7 @@ class Verdict(Tabular):
     units
         Units of these strengths, by name.
     threshold
-        Detection threshold of the fall of chi^2; none where another gate decides.
+        Detection threshold of the fall of chi^2; none by the held-out error.
     place
         Place of the missing force, if the cause is unknown.
     nearest
@@ -76,7 +76,7 @@ class Verdict(Tabular):
         Laws that the force of the first of them may have instead; the law of the force, if the cause is unknown and a
         law was found.
     probabilities
-        Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
+        Probability of each named effect, if one that passes is the true one [-]; none by the held-out error.
     held_back
         Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown.
     reason

@@ -12,7 +12,7 @@ from correlation.model import Model
 from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.decision.gate import find
+from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
@@ -20,7 +20,7 @@ from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
-from diagnosis.time_record.gate import PART, SURE, HeldOutGate
+from diagnosis.time_record.held_out import PART, SURE, HeldOutTest
 
 #: As timed on ring-downs and loops.
 SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
@@ -60,7 +60,7 @@ def diagnose_features(
     """Diagnose which effect is missing from a model.
 
     An effect is named if the held-out error in excess of the deviations falls enough and throughout, and little is left
-    (`diagnosis.time_record.gate`). Signs that the model does not show are reported in any case.
+    (`diagnosis.time_record.held_out`). Signs that the model does not show are reported in any case.
 
     Parameters
     ----------
@@ -128,8 +128,8 @@ def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, .
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FeatureGate(HeldOutGate):
-    """Gate for effects that lower the held-out error, are clear of zero, and explain what the data show by themselves.
+class FeatureTest(HeldOutTest):
+    """Test of effects: they lower the held-out error, are clear of zero, and explain what the data show by themselves.
 
     Parameters
     ----------
@@ -171,9 +171,11 @@ def _judge(
     indications: Sequence[Indication],
     catalogue: Catalogue,
 ) -> Verdict:
-    """Verdict of the gate; clear indications that no effect explains make it "unknown"."""
+    """Verdict of the test; clear indications that no effect explains make it "unknown"."""
     # Errors are in standard deviations, so that of noise is one.
-    finding, effects = find(FeatureGate(before=before, floor=np.ones(1), data=data, indications=indications), refits)
+    finding, effects = apply_test(
+        FeatureTest(before=before, floor=np.ones(1), data=data, indications=indications), refits
+    )
     clear = [each for each in indications if each.is_clear]
     off = arrangement.find_worst_frequency((*effects, before)[0].fit)
     if off is not None and abs(off[1]) > FAR[0]:

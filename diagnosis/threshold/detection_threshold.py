@@ -40,7 +40,7 @@ class Thresholds:
     n_trial: int = 0
 
 
-#: For data that another gate decides about.
+#: For data whose effects the held-out error tests.
 NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 

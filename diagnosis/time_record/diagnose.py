@@ -1,4 +1,4 @@
-"""Diagnosis of time records: one round, or rounds until no further effect passes the gate."""
+"""Diagnosis of time records: one round, or rounds until no further effect passes the test."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias, TypedDict, Unpack
@@ -12,7 +12,7 @@ from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.fit.added import Added
 from diagnosis.step import compute_step
 from diagnosis.time_record.arrangement import RecordArrangement, arrange_records, record_level
-from diagnosis.time_record.gate import judge_records
+from diagnosis.time_record.held_out import judge_records
 
 #: As timed on records of some thousand samples.
 SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
@@ -110,7 +110,7 @@ def record_rounds(
     most: int = 3,
     **options: Unpack[Options],
 ) -> list[RecordDiagnosis]:
-    """Add the missing effect and diagnose again, until none passes the gate or several cannot be distinguished.
+    """Add the missing effect and diagnose again, until none passes the test or several cannot be distinguished.
 
     Parameters
     ----------

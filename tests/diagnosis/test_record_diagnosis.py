@@ -22,7 +22,7 @@ from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.time_record.arrangement import arrange_records, stretch
 from diagnosis.time_record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
-from diagnosis.time_record.gate import named_unit
+from diagnosis.time_record.held_out import named_unit
 from reduction.jointed_system import JointedSystem, along
 from tests.slow import slow
 

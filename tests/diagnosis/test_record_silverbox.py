@@ -97,7 +97,7 @@ def test_nothing_further_passes_the_gate(rounds: list[RecordDiagnosis]) -> None:
     assert len(rounds) == 2
     last = rounds[1]
     assert last.verdict.finding is Finding.NOTHING
-    # The best of the rest, drag, takes 18 % of the error off: just less than the gate asks for.
+    # The best of the rest, drag, takes 18 % of the error off: just less than the test asks for.
     assert last.refits[0].effect is not None
     assert last.refits[0].effect.kind == "air damping"
     assert last.refits[0].held_out_error > 0.8 * last.before.held_out_error

@@ -1,4 +1,4 @@
-"""The gate: what the held-out error must do before an effect is named."""
+"""The test: what the held-out error must do before an effect is named."""
 
 from types import SimpleNamespace
 
@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
-from diagnosis.time_record.gate import RATIO, judge_records
+from diagnosis.time_record.held_out import RATIO, judge_records
 
 QUIET = np.zeros(1)
 LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)

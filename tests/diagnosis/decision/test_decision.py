@@ -10,10 +10,10 @@ import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
-from diagnosis.decision.chance_gate import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.evidence import DECISIVE, passes, support
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.leftover import Leftover
+from diagnosis.decision.likelihood_ratio import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Finding, Verdict

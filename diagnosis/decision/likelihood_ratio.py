@@ -1,4 +1,4 @@
-"""The gate of steady states: gains compared with what chance gives, in training and held-out data."""
+"""Likelihood-ratio test of effects by steady states: falls of -2 ln p against their detection thresholds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -40,8 +40,8 @@ KNOWN = 0.5
 
 
 @dataclass(eq=False)
-class ChanceGate:
-    """Gains compared with the detection thresholds, in training and held-out data."""
+class LikelihoodRatioTest:
+    """Test of effects by their gains in training and held-out data, against the detection thresholds."""
 
     finalists: Mapping[str, Finalist]
     """Effects that were fitted to the end, by name."""

@@ -1,4 +1,4 @@
-"""Gate of time records: conditions on the held-out error for an effect to be named.
+"""Test of effects by the held-out error of time records: conditions for an effect to be named.
 
 The residual of a record is coloured, and mostly the model's own error, so that a nominal test would accept any effect.
 The excess of the held-out error over the noise must therefore fall to `RATIO`, throughout these records: each of their
@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.decision.gate import find
+from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
@@ -36,8 +36,8 @@ SURE = 4.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HeldOutGate:
-    """Gate for effects that lower the held-out error of records, of which known shares are noise.
+class HeldOutTest:
+    """Test of effects that lower the held-out error of records, of which known shares are noise.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def judge_records(
     scores: Sequence[Score] = (),
     units: Mapping[str, str] | None = None,
 ) -> Verdict:
-    """Verdict of the gate.
+    """Verdict by the held-out error.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def judge_records(
     units
         Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
-    gate = HeldOutGate(before=before, floor=floor)
-    finding, effects = find(gate, refits)
+    test = HeldOutTest(before=before, floor=floor)
+    finding, effects = apply_test(test, refits)
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
@@ -116,7 +116,7 @@ def judge_records(
     return Verdict(
         finding=finding, effects=effects, before=before, detectable=smallest_detectable(seen, enough),
         units={name: named_unit(unit, units or {}) for name, unit in given.items()},
-        reason=_reason(finding, gate, refits),
+        reason=_reason(finding, test, refits),
     )  # fmt: skip
 
 
@@ -128,13 +128,13 @@ def named_unit(unit: str, names: Mapping[str, str]) -> str:
     return unit
 
 
-def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str:
+def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str:
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
         best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_out_error)} %"
-    error = f"the held-out error is {plain(100 * gate.before.held_out_error)} %, and {best}"
-    noise = 100 * np.sqrt(gate.noise)
+    error = f"the held-out error is {plain(100 * test.before.held_out_error)} %, and {best}"
+    noise = 100 * np.sqrt(test.noise)
     if finding is Finding.UNKNOWN:
         return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."
     if noise:
