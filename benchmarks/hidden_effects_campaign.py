@@ -146,7 +146,7 @@ def _planted(truth: PlantedTruth, base: Model) -> Planted:
 def _record(
     case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, seconds: tuple[float, float]
 ) -> Record:
-    verdict, before = found.verdict, found.before
+    verdict, before = found.verdict, found.baseline
     place = next((each for each in (verdict.place, *found.places) if isinstance(each, Place)), None)
     floor, noise_floor = floors(found.arrangement)
     return Record(

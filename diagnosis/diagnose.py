@@ -89,7 +89,7 @@ class Diagnosis(Generic[P]):
         Candidates, and effects that cannot be tested.
     scores
         Scores of all candidates, best first.
-    before
+    baseline
         Fit and held-out test of the model without a further effect.
     refits
         Thorough fits of the shortlist: effects that pass the thresholds first, then by `support`.
@@ -104,7 +104,7 @@ class Diagnosis(Generic[P]):
     arrangement: P
     catalogue: Catalogue
     scores: tuple[Score, ...]
-    before: Refit
+    baseline: Refit
     refits: tuple[Refit, ...]
     verdict: Verdict
     places: tuple[UnknownForce, ...] = ()
@@ -156,7 +156,7 @@ def screen_and_refit(
         report("screening", shares.between("screening", "fits", done / total))
 
     scores = run_step("scores", lambda: screen(problem, effects, report_screening))
-    before = run_step("held-out error", lambda: baseline_fit(problem))
+    baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
     fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
@@ -170,7 +170,7 @@ def screen_and_refit(
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
-    return scores, before, refits
+    return scores, baseline, refits
 
 
 @on_one_blas_thread
@@ -237,21 +237,21 @@ def diagnose(
     places = run_step("places", lambda: find_unknown_forces(arrangement))
     list_starts = partial(_list_starts, searched, starts, places, thresholds)
     choice = Choice(partial(rank_by_suited_gains, searched), searched.cost_with_error_left, list_starts)
-    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, choice)
+    scores, baseline, refits = screen_and_refit(searched, effects, run_step, report, shares, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
-    before = before if searched is arrangement else baseline_fit(arrangement)
-    own = partial(weigh, campaign, arrangement, before, find_catalogue)
+    baseline = baseline if searched is arrangement else baseline_fit(arrangement)
+    own = partial(weigh, campaign, arrangement, baseline, find_catalogue)
     finalists = weigh_each(searched, refits, partial(own, searched.train), run_step)
-    nothing = Finalist(refit=before, arrangement=arrangement)
+    nothing = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", shares.left)
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, weigh=own)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
     report("intervals", shares.intervals)
-    before, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
+    baseline, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
+        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 

@@ -54,4 +54,4 @@ print(rounds[-1].verdict.smallest)
 
 best = rounds[0].verdict.effects[0]
 assert best.effect.kind == "cubic"
-assert (best.held_out_errors < rounds[0].before.held_out_errors / 5).all()
+assert (best.held_out_errors < rounds[0].baseline.held_out_errors / 5).all()

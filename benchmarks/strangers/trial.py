@@ -75,7 +75,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
 
 def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
     """What one diagnosis says, how clearly it sees the hidden effects, and which ones it could not tell from them."""
-    verdict, before, hidden = diagnosis.verdict, diagnosis.before, [each.name for each in effects]
+    verdict, before, hidden = diagnosis.verdict, diagnosis.baseline, [each.name for each in effects]
     detectable = {score.effect.name: score.detectable for score in diagnosis.scores}
     directions = {score.effect.name: score.direction for score in diagnosis.scores}
     return {

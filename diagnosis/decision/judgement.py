@@ -31,18 +31,18 @@ class Criteria:
 
 
 def judge(
-    before: Finalist, finalists: Sequence[Finalist], places: Sequence[UnknownForce], by: Criteria, run_step: RunStep
+    baseline: Finalist, finalists: Sequence[Finalist], places: Sequence[UnknownForce], by: Criteria, run_step: RunStep
 ) -> tuple[list[Finalist], Verdict]:
     """Rank finalists, those that pass the thresholds first, and decide.
 
     Parameters
     ----------
-    before
+    baseline
         Fit and test of the model without a further effect.
     finalists
         Effects by their own covariance.
     places
-        Places where an unknown force would explain the residual of `before`, best first.
+        Places where an unknown force would explain the residual of `baseline`, best first.
     by
         Candidates, scores and thresholds.
     run_step
@@ -53,9 +53,9 @@ def judge(
         return not passes(finalist.refit, by.thresholds), -support(finalist.refit)
 
     def judged(ranked: Sequence[Finalist]) -> Verdict:
-        left, held_back = before.arrangement.left, list_held_back(before.refit.fit)
+        left, held_back = baseline.arrangement.left, list_held_back(baseline.refit.fit)
         return decide(
-            by.catalogue, by.scores, before.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
+            by.catalogue, by.scores, baseline.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
         )
 
     ranked = sorted(finalists, key=rank)
@@ -69,5 +69,5 @@ def judge(
         best = min([*(each for each in ranked if each.name == alone.name), own], key=rank)
         ranked = sorted([*(each for each in ranked if each.name != alone.name), best], key=rank)
         verdict = judged(ranked)
-    train = before.arrangement.train
+    train = baseline.arrangement.train
     return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))

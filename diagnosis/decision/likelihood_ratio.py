@@ -49,7 +49,7 @@ class LikelihoodRatioTest:
     places: Sequence[UnknownForce]
     thresholds: Thresholds
     run_step: RunStep
-    before: Refit
+    baseline: Refit
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
     left: dict[str, Leftover] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class LikelihoodRatioTest:
         rest = self._find_leftover(refit)
         assert refit.effect is not None
         linear = is_linear(refit.effect, self.finalists[refit.name].arrangement.fit.model)
-        if not _stand_in(refit, self.before, rest, self.thresholds, linear):
+        if not _stand_in(refit, self.baseline, rest, self.thresholds, linear):
             return True
         self.pair = self._find_pair(refit, rest.further)
         return self.pair is not None
@@ -148,8 +148,8 @@ class LikelihoodRatioTest:
         """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
         if refit.held_out_reduced_chi2_by_noise <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
             return False
-        larger = refit.held_out_error > (1 + ERROR_ROUNDED) * self.before.held_out_error
-        return bool(larger or refit.held_out_reduced_chi2_by_noise > self.before.held_out_reduced_chi2_by_noise)
+        larger = refit.held_out_error > (1 + ERROR_ROUNDED) * self.baseline.held_out_error
+        return bool(larger or refit.held_out_reduced_chi2_by_noise > self.baseline.held_out_reduced_chi2_by_noise)
 
     def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
@@ -161,7 +161,9 @@ class LikelihoodRatioTest:
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False
-        if not (refit.held_out_gain + law.held_out_gain > 0 and law.refit.held_out_error < self.before.held_out_error):
+        if not (
+            refit.held_out_gain + law.held_out_gain > 0 and law.refit.held_out_error < self.baseline.held_out_error
+        ):
             return False
         self.laws[refit.name] = law
         return True
@@ -195,7 +197,7 @@ class LikelihoodRatioTest:
         numbers = f"{refit.strength:.6g} and {further.strength:.6g}"
         return self.run_step(
             f"{refit.name} and {further.name} of {numbers} together",
-            lambda: fit_pair(self.finalists[refit.name].arrangement, self.before, refit, further, others),
+            lambda: fit_pair(self.finalists[refit.name].arrangement, self.baseline, refit, further, others),
         )
 
     def _choose_first(self, pair: Pair) -> Finalist | None:
@@ -230,7 +232,7 @@ class LikelihoodRatioTest:
         """Whether an unknown force explains more than chance does."""
         if not self.places:
             return False
-        left = compute_spread(self.before, self.places[0].gain)
+        left = compute_spread(self.baseline, self.places[0].gain)
         return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
 
 
@@ -258,20 +260,20 @@ def place_of(name: str) -> str:
     return name.partition(" at ")[2]
 
 
-def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
+def _stand_in(refit: Refit, baseline: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
     unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
     beyond = max(rest.gain - thresholds.gain, unknown)
     is_left = refit.reduced_chi2_by_noise > UNEXPLAINED
     if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
         return True
-    return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, before)
+    return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, baseline)
 
 
-def _explains_nearly_all(refit: Refit, before: Refit) -> bool:
+def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:
     """Whether an effect leaves less than the share `STAND_IN` of an error that noise and stated errors do not explain.
 
     Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
     """
-    was, left = before.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
+    was, left = baseline.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
     return was > UNEXPLAINED and left - 1 < STAND_IN**2 * (was - left)

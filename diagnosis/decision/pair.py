@@ -50,7 +50,7 @@ class Pair:
 
 
 def fit_pair(
-    arrangement: Arrangement, before: Refit, first: Refit, further: Refit, others: Sequence[Refit] = ()
+    arrangement: Arrangement, baseline: Refit, first: Refit, further: Refit, others: Sequence[Refit] = ()
 ) -> Pair:
     """Fit two effects together, and others in place of the first one.
 
@@ -58,7 +58,7 @@ def fit_pair(
     ----------
     arrangement
         Arrangement by the covariance of the model with the first effect, and the fit with it.
-    before
+    baseline
         Fit without an effect.
     first, further
         The first effect alone, and the further one beside it.
@@ -66,12 +66,12 @@ def fit_pair(
         Other effects alone.
     """
     one, second = _effect_of(first), _effect_of(further)
-    (before_second, own), near = _split(further.fit.values, second), further.fit.prediction
-    calibrated, _ = _split(before_second, one)
+    (values_of_both, own), nearby = _split(further.fit.values, second), further.fit.prediction
+    calibrated, _ = _split(values_of_both, one)
 
     def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Arrangement:
         """The further effect beside others."""
-        return arrangement.refit_from([*effects, second], np.append(start, own), near, by)
+        return arrangement.refit_from([*effects, second], np.append(start, own), nearby, by)
 
     def test(found: Arrangement) -> Finalist:
         """A fit as one of the further effect, with the density of all data."""
@@ -82,10 +82,10 @@ def fit_pair(
         """The fit with both as one of an effect beside the further one."""
         return _compare(replace(found, refit=replace(found.refit, effect=effect, beside=second)), alone)
 
-    both = test(fit([one], before_second))
+    both = test(fit([one], values_of_both))
     # What the first effect has moved the calibration parameters to may be far from the minimum without it. Where it is
     # not there, the model error is no larger without it, and a larger one would keep the fit from the minimum.
-    starts = ((calibrated, None), (calibrated, both.arrangement.train), (before.fit.values, None))
+    starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
     alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
     strengths = [(_effect_of(each), _split(each.fit.values, _effect_of(each))[1]) for each in others]
     forces = find_unknown_forces(with_effect(both.arrangement, both.refit))

@@ -41,7 +41,7 @@ ALIKE = 0.99
 def decide(
     catalogue: Catalogue,
     scores: Sequence[Score],
-    before: Refit,
+    baseline: Refit,
     finalists: Sequence[Finalist],
     places: Sequence[UnknownForce],
     thresholds: Thresholds,
@@ -54,7 +54,7 @@ def decide(
 
     Parameters
     ----------
-    catalogue, scores, before, places, thresholds
+    catalogue, scores, baseline, places, thresholds
         See `diagnosis.diagnose.Diagnosis`.
     finalists
         Finalists, best first.
@@ -65,12 +65,12 @@ def decide(
     far
         A measured resonance that is far from those of the model, or a predicted one that is absent.
     held_back
-        Calibration parameters of `before` that are as far as their priors let a fit go.
+        Calibration parameters of `baseline` that are as far as their priors let a fit go.
     """
     refuted = max((each.refit.gain for each in finalists if each.refit.held_out_gain < 0), default=0.0)
     passed = [each for each in finalists if passes(each.refit, thresholds)]
     by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
-    test = LikelihoodRatioTest(by_name, catalogue, places, thresholds, run_step, before, max(refuted, 0.0))
+    test = LikelihoodRatioTest(by_name, catalogue, places, thresholds, run_step, baseline, max(refuted, 0.0))
     finding, effects = apply_test(test, refits)
     left, reason = passed[0].arrangement.left if passed else left, ""
     if not passed and test.finds_two(refits):
@@ -88,15 +88,15 @@ def decide(
     if finding is Finding.NOTHING and held_back:
         # What a parameter has taken up as far as its prior lets it go may be an effect.
         finding = Finding.UNKNOWN
-    if finding is Finding.NOTHING and errs_on_held_out(before):
-        finding, reason = Finding.UNKNOWN, _tell_held_out_error(before)
+    if finding is Finding.NOTHING and errs_on_held_out(baseline):
+        finding, reason = Finding.UNKNOWN, _tell_held_out_error(baseline)
     found = finding is Finding.UNKNOWN and not test.laws and test.is_unexplained()
     place, nearest = places[0] if found else None, passed[0].refit if found and passed else None
     if finding is Finding.UNKNOWN and test.laws:
         ((name, law),) = test.laws.items()
         place = next((each for each in places if each.name == place_of(name)), None)
         nearest = next(each.refit for each in finalists if each.name == name)
-        reason = _tell_law(name, law, before)
+        reason = _tell_law(name, law, baseline)
     elif finding is Finding.UNKNOWN and not found and passed and test.left:
         ((name, rest),) = test.left.items()
         reason = _tell_stand_in(name, rest, thresholds)
@@ -107,7 +107,7 @@ def decide(
     if held_back:
         place, nearest, reason, laws = None, None, tell_held_back(held_back), []
     return Verdict(
-        finding=finding, effects=effects, before=before, threshold=thresholds.gain,
+        finding=finding, effects=effects, baseline=baseline, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=place, nearest=nearest, model_error=left,
@@ -153,8 +153,8 @@ def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Se
     return [name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > ALIKE]
 
 
-def _tell_law(name: str, law: FittedLaw, before: Refit) -> str:
-    falls = held_out_fall(before, law.refit)
+def _tell_law(name: str, law: FittedLaw, baseline: Refit) -> str:
+    falls = held_out_fall(baseline, law.refit)
     return (
         f"Something is missing, and it is none of the known effects: near {place_of(name)}, {law.words}, by which "
         f"{falls}. Nearest is {name}."
@@ -170,10 +170,10 @@ def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
     return f"Something is missing, and it is none of the known effects: {name} explains most, but leaves {left}."
 
 
-def _tell_held_out_error(before: Refit) -> str:
+def _tell_held_out_error(baseline: Refit) -> str:
     """A large error of the held-out data, beside that of the training data, in words."""
-    held_out, others = (f"{plain(100 * error)} %" for error in (before.held_out_error, before.error))
-    if before.reduced_chi2_by_noise > UNEXPLAINED:
+    held_out, others = (f"{plain(100 * error)} %" for error in (baseline.held_out_error, baseline.error))
+    if baseline.reduced_chi2_by_noise > UNEXPLAINED:
         return (
             f"Something is missing, and no known effect explains it: the calibrated model errs by {held_out} on the "
             f"held-out data and by {others} on the others."

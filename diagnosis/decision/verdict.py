@@ -52,7 +52,7 @@ class Verdict(Tabular):
         Finding.
     effects
         Refits that explain the measurements, best first; empty if none does.
-    before
+    baseline
         Fit of the calibration parameters and added effects alone.
     detectable
         Smallest detectable strength of each candidate, from its vanishing value, by name; infinite if there is none.
@@ -85,7 +85,7 @@ class Verdict(Tabular):
 
     finding: Finding
     effects: Sequence[Refit]
-    before: Refit
+    baseline: Refit
     detectable: Mapping[str, float]
     units: Mapping[str, str]
     threshold: float | None = None
@@ -100,12 +100,12 @@ class Verdict(Tabular):
     held_back: Sequence[str] = ()
     reason: str = ""
 
-    def with_fits(self, before: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
+    def with_fits(self, baseline: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
         """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
         named = [*effects[:1], *([] if pair is None else [pair.second.refit])]
         doubtful = self.finding is Finding.MISSING and any(each.may_vanish for each in named)
         finding = Finding.AMBIGUOUS if doubtful else self.finding
-        return replace(self, finding=finding, before=before, effects=tuple(effects), pair=pair)
+        return replace(self, finding=finding, baseline=baseline, effects=tuple(effects), pair=pair)
 
     @property
     def further(self) -> Refit | None:
@@ -116,7 +116,7 @@ class Verdict(Tabular):
         """One row per fit, the model as it is first; errors relative to what was measured."""
         import pandas
 
-        fits = [self.before, *self.effects]
+        fits = [self.baseline, *self.effects]
         columns = {
             "strength": [each.strength for each in fits],
             "standard deviation": [each.deviation for each in fits],
@@ -178,7 +178,7 @@ class Verdict(Tabular):
         return f"The smallest detectable strengths are: {strengths}." if strengths else ""
 
     def _fall(self, refit: Refit) -> str:
-        return held_out_fall(self.before, refit)
+        return held_out_fall(self.baseline, refit)
 
     def _named(self, refit: Refit) -> str:
         assert refit.effect is not None

@@ -92,13 +92,13 @@ def diagnose_features(
     there = {each.effect.name for each in added}
     catalogue = list_effects(base, without=without, extra=extra, level=find_level(base, data))
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
-    scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
+    scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
     refits.sort(key=lambda refit: refit.held_out_error)
     indications = run_step("indications", lambda: list_indications(arrangement.fit.model, data))
-    verdict = _judge(arrangement, before, refits, data, indications, catalogue)
+    verdict = _judge(arrangement, baseline, refits, data, indications, catalogue)
     report("done", 1.0)
     diagnosis = Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
+        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
         verdict=verdict,
     )  # fmt: skip
     return FeatureResult(diagnosis=diagnosis, indications=indications)
@@ -165,7 +165,7 @@ class FeatureTest(HeldOutTest):
 
 def _judge(
     arrangement: FeatureArrangement,
-    before: Refit,
+    baseline: Refit,
     refits: Sequence[Refit],
     data: Sequence[Datum],
     indications: Sequence[Indication],
@@ -174,22 +174,22 @@ def _judge(
     """Verdict of the test; clear indications that no effect explains make it "unknown"."""
     # Errors are in standard deviations, so that of noise is one.
     finding, effects = apply_test(
-        FeatureTest(before=before, floor=np.ones(1), data=data, indications=indications), refits
+        FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications), refits
     )
     clear = [each for each in indications if each.is_clear]
-    off = arrangement.find_worst_frequency((*effects, before)[0].fit)
+    off = arrangement.find_worst_frequency((*effects, baseline)[0].fit)
     if off is not None and abs(off[1]) > FAR[0]:
         finding, effects = Finding.NOT_CLOSE, []
     elif finding is Finding.NOTHING and clear:
         finding = Finding.UNKNOWN
     units = {each.name: each.parameters[0].unit for each in catalogue.candidates}
-    reason = _reason(finding, before, clear, off)
-    return Verdict(finding=finding, effects=effects, before=before, detectable={}, units=units, reason=reason)
+    reason = _reason(finding, baseline, clear, off)
+    return Verdict(finding=finding, effects=effects, baseline=baseline, detectable={}, units=units, reason=reason)
 
 
-def _reason(finding: Finding, before: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
+def _reason(finding: Finding, baseline: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
     """Finding in words, where no effect is named."""
-    size = f"the held-out features differ from the model by {before.held_out_error:.2g} standard deviations"
+    size = f"the held-out features differ from the model by {baseline.held_out_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
         return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
     shown, causes = _most_clear(clear) or size, name_causes(clear)

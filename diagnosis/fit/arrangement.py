@@ -122,7 +122,7 @@ class Arrangement:
         return self.refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
 
     def refit_from(
-        self, effects: Sequence[Effect], values: Values, near: Prediction, by: Comparison | None = None
+        self, effects: Sequence[Effect], values: Values, nearby: Prediction, by: Comparison | None = None
     ) -> "Arrangement":
         """The same with a fit of effects that begins from given values, and the model error that it leaves.
 
@@ -132,7 +132,7 @@ class Arrangement:
             Effects beside the calibration parameters and the added effects.
         values
             Values of all of these, shape (p,).
-        near
+        nearby
             Prediction that the states of the fit begin near.
         by
             Comparison that the fit begins with; by default with the model error that the given values leave, so that
@@ -140,8 +140,8 @@ class Arrangement:
         """
         unknowns = self.unknowns(effects)
         if by is None:
-            by = update_model_error(self.train, self.train.predict(unknowns.compose(values), near))
-        return self.refit_with_error_left(calibrate(by, unknowns, values, near, quick=True), by)
+            by = update_model_error(self.train, self.train.predict(unknowns.compose(values), nearby))
+        return self.refit_with_error_left(calibrate(by, unknowns, values, nearby, quick=True), by)
 
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""

@@ -69,7 +69,7 @@ class Data(Protocol):
         """Limits of fits to it."""
         ...
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Any:
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Any:
         """Prediction of a model, from one nearby, and from the starts of the data.
 
         Raises
@@ -152,7 +152,7 @@ def calibrate(
     comparison: Data,
     unknowns: Unknowns,
     start: Values,
-    before: Any = None,
+    nearby: Any = None,
     report: Callable[[float], None] | None = None,
     *,
     slopes: Matrix | None = None,
@@ -169,7 +169,7 @@ def calibrate(
         Parameters.
     start
         Start values, shape (p,).
-    before
+    nearby
         Prediction nearby.
     report
         Called with chi^2 after each step.
@@ -186,7 +186,7 @@ def calibrate(
         Even the model without any change has no prediction.
     """
     size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
-    here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), before)
+    here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), nearby)
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
     for _ in range(search.steps):
@@ -234,9 +234,9 @@ class _Evaluation:
     chi2: float
 
 
-def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
+def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     model = unknowns.compose(values)
-    prediction = comparison.predict(model, before, values[: unknowns.n_start])
+    prediction = comparison.predict(model, nearby, values[: unknowns.n_start])
     centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
     away = (centre - values) / unknowns.prior
     residual = np.concatenate([comparison.residual(prediction), away])
@@ -245,14 +245,14 @@ def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, before: Any)
     )
 
 
-def _start(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
+def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     """As `_evaluate`, nearer to no effect where the model of the start has no prediction."""
     for share in NEARER[:-1]:
         try:
-            return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), before)
+            return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), nearby)
         except ModelError:
             continue
-    return _evaluate(comparison, unknowns, unknowns.vanishing, before)
+    return _evaluate(comparison, unknowns, unknowns.vanishing, nearby)
 
 
 def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:

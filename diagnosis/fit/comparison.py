@@ -60,7 +60,7 @@ class Comparison:
 
     search: ClassVar[Search] = Search()
 
-    def predict(self, model: Model, before: Prediction | None = None, starts: Values | None = None) -> Prediction:
+    def predict(self, model: Model, nearby: Prediction | None = None, starts: Values | None = None) -> Prediction:
         """Steady states of the model, which have no starts.
 
         Raises
@@ -69,7 +69,7 @@ class Comparison:
             The structure is not supported.
         """
         del starts
-        return self.predictor.predict(model, before)
+        return self.predictor.predict(model, nearby)
 
     def residual(self, prediction: Prediction) -> Vector:
         """S^(-1/2) (measured - predicted), shape (m,) [standard deviations]."""

@@ -53,14 +53,14 @@ class FeatureComparison:
         """Their standard deviations, shape (m,)."""
         return np.concatenate([[], *(item.deviation for item in self.features)])
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Vector:
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Vector:
         """What a model predicts for all features, shape (m,); NaN where it is a trial that has no answer.
 
         Parameters
         ----------
         model
             A model.
-        before
+        nearby
             Prediction of a model that this one is a variation of; None for the first one.
         starts
             None of these data has any.
@@ -77,7 +77,7 @@ class FeatureComparison:
                 predicted.append(DATA_TYPES[datum.type].predict(model, datum))
             except (CampaignError, np.linalg.LinAlgError):
                 # A trial value may take a mode out of a sensor's sight, or make a mass negative.
-                if before is None:
+                if nearby is None:
                     raise
                 predicted.append(np.full(len(features.value), np.nan))
         return np.concatenate([[], *predicted])
@@ -119,9 +119,9 @@ class JoinedComparison:
         """Limits of fits: those of the first."""
         return self.first.search
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> tuple[Any, Any]:
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> tuple[Any, Any]:
         """Predictions of both."""
-        one, other = before or (None, None)
+        one, other = nearby or (None, None)
         return self.first.predict(model, one, starts), self.second.predict(model, other)
 
     def residual(self, prediction: tuple[Any, Any]) -> Vector:

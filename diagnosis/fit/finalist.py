@@ -45,7 +45,7 @@ class Finalist:
 def weigh(
     campaign: Campaign,
     arrangement: Arrangement,
-    before: Refit,
+    baseline: Refit,
     catalogue_of: Callable[[Model], Catalogue],
     by: Comparison,
     refit: Refit,
@@ -56,7 +56,7 @@ def weigh(
     ----------
     campaign, arrangement
         Measurements and model.
-    before
+    baseline
         Fit without an effect by `arrangement`.
     catalogue_of
         As in `diagnosis.fit.arrangement.arrange`.
@@ -66,7 +66,7 @@ def weigh(
     assert refit.effect is not None
     settled, fit = _refit(arrangement, refit.fit, by)
     beside = weigh_beside(campaign, arrangement, refit.effect, fit, catalogue_of)
-    lacking = beside.refit_with_error_left(before.fit, arrangement.train)
+    lacking = beside.refit_with_error_left(baseline.fit, arrangement.train)
     nothing = arrangement
     if min(nothing.cost - settled.cost, lacking.cost - beside.cost) > arrangement.effort.worthless:
         # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
@@ -74,7 +74,7 @@ def weigh(
         lacking = min(lacking, beside.refit_without(refit.effect, beside.fit), key=attrgetter("cost"))
     with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
     without = [
-        before if nothing is arrangement else nothing.tested(None, nothing.fit),
+        baseline if nothing is arrangement else nothing.tested(None, nothing.fit),
         lacking.tested(None, lacking.fit),
     ]
     own = with_effect[1]

@@ -115,10 +115,10 @@ def fit_from_starts(
     return list(found.values())
 
 
-def fit_from(problem: Problem, effect: Effect, start: Values, near: Prediction | None = None) -> Fit:
+def fit_from(problem: Problem, effect: Effect, start: Values, nearby: Prediction | None = None) -> Fit:
     """Quick fit of an effect from given values, whose states begin near those of a prediction; by default the fit's."""
-    near = problem.fit.prediction if near is None else near
-    return calibrate(problem.train, problem.unknowns([effect]), start, near, quick=True)
+    nearby = problem.fit.prediction if nearby is None else nearby
+    return calibrate(problem.train, problem.unknowns([effect]), start, nearby, quick=True)
 
 
 def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:

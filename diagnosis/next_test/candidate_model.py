@@ -77,7 +77,9 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
         return _weigh(_list_effects(verdict))
     if verdict.finding is Finding.UNKNOWN and law is not None:
         found = zip(law.places, law.probability.tolist(), strict=True)
-        return _weigh([_of_law(each, share, verdict.before.fit) for each, share in found if each.name in law.credible])
+        return _weigh(
+            [_of_law(each, share, verdict.baseline.fit) for each, share in found if each.name in law.credible]
+        )
     return []
 
 
@@ -94,7 +96,7 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
         found.append(_of_refit(other.refit, shares[0] * odds, other.words))
     if len(found) == 1:
         odds = float(np.exp(-np.clip(verdict.effects[0].held_out_gain, 0.0, DECISIVE) / 2))
-        found.append(_of_refit(verdict.before, odds, f"no {found[0].name}"))
+        found.append(_of_refit(verdict.baseline, odds, f"no {found[0].name}"))
     return found
 
 

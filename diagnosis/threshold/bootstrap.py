@@ -77,11 +77,13 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     campaign = simulation.draw(np.random.default_rng(seed))
     drawn = arrange_anew(simulation.arrangement, campaign)
     choice = Choice(partial(rank_by_suited_gains, drawn), drawn.cost_with_error_left)
-    _, before, refits = screen_and_refit(drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice)
+    _, baseline, refits = screen_and_refit(
+        drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice
+    )
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
-    finalists = weigh_each(drawn, refits, partial(weigh, campaign, drawn, before, find_catalogue, drawn.train))
+    finalists = weigh_each(drawn, refits, partial(weigh, campaign, drawn, baseline, find_catalogue, drawn.train))
     gains = [compute_evidence(each.refit) / compute_spread(each.refit) for each in finalists]
-    misfits = [misfit(place) / compute_spread(before, place.gain) for place in find_unknown_forces(drawn)]
+    misfits = [misfit(place) / compute_spread(baseline, place.gain) for place in find_unknown_forces(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 
 

@@ -168,11 +168,11 @@ class Simulation:
     def _errors(self) -> tuple[Float[NDArray[np.float64], "m a"], Float[NDArray[np.float64], "m b"]]:
         """Change of each feature by one standard deviation of numerical errors: common to all levels, and per level."""
         arrangement = self.arrangement
-        fit, before = arrangement.fit, self._prediction
+        fit, prediction = arrangement.fit, self._prediction
         highest = highest_frequency(self._predictor.points)
-        errors = make_error_tangents(fit.model, before, arrangement.budget, highest)
-        rates = self._predictor.derivatives(fit.model, before, errors.tangents)
-        slopes = self._features.slopes(before.value, rates) * errors.size
+        errors = make_error_tangents(fit.model, prediction, arrangement.budget, highest)
+        rates = self._predictor.derivatives(fit.model, prediction, errors.tangents)
+        slopes = self._features.slopes(prediction.value, rates) * errors.size
         apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]
         # A state that one of the models lacks has no error of this kind.
         return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
@@ -196,14 +196,14 @@ class Simulation:
 
     def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""
-        arrangement, fit, before = self.arrangement, self.arrangement.fit, self._prediction
+        arrangement, fit, prediction = self.arrangement, self.arrangement.fit, self._prediction
         # They have the added effects, but not one that is only tried.
         common = arrangement.unknowns([])
         values = fit.values[: len(common.parameters)]
         if arrangement.finer and len(values) < len(fit.values):
-            before = self._predictor.predict(common.compose(values), before)
-        refined = [self._predictor.predict(each.compose(values), before) for each in arrangement.finer]
-        return [self._features.of_values(each.value) - self._features.of_values(before.value) for each in refined]
+            prediction = self._predictor.predict(common.compose(values), prediction)
+        refined = [self._predictor.predict(each.compose(values), prediction) for each in arrangement.finer]
+        return [self._features.of_values(each.value) - self._features.of_values(prediction.value) for each in refined]
 
 
 def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:

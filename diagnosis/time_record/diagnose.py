@@ -93,12 +93,12 @@ def diagnose_records(
     listed = list_effects(base, without=without, extra=extra, level=record_level(base, records))
     report_step("selection of the effects that the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
-    scores, before, refits = screen_and_refit(arrangement, effects, compute_step, report_step, SHARES)
+    scores, baseline, refits = screen_and_refit(arrangement, effects, compute_step, report_step, SHARES)
     refits.sort(key=lambda refit: refit.held_out_error)
     return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
-        scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held_out.floor, scores, units),
+        scores=tuple(scores), baseline=baseline, refits=tuple(refits),
+        verdict=judge_records(baseline, refits, arrangement.held_out.floor, scores, units),
     )  # fmt: skip
 
 

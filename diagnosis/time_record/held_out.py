@@ -41,13 +41,13 @@ class HeldOutTest:
 
     Parameters
     ----------
-    before
+    baseline
         Fit of the calibration parameters and the added effects alone.
     floor
         Share of noise in each held-out record; 0 where it is not known [-].
     """
 
-    before: Refit
+    baseline: Refit
     floor: PerRecord
 
     @property
@@ -57,14 +57,14 @@ class HeldOutTest:
 
     def passes(self, refit: Refit) -> bool:
         """Whether the excess falls to `RATIO`, and significantly so."""
-        excess, left = self.before.held_out_error**2 - self.noise, refit.held_out_error**2 - self.noise
+        excess, left = self.baseline.held_out_error**2 - self.noise, refit.held_out_error**2 - self.noise
         falls = excess > NONE**2 and left <= RATIO**2 * excess
-        return bool(falls and self.is_surely_better(self.before, refit))
+        return bool(falls and self.is_surely_better(self.baseline, refit))
 
     def explains(self, refit: Refit) -> bool:
         """Whether the remaining error is mostly noise, as far as that is known."""
         left = refit.held_out_error**2 - self.noise
-        return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_out_error**2 - self.noise))
+        return not self._loud(refit) or bool(left <= PART**2 * (self.baseline.held_out_error**2 - self.noise))
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best, and others that explain as well where the best is not significantly better."""
@@ -77,7 +77,7 @@ class HeldOutTest:
 
     def is_unexplained(self) -> bool:
         """Whether the error without an effect is at least twice the noise in mean square."""
-        return self._loud(self.before)
+        return self._loud(self.baseline)
 
     def _loud(self, refit: Refit) -> bool:
         """Whether the error is at least twice the noise in mean square; false where the noise is not known."""
@@ -85,7 +85,7 @@ class HeldOutTest:
 
 
 def judge_records(
-    before: Refit,
+    baseline: Refit,
     refits: Sequence[Refit],
     floor: PerRecord,
     scores: Sequence[Score] = (),
@@ -95,7 +95,7 @@ def judge_records(
 
     Parameters
     ----------
-    before
+    baseline
         Fit of the calibration parameters and the added effects alone.
     refits
         Refits, best first.
@@ -106,15 +106,15 @@ def judge_records(
     units
         Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
-    test = HeldOutTest(before=before, floor=floor)
+    test = HeldOutTest(baseline=baseline, floor=floor)
     finding, effects = apply_test(test, refits)
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
     # Squared error by an effect that is removed, in the units of its screening.
-    enough = (DOUBT * before.held_out_error) ** 2 * before.fit.n_number if seen else 0.0
+    enough = (DOUBT * baseline.held_out_error) ** 2 * baseline.fit.n_number if seen else 0.0
     return Verdict(
-        finding=finding, effects=effects, before=before, detectable=smallest_detectable(seen, enough),
+        finding=finding, effects=effects, baseline=baseline, detectable=smallest_detectable(seen, enough),
         units={name: named_unit(unit, units or {}) for name, unit in given.items()},
         reason=_reason(finding, test, refits),
     )  # fmt: skip
@@ -133,7 +133,7 @@ def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str
     best = "no candidate would lower it"
     if refits:
         best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_out_error)} %"
-    error = f"the held-out error is {plain(100 * test.before.held_out_error)} %, and {best}"
+    error = f"the held-out error is {plain(100 * test.baseline.held_out_error)} %, and {best}"
     noise = 100 * np.sqrt(test.noise)
     if finding is Finding.UNKNOWN:
         return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."

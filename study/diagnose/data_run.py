@@ -85,7 +85,7 @@ class DataDiagnosed:
             return verdict.sentence
         falls = (
             f"the held-out features differ by {verdict.effects[0].held_out_error:.3g} standard deviations with it, and "
-            f"by {verdict.before.held_out_error:.3g} without"
+            f"by {verdict.baseline.held_out_error:.3g} without"
         )
         tell = " is missing, and these data cannot tell which" if len(named) > 1 else " is missing"
         return f"{' or '.join(named)}{tell}: {falls}."
@@ -105,7 +105,7 @@ class DataDiagnosed:
     @property
     def calibrated(self) -> tuple[Calibrated, ...]:
         """Calibration parameters."""
-        fit = self.diagnosis.before.fit
+        fit = self.diagnosis.baseline.fit
         values = zip(self.setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=False)
         return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
@@ -125,8 +125,8 @@ class DataDiagnosed:
             yield ""
         fitted = [f"{each.name} x {each.factor:.4f} +- {INTERVAL * each.deviation:.2g}" for each in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
-        before = self.diagnosis.before
-        yield f"  error {before.error:.3g}, held out {before.held_out_error:.3g} standard deviations"
+        baseline = self.diagnosis.baseline
+        yield f"  error {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard deviations"
         yield f"  {self.tested}"
         yield ""
         for refit in self.diagnosis.refits:
@@ -157,7 +157,7 @@ class DataDiagnosed:
             "calibrated": {
                 each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
             },
-            "before": {"error": verdict.before.error, "held_out_error": verdict.before.held_out_error},
+            "before": {"error": verdict.baseline.error, "held_out_error": verdict.baseline.held_out_error},
             "candidates": [
                 {
                     "effect": each.name, "strength": each.strength, "deviation": each.deviation, "error": each.error,
@@ -257,7 +257,7 @@ def _record(found: DataDiagnosed, case: Path, folder: Path) -> None:
     ]
     step = Step(
         what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder.resolve()), sentence=found.headline,
-        finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.before), candidates=fitted,
+        finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.baseline), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
 
@@ -275,7 +275,7 @@ def _strength(refit: Refit) -> str:
 def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes]:
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
-    best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
+    best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.baseline)
     held_out = found.held_out
     compared = tuple(
         replace(item, held_out=item.name in held_out) for item in compare_data(best.fit.model, found.campaign.data)
@@ -290,7 +290,7 @@ def _draw(found: DataDiagnosed, case: Path, run: RunContext) -> dict[Path, bytes
             tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,),
             next=f"Next: {found.advice}.",
             cards=(
-                ("held-out error, calibrated [standard deviations]", f"{verdict.before.held_out_error:.3g}"),
+                ("held-out error, calibrated [standard deviations]", f"{verdict.baseline.held_out_error:.3g}"),
                 *((f"held-out error with {each.name}", f"{each.held_out_error:.3g}") for each in verdict.effects),
             ),
         ),
@@ -323,11 +323,11 @@ def _sections(found: DataDiagnosed) -> Iterator[Section]:
         for each in found.diagnosis.refits
     ]
     if rows:
-        before = found.diagnosis.before
+        baseline = found.diagnosis.baseline
         yield Section(
             title="Candidates",
-            text=f"Errors without any: {before.error:.3g}, held out {before.held_out_error:.3g} standard deviations. "
-            f"{found.tested[0].upper()}{found.tested[1:]}.",
+            text=f"Errors without any: {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard "
+            f"deviations. {found.tested[0].upper()}{found.tested[1:]}.",
             table=Table(
                 head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,
                 words=2,

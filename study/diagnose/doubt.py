@@ -37,8 +37,8 @@ def list_doubts(result: Round) -> list[str]:
 
 def _unknown(result: Round) -> Iterator[str]:
     """Relative errors that nothing tells."""
-    before = result.diagnosis.before
-    if not (isfinite(before.error) and isfinite(before.held_out_error)):
+    baseline = result.diagnosis.baseline
+    if not (isfinite(baseline.error) and isfinite(baseline.held_out_error)):
         seen = result.diagnosis.arrangement.held_out.shares.any() and result.diagnosis.arrangement.train.shares.any()
         why = "the model has no steady state" if seen else "no motion stands out of the scatter between its repeats"
         yield f"The relative errors are unknown: {why}."
@@ -46,14 +46,14 @@ def _unknown(result: Round) -> Iterator[str]:
 
 def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse, by noise and stated errors."""
-    drawn, before = result.drawn, result.diagnosis.before
-    rise = (before.held_out_reduced_chi2_by_noise - drawn.held_out_reduced_chi2_by_noise) * before.n_held_out
-    larger = before.held_out_error / drawn.held_out_error if drawn.held_out_error else 1.0
+    drawn, baseline = result.drawn, result.diagnosis.baseline
+    rise = (baseline.held_out_reduced_chi2_by_noise - drawn.held_out_reduced_chi2_by_noise) * baseline.n_held_out
+    larger = baseline.held_out_error / drawn.held_out_error if drawn.held_out_error else 1.0
     if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
             f"{what} makes the held-out error worse: {plain(100 * drawn.held_out_error, 3)} % as drawn, "
-            f"{plain(100 * before.held_out_error, 3)} % with it."
+            f"{plain(100 * baseline.held_out_error, 3)} % with it."
         )
 
 
@@ -69,7 +69,7 @@ def _left(result: Round) -> Iterator[str]:
 
 def _jumps(result: Round) -> Iterator[str]:
     """Held-out jumps that the model has elsewhere: the held-out error does not contain them."""
-    jumps = (result.best or result.diagnosis.before).held_out_jumps
+    jumps = (result.best or result.diagnosis.baseline).held_out_jumps
     elsewhere = [jump for jump in jumps if abs(jump.frequency_error) > jump.frequency_deviation]
     if elsewhere:
         listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)
@@ -81,7 +81,7 @@ def _jumps(result: Round) -> Iterator[str]:
 
 def _strayed(result: Round) -> Iterator[str]:
     """Calibration parameters at a bound, or far from where their priors put them."""
-    fit = (result.best or result.diagnosis.before).fit
+    fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
         pull = abs(value - factor.vanishes) / parameter.deviation

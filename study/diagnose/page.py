@@ -69,7 +69,7 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
                 for row in listed
             ],
             threshold=result.diagnosis.thresholds.gain,
-            before=result.diagnosis.before.held_out_error,
+            before=result.diagnosis.baseline.held_out_error,
             title=title,
             subtitle="candidates, those named and fitted first; dashed: detection threshold "
             f"{result.diagnosis.thresholds.gain:.3g}",
@@ -134,7 +134,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         candidates=rows(result),
         same=ALIKE,
         n_shown=SHOWN,
-        held_out_before=percent(result.diagnosis.before.held_out_error, 3),
+        held_out_before=percent(result.diagnosis.baseline.held_out_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=[each for each in result.diagnosis.places if isinstance(each, Place)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
@@ -145,7 +145,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         next_step=result.next_step,
         accepted=[item for item in result.setup.accepted if item.is_of_case],
         in_case=result.setup.calibrated,
-        now=factors(result.setup, result.diagnosis.before),
+        now=factors(result.setup, result.diagnosis.baseline),
         then={} if result.best is None else factors(result.setup, result.best),
         pull=_pull,
         added=_added(result),
@@ -232,7 +232,7 @@ def _factor(estimate: tuple[float, float]) -> str:
 
 
 def _added(result: Round) -> list[dict[str, str]]:
-    now = strengths(result.setup, result.diagnosis.before)
+    now = strengths(result.setup, result.diagnosis.baseline)
     then = strengths(result.setup, result.best) if result.best is not None else []
     listed = []
     for number, (effect, strength, deviation) in enumerate(now):

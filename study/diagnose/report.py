@@ -109,7 +109,7 @@ def _name_effects(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
+    fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.baseline, verdict.effects[0])))
     if verdict.finding is Finding.MISSING:
         return f"{listed} {missing}: {fall}."
     if len(named) == 1:
@@ -217,14 +217,16 @@ def document(result: Round) -> dict[str, Any]:
         "further": None if further is None else _document_effect(further),
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
-        "errors": {**_case_errors(result), "before": errors(diagnosis.before).document},
+        "errors": {**_case_errors(result), "before": errors(diagnosis.baseline).document},
         "named": [_document_effect(item) for item in diagnosis.verdict.effects],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
-            for name, (factor, deviation) in factors(result.setup, diagnosis.before).items()
+            for name, (factor, deviation) in factors(result.setup, diagnosis.baseline).items()
         },
-        "frequency_shifts": frequency_shifts(result.setup, diagnosis.before),
-        "gains": {name: _estimate(*numbers, "gain") for name, numbers in gains(result.setup, diagnosis.before).items()},
+        "frequency_shifts": frequency_shifts(result.setup, diagnosis.baseline),
+        "gains": {
+            name: _estimate(*numbers, "gain") for name, numbers in gains(result.setup, diagnosis.baseline).items()
+        },
         "added": [
             {
                 "effect": effect.name,
@@ -233,7 +235,7 @@ def document(result: Round) -> dict[str, Any]:
                 "in_case": float(was.values[0]),
             }
             for (effect, strength, deviation), was in zip(
-                strengths(result.setup, diagnosis.before), result.setup.added, strict=True
+                strengths(result.setup, diagnosis.baseline), result.setup.added, strict=True
             )
         ],
         "candidates": [_row_document(row) for row in rows(result)],
@@ -345,15 +347,15 @@ def _resonances(result: Round) -> Iterator[str]:
 
 
 def _fitted(result: Round) -> Iterator[str]:
-    before, in_case = result.diagnosis.before, result.setup.calibrated
-    yield f"Calibrated: {_name_factors(result, before) or 'the case has no calibration parameters'}"
+    baseline, in_case = result.diagnosis.baseline, result.setup.calibrated
+    yield f"Calibrated: {_name_factors(result, baseline) or 'the case has no calibration parameters'}"
     if result.best is not None and (named := _name_factors(result, result.best)):
         yield f"Calibrated with {result.best.label}: {named}"
-    if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, before).items()]:
+    if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, baseline).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
-    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, before).items()]:
+    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, baseline).items()]:
         yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"
-    for (effect, strength, deviation), was in zip(strengths(result.setup, before), result.setup.added, strict=True):
+    for (effect, strength, deviation), was in zip(strengths(result.setup, baseline), result.setup.added, strict=True):
         parameter = effect.parameters[0]
         now = interval(strength, deviation, parameter)
         yield f"Added: {effect.name}, {now} (case: {interval(float(was.values[0]), 0.0, parameter)})"

@@ -31,7 +31,7 @@ class Screened:
         Measurements beside the model, with the fit of the calibration parameters and the added effects.
     scores
         Scores of all candidates, best first.
-    drawn, before
+    drawn, baseline
         The case without anything that was calibrated or added, and the fit of the arrangement, both tested on the
         held-out data.
     """
@@ -40,7 +40,7 @@ class Screened:
     arrangement: Arrangement
     scores: Sequence[Score]
     drawn: Refit
-    before: Refit
+    baseline: Refit
 
 
 class _EnoughError(Exception):
@@ -81,6 +81,6 @@ def screen_case(
     run_step = Steps(store, own, campaign, tuple(sorted({*own.without, *without})))
     arrangement: Arrangement = found.get("branches", found["arrangement"])
     with progress.step("test of the calibration", expected=3):
-        before = run_step("calibrated", lambda: baseline_fit(arrangement))
+        baseline = run_step("calibrated", lambda: baseline_fit(arrangement))
         drawn = run_step("as drawn", lambda: arrangement.tested_as_drawn(own.model))
-    return Screened(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)
+    return Screened(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, baseline=baseline)

@@ -225,7 +225,7 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     before = refit(None, chi2=900.0, held_error=0.02)
     best = refit(effect, chi2=800.0, held_error=0.011)
     verdict = Verdict(
-        finding=Finding.MISSING, effects=(best,), before=before, threshold=12.0, detectable={}, units={}
+        finding=Finding.MISSING, effects=(best,), baseline=before, threshold=12.0, detectable={}, units={}
     )  # fmt: skip
     place = Place(
         name="tip", gain=9.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
@@ -235,7 +235,7 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     scores = (SimpleNamespace(effect=effect, gain=99.0),)
     return Diagnosis(
         arrangement=SimpleNamespace(settled=comparison()), catalogue=names, scores=scores,  # type: ignore[arg-type]
-        before=before, refits=(best,), places=(place,), thresholds=None, verdict=verdict,  # type: ignore[arg-type]
+        baseline=before, refits=(best,), places=(place,), thresholds=None, verdict=verdict,  # type: ignore[arg-type]
     )  # fmt: skip
 
 

@@ -108,7 +108,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
     assert best.deviation < 0.04 * MASS
     # The noise of single readings, of 1e-3 in each part.
-    assert best.held_out_error < 0.003 < heavy.before.held_out_error
+    assert best.held_out_error < 0.003 < heavy.baseline.held_out_error
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
 
 
@@ -314,7 +314,7 @@ def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
     added = [Added(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
     found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
     assert found.verdict.finding is Finding.NOTHING
-    assert found.before.fit.values[3] == pytest.approx(MASS, abs=4 * found.before.fit.deviation[3])
+    assert found.baseline.fit.values[3] == pytest.approx(MASS, abs=4 * found.baseline.fit.deviation[3])
 
 
 def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis) -> None:

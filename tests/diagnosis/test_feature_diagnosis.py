@@ -80,7 +80,7 @@ def test_noise_alone_is_nothing(seed: int) -> None:
 def test_a_calibration_parameter_is_no_effect() -> None:
     found = diagnose(chain(modulus=1.02), 5).diagnosis
     assert found.verdict.finding is Finding.NOTHING
-    assert found.before.fit.values[1] == pytest.approx(1.02, abs=2e-3)
+    assert found.baseline.fit.values[1] == pytest.approx(1.02, abs=2e-3)
 
 
 def test_a_model_that_is_far_off_is_said_so() -> None:
@@ -110,7 +110,7 @@ def test_an_effect_that_leaves_a_sign_explains_nothing(monkeypatch: pytest.Monke
 
     def explains(before: float, after: float) -> bool:
         monkeypatch.setattr("diagnosis.feature.diagnose.list_indications", lambda *_: (indication(after),))
-        test = FeatureTest(before=found.before, floor=np.ones(1), data=(), indications=(indication(before),))
+        test = FeatureTest(baseline=found.baseline, floor=np.ones(1), data=(), indications=(indication(before),))
         return test.explains(found.refits[0])
 
     assert explains(-40.0, -15.0)

@@ -47,7 +47,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     # What counts here is fitted whatever is a candidate.
     later = diagnose_case(held, campaign, without=["spring", "dashpot", "cubic"])
     words = in_words(later)
-    assert later.diagnosis.before.fit.values[len(later.setup.accepted)] == pytest.approx(0.006, rel=0.02)
+    assert later.diagnosis.baseline.fit.values[len(later.setup.accepted)] == pytest.approx(0.006, rel=0.02)
     assert "(case: 5.5 g)" in words
     assert f"(case: {setup.calibrated['zeta']:.5g})" in words
     assert "Every diagnosis fits all of these values anew" in words

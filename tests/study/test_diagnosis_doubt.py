@@ -29,7 +29,7 @@ def result(
         drawn=SimpleNamespace(held_out_reduced_chi2_by_noise=1.0, held_out_error=drawn), best=best,
         setup=SimpleNamespace(added=()), remarks=(), wrong=wrong,
         diagnosis=SimpleNamespace(
-            before=SimpleNamespace(
+            baseline=SimpleNamespace(
                 held_out_reduced_chi2_by_noise=1.0 + chi2, held_out_error=before, error=before, fit=fit, n_held_out=100,
                 held_out_jumps=(),
             ),
@@ -73,7 +73,7 @@ def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
     )
     found = result()
     found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
-    found.diagnosis.before.held_out_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
+    found.diagnosis.baseline.held_out_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
     (doubt,) = list_doubts(found)
     assert "2 V, up-sweep: jumps down at 42.3 Hz, the model at 42.6 Hz (+0.3 Hz). Between" in doubt
     # Within the step of the sweep the jump is where it was measured.

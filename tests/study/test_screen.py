@@ -43,7 +43,7 @@ def test_a_screening_has_the_scores_and_errors_of_the_diagnosis(
     assert [(score.effect.name, score.gain) for score in screened.scores] == [
         (score.effect.name, score.gain) for score in whole.diagnosis.scores
     ]
-    assert errors(screened.before) == errors(whole.diagnosis.before)
+    assert errors(screened.baseline) == errors(whole.diagnosis.baseline)
     assert errors(screened.drawn) == errors(whole.drawn)
 
 
@@ -76,7 +76,7 @@ def test_a_calibration_writes_the_fit_of_the_diagnosis_and_undo_takes_it_back(tw
     # Six digits are written, and a fit from its own result stays there within what a fit calls enough.
     assert written.keys() == {item.name for item in screened.setup.accepted}
     np.testing.assert_allclose(written["zeta"], 1.1, rtol=0.02)
-    for name, (value, deviation) in factors(screened.setup, screened.before).items():
+    for name, (value, deviation) in factors(screened.setup, screened.baseline).items():
         assert abs(written[name] - value) < 0.5 * deviation
     assert step.after is not None
     assert step.before is not None

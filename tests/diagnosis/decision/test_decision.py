@@ -77,7 +77,7 @@ def decided(
     rest: Leftover = NO_EFFECT,
     asked: list[str] | None = None,
     scores: tuple[Score, ...] = (),
-    before: Refit = BEFORE,
+    baseline: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
     laws: Sequence[FittedLaw] = (),
     held_back: Sequence[str] = (),
@@ -98,7 +98,7 @@ def decided(
         for each in sorted(refits, key=lambda each: -support(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
-    return decide(catalogue, scores, before, ranked, places, LIMITS, run_step, left, None, held_back)
+    return decide(catalogue, scores, baseline, ranked, places, LIMITS, run_step, left, None, held_back)
 
 
 def named(verdict: Verdict) -> list[str]:
@@ -110,7 +110,7 @@ def test_one_effect_that_explains_is_missing() -> None:
     assert verdict.finding is Finding.MISSING
     assert named(verdict) == ["mass"]
     assert verdict.threshold == LIMITS.gain
-    assert verdict.before is BEFORE
+    assert verdict.baseline is BEFORE
 
 
 @pytest.mark.parametrize(
@@ -181,18 +181,18 @@ def test_no_candidate_means_nothing_or_something_unknown() -> None:
 )
 def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: float, finding: Finding) -> None:
     """A stop that is reached at the highest level alone; but noise may be as large."""
-    before = replace(BEFORE, held_out_error=error, error=0.03, held_out_reduced_chi2_without_model_error=stated)
-    verdict = decided(before=before)
+    baseline = replace(BEFORE, held_out_error=error, error=0.03, held_out_reduced_chi2_without_model_error=stated)
+    verdict = decided(baseline=baseline)
     assert verdict.finding is finding
     assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
 
 
 @pytest.mark.parametrize(("stated", "alone"), [(1.1, True), (4680.0, False)])
 def test_held_out_data_show_it_alone_only_where_the_others_are_explained(stated: float, alone: bool) -> None:
-    before = replace(
+    baseline = replace(
         BEFORE, held_out_error=0.41, error=0.41 if not alone else 0.03, held_out_reduced_chi2_without_model_error=9.0
     )
-    verdict = decided(before=replace(before, reduced_chi2_without_model_error=stated))
+    verdict = decided(baseline=replace(baseline, reduced_chi2_without_model_error=stated))
     assert verdict.finding is Finding.UNKNOWN
     assert ("alone show" in verdict.sentence) is alone
     assert "41 %" in verdict.sentence
@@ -228,9 +228,9 @@ def test_an_effect_that_leaves_next_to_nothing_is_no_stand_in() -> None:
         replace(BEFORE, reduced_chi2_without_model_error=7000.0),
     )
     assert decided(cubic, rest=rest).finding is Finding.UNKNOWN
-    assert decided(cubic, rest=rest, before=lost).finding is Finding.MISSING
+    assert decided(cubic, rest=rest, baseline=lost).finding is Finding.MISSING
     assert (
-        decided(cubic, rest=rest, before=replace(BEFORE, reduced_chi2_without_model_error=50.0)).finding
+        decided(cubic, rest=rest, baseline=replace(BEFORE, reduced_chi2_without_model_error=50.0)).finding
         is Finding.UNKNOWN
     )
 
@@ -367,11 +367,11 @@ def test_two_effects_of_which_the_held_out_data_refute_each_alone(held: float, f
 def test_held_out_data_confirm_nothing_that_makes_them_worse(
     misfit_after: float, error_after: float, finding: Finding
 ) -> None:
-    before = replace(BEFORE, held_out_reduced_chi2_without_model_error=2.0)
+    baseline = replace(BEFORE, held_out_reduced_chi2_without_model_error=2.0)
     better = replace(
         refit("mass", 100, 50), held_out_reduced_chi2_without_model_error=misfit_after, held_out_error=error_after
     )
-    assert decided(better, before=before).finding is finding
+    assert decided(better, baseline=baseline).finding is finding
     good = replace(refit("mass", 100, 50), held_out_reduced_chi2_without_model_error=1.5, held_out_error=0.08)
     # Nor two effects of which the first does so alone, or both do together.
     for first, other in ((good, better), (better, good)):
@@ -381,7 +381,7 @@ def test_held_out_data_confirm_nothing_that_makes_them_worse(
             held_out_error=other.held_out_error,
         )
         both = replace(further, effect=first.effect, gain=400)
-        assert decided(first, before=before, **beside(further, both)).finding is finding
+        assert decided(first, baseline=baseline, **beside(further, both)).finding is finding
 
 
 @pytest.mark.parametrize(("name", "finding"), [("mass", Finding.AMBIGUOUS), ("cubic", Finding.MISSING)])
@@ -526,7 +526,7 @@ def test_gains_count_over_what_a_fit_leaves() -> None:
     there = place(4 * LIMITS.misfit + 5)
     twice.chi2 += there.gain
     assert decided(places=(there,)).finding is Finding.UNKNOWN
-    assert decided(places=(there,), before=replace(BEFORE, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
+    assert decided(places=(there,), baseline=replace(BEFORE, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
 
 
 def test_effects_with_covariances_of_their_own_are_ranked_by_the_density_of_all_data() -> None:

@@ -39,7 +39,7 @@ def verdict(finding: Finding, *effects: Refit, place: Place | None = None) -> st
 
 def made(finding: Finding, *effects: Refit, place: Place | None = None) -> Verdict:
     return Verdict(
-        finding=finding, effects=effects, before=BEFORE, threshold=12.4,
+        finding=finding, effects=effects, baseline=BEFORE, threshold=12.4,
         detectable={"mass at tip z": 0.00123, "gap of left": 0.05, "unseen": float("inf")},
         units={"mass at tip z": "kg", "gap of left": "-", "unseen": "m"}, place=place,
     )  # fmt: skip

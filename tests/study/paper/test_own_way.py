@@ -31,7 +31,7 @@ def ended(finding: Finding) -> Any:
     before = refit(None, [1.2, 0.8, 3e-4], [0.01, 0.1, 1e-4])
     setup = SimpleNamespace(accepted=tuple(map(accepted, names)), added=(SimpleNamespace(effect=earlier),))
     return SimpleNamespace(
-        best=best, setup=setup, diagnosis=SimpleNamespace(verdict=SimpleNamespace(finding=finding, before=before))
+        best=best, setup=setup, diagnosis=SimpleNamespace(verdict=SimpleNamespace(finding=finding, baseline=before))
     )
 
 
