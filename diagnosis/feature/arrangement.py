@@ -12,7 +12,7 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import first_values, make_unknowns
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.feature_comparison import NOT_FOUND, FeatureComparison
 from diagnosis.fit.fit_parameter import Unknowns
@@ -115,7 +115,7 @@ def arrange_features(
         raise CampaignError("all data are held out: leave some to fit")
     train = FeatureComparison.of(fitted)
     unknowns = make_unknowns(base, calibration, [each.effect for each in added])
-    fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), exact=True)
+    fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), ending=Ending.EXACT)
     return FeatureArrangement(
         base=base, calibration=tuple(calibration), added=tuple(added), train=train,
         held_out=FeatureComparison.of(tested), fit=fit,

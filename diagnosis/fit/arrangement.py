@@ -17,7 +17,7 @@ from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import Added
-from diagnosis.fit.calibration import Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_start import fit_under_control
@@ -111,7 +111,7 @@ class Arrangement:
         # The error of another fit would pull the values astray first.
         train = update_model_error(self.train, fit.prediction)
         slopes = _reweigh(fit, by, train)
-        begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
+        begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
         train, settled = _settle(train, begun)
         return self.refitted(
             train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
@@ -141,7 +141,7 @@ class Arrangement:
         unknowns = self.unknowns(effects)
         if by is None:
             by = update_model_error(self.train, self.train.predict(unknowns.compose(values), nearby))
-        return self.refit_with_error_left(calibrate(by, unknowns, values, nearby, quick=True), by)
+        return self.refit_with_error_left(calibrate(by, unknowns, values, nearby, ending=Ending.QUICK), by)
 
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
@@ -164,10 +164,10 @@ class Arrangement:
         faded = replace(self, held_out=held_out, settled=settled)
         if train is self.train:
             return faded
-        fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, quick=True)
+        fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
         train, fit = _settle(train, fit)
-        return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, exact=True))
+        return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
@@ -295,7 +295,7 @@ def expect_usual_error(arrangement: Arrangement) -> Arrangement:
     train = allow_model_error(
         leave_out_model_error(arrangement.train), of.model, of.prediction, arrangement.budget.model, usual
     )
-    fit = calibrate(train, of.unknowns, of.values, of.prediction, quick=True)
+    fit = calibrate(train, of.unknowns, of.values, of.prediction, ending=Ending.QUICK)
     return replace(arrangement, train=train, fit=fit)
 
 
@@ -374,16 +374,18 @@ def _fit_with_model_error(
     plain = allow_model_error(comparison, model, prediction, usual)
     if usual:
         # A start that is a fit already is one of those that are decided by: a quick fit may end above its minimum.
-        fit = calibrate(plain, unknowns, values, prediction, quick=anew)
+        fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK if anew else Ending.CONFIRMED)
         astray = anew and fit.chi2 > ASTRAY * fit.n_number
         wide = update_model_error(plain, prediction) if astray or not anew else plain
         found, begins = [_settle(plain, fit)], [values] if _size(wide) != NO_ERROR else []
         if astray:
             begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
-        found += [_settle(wide, calibrate(wide, unknowns, each, prediction, quick=True)) for each in begins]
+        found += [_settle(wide, calibrate(wide, unknowns, each, prediction, ending=Ending.QUICK)) for each in begins]
         plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
         if _size(plain) != NO_ERROR:
-            return plain, calibrate(plain, unknowns, fit.values, fit.prediction, slopes=fit.jacobian, exact=True)
+            return plain, calibrate(
+                plain, unknowns, fit.values, fit.prediction, slopes=fit.jacobian, ending=Ending.EXACT
+            )
         values, prediction = fit.values, fit.prediction
     return plain, _calibrated(plain, unknowns, values, prediction)
 
@@ -395,7 +397,7 @@ def _settle(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
         if _size(resized).is_near(_size(comparison), SETTLED):
             break
         slopes, comparison = _reweigh(fit, comparison, resized), resized
-        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
+        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
     return comparison, fit
 
 
@@ -420,7 +422,7 @@ def _calibrated(
     the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the
     resonance is. A missing effect makes a fit bad as well; both starts then end alike.
     """
-    fit = calibrate(comparison, unknowns, values, prediction, exact=True)
+    fit = calibrate(comparison, unknowns, values, prediction, ending=Ending.EXACT)
     if fit.chi2 <= ASTRAY * fit.n_number:
         return fit
     anew = fit_from_lowest_level(comparison, unknowns, values, prediction)
@@ -428,11 +430,11 @@ def _calibrated(
 
 
 def fit_from_lowest_level(
-    comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, *, quick: bool = False
+    comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, ending: Ending = Ending.EXACT
 ) -> Fit:
-    """Fit that begins where one to the lowest level alone ends; its Jacobian is of its values, unless it is quick."""
-    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction, quick=quick)
-    return calibrate(comparison, unknowns, near.values, near.prediction, exact=not quick, quick=quick)
+    """Fit that begins where one to the lowest level alone ends; both end alike."""
+    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction, ending=ending)
+    return calibrate(comparison, unknowns, near.values, near.prediction, ending=ending)
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Comparison, list[tuple[Effect, float]]]:

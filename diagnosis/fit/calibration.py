@@ -13,6 +13,7 @@ Nocedal and Wright, Numerical Optimization (2006), sections 10.3 and 11.1.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Any, Protocol
 
 import numpy as np
@@ -59,6 +60,17 @@ class Search:
     def enough(self, chi2: float) -> float:
         """Gain below which a fit ends."""
         return self.gain + self.share * chi2
+
+
+class Ending(Enum):
+    """Jacobian that a fit ends with."""
+
+    QUICK = "quick"
+    """Any, one that was updated as well."""
+    CONFIRMED = "confirmed"
+    """One that was computed where the fit ends, unless it runs out of steps."""
+    EXACT = "exact"
+    """One that was computed where the fit ends, in any case."""
 
 
 class Data(Protocol):
@@ -116,7 +128,7 @@ class Fit:
     residual
         Whitened residual with the rows of the priors below, shape (m + p,) [-].
     jacobian
-        Jacobian of -residual, shape (m + p, p); updated from an earlier one unless the fit is exact.
+        Jacobian of -residual, shape (m + p, p); of its values if the fit ends `EXACT`, else it may be an updated one.
     """
 
     unknowns: Unknowns
@@ -156,8 +168,7 @@ def calibrate(
     report: Callable[[float], None] | None = None,
     *,
     slopes: Matrix | None = None,
-    exact: bool = False,
-    quick: bool = False,
+    ending: Ending = Ending.CONFIRMED,
 ) -> Fit:
     """Minimise chi^2 from a start.
 
@@ -175,10 +186,8 @@ def calibrate(
         Called with chi^2 after each step.
     slopes
         Jacobian near the start, shape (m + p, p); computed by default.
-    exact
-        Whether the Jacobian of the result must be computed at its values.
-    quick
-        Whether the fit may end by an updated Jacobian.
+    ending
+        Jacobian that the fit ends with.
 
     Raises
     ------
@@ -194,8 +203,7 @@ def calibrate(
         enough = search.enough(here.chi2)
         there = _trial(comparison, unknowns, trial, here) if expected >= enough else here
         gained = here.chi2 - there.chi2
-        if gained < enough and not fresh and not quick:
-            # Only a Jacobian computed here may end the fit.
+        if gained < enough and not fresh and ending is not Ending.QUICK:
             jacobian, fresh = _jacobian(comparison, unknowns, here), True
             continue
         if expected < enough:
@@ -210,7 +218,7 @@ def calibrate(
             damping, failures = max(damping, 1e-4) * MORE, failures + 1
             if failures > search.failures:
                 break
-    if exact and not fresh:
+    if ending is Ending.EXACT and not fresh:
         jacobian = _jacobian(comparison, unknowns, here)
     return Fit(
         unknowns=unknowns, values=here.values, chi2=here.chi2, model=here.model,

@@ -8,7 +8,7 @@ import numpy as np
 
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_comparison import ControlledComparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -81,7 +81,7 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
         # The predictions are the same: their deviations are others.
         ratio = (before.deviation / weighed.deviation)[:, None]
         slopes = None if fit is None else fit.reweigh(partial(np.multiply, ratio))
-        fit = calibrate(weighed, unknowns, values, slopes=slopes, quick=True)
+        fit = calibrate(weighed, unknowns, values, slopes=slopes, ending=Ending.QUICK)
         values = fit.values
         misfit *= _root_mean_square(fit.residual[: fit.n_number])
         misfit = max(misfit, 1.0)
@@ -108,7 +108,7 @@ def find_controlled_starts(
     unknowns = problem.unknowns([])
     without = fit_under_control(comparison, unknowns, unknowns.vanishing, usual)
     weighed = without.comparison
-    exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, exact=True)
+    exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, ending=Ending.EXACT)
     gains = compute_slope_gains(_Controlled(of=problem, train=weighed, fit=exact), effects)
     found = []
     for number in np.argsort(-gains)[: problem.effort.most]:

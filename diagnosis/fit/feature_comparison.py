@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.data_type.registry import DATA_TYPES, Datum, Features
 from correlation.errors import CampaignError
 from correlation.model import Model
-from diagnosis.fit.calibration import Data, Fit, Matrix, Search, Vector, calibrate, inverse
+from diagnosis.fit.calibration import Data, Ending, Fit, Matrix, Search, Vector, calibrate, inverse
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
 #: Residual of a feature without a prediction, in standard deviations.
@@ -169,5 +169,5 @@ def fit_together(first: Data, fit: Fit, data: Sequence[Datum]) -> Fit:
     second = FeatureComparison.of(data)
     joined = JoinedComparison(first=first, second=second)
     begin = fit.prediction, second.predict(fit.model)
-    result = calibrate(joined, fit.unknowns, fit.values, begin, exact=True)
+    result = calibrate(joined, fit.unknowns, fit.values, begin, ending=Ending.EXACT)
     return replace(result, prediction=result.prediction[0])

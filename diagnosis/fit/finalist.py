@@ -17,7 +17,7 @@ from correlation.model import Model
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, fit_from_lowest_level, weigh_beside
-from diagnosis.fit.calibration import Fit
+from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.fit.weighting import resize_model_error
@@ -129,7 +129,7 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     if settled.left.is_within(usual):
         return settled, fit
     train = resize_model_error(arrangement.train, usual)
-    anew = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, quick=True)
+    anew = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
     other = arrangement.refit_with_error_left(anew, train)
     return (other, other.fit) if other.cost < settled.cost else (settled, fit)
 

@@ -14,7 +14,7 @@ import numpy as np
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
@@ -74,7 +74,7 @@ class FinerModel:
             whitening=Whitening(deviation=deviation),
         )
         start = own if self.shift is None else own + self.shift
-        return replace(self, shift=calibrate(target, free, start, fit.prediction, quick=True).values - own)
+        return replace(self, shift=calibrate(target, free, start, fit.prediction, ending=Ending.QUICK).values - own)
 
 
 def widen_by_finer_models(fit: Fit, finer: Sequence[FinerModel]) -> Fit:

@@ -11,7 +11,7 @@ import numpy as np
 from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect
 from diagnosis.effect import EFFECTS
-from diagnosis.fit.calibration import Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Effort, Problem, Refit
 from diagnosis.screening import Score
@@ -67,7 +67,7 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     """
     effect, baseline = score.effect, problem.fit
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
-    fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)]
+    fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, ending=Ending.QUICK)]
     for start in ([] if slopes is None else [score.start]) + [_typical_start(problem, score)]:
         if baseline.chi2 - min(fit.chi2 for fit in fits) < KEPT * score.gain:
             fits.append(fit_from(problem, effect, start))
@@ -118,7 +118,7 @@ def fit_from_starts(
 def fit_from(problem: Problem, effect: Effect, start: Values, nearby: Prediction | None = None) -> Fit:
     """Quick fit of an effect from given values, whose states begin near those of a prediction; by default the fit's."""
     nearby = problem.fit.prediction if nearby is None else nearby
-    return calibrate(problem.train, problem.unknowns([effect]), start, nearby, quick=True)
+    return calibrate(problem.train, problem.unknowns([effect]), start, nearby, ending=Ending.QUICK)
 
 
 def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:

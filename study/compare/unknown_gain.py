@@ -9,7 +9,7 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.observation import find_sweep_directions, take_training_part
 from correlation.model import Model
 from correlation.prediction import Prediction
-from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.unknown_gain import Gains, find_gains
@@ -48,7 +48,7 @@ class SetGains:
             Training data.
         """
         unknowns = Unknowns.from_effects(model, [(each, np.inf) for each in self.gains.parameters], ())
-        fit = calibrate(comparison, unknowns, unknowns.vanishing, exact=True)
+        fit = calibrate(comparison, unknowns, unknowns.vanishing, ending=Ending.EXACT)
         missed, scatter = _measure_miss(comparison, fit.prediction, [each.sensor for each in self.gains.parameters])
         if missed > scatter:
             # Far from the measurements, least squares follow the few readings of the least noise, and miss all others.

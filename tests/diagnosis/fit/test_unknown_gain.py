@@ -11,7 +11,7 @@ from correlation.feature.observation import take_training_part
 from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Points, Predictor
-from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.unknown_gain import Gains, find_gains
 from diagnosis.fit.weighting import Measured, weighted
@@ -74,7 +74,7 @@ def found(model: Model, campaign: Campaign) -> tuple[Gains, dict[str, tuple[floa
     budget = Budget(frequency=1e-6, compliance=1e-6, shares=1e-6)
     comparison, _ = weighted(sides, start, prediction, budget, [], fitted=False)
     unknowns = Unknowns.from_effects(start, [(each, np.inf) for each in gains.parameters], ())
-    fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, exact=True)
+    fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, ending=Ending.EXACT)
     values = zip(gains.parameters, fit.values, fit.deviation, strict=True)
     return gains, {each.name: (each.start * a, each.start * b) for each, a, b in values}
 
