@@ -112,7 +112,7 @@ class Arrangement:
         train = update_model_error(self.train, fit.prediction)
         slopes = _reweigh(fit, by, train)
         begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
-        train, settled = _settle(train, begun)
+        train, settled = _alternate(train, begun)
         return self.refitted(
             train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
         )
@@ -166,7 +166,7 @@ class Arrangement:
             return faded
         fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
-        train, fit = _settle(train, fit)
+        train, fit = _alternate(train, fit)
         return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
@@ -175,7 +175,7 @@ class Arrangement:
         The model error of the held-out data is of the size that they show: one that the training data have told is too
         sure of itself where a model errs by more at other levels.
         """
-        return self._test(effect, fit, *_settle(self.settled, self._fit_jitter(fit)))
+        return self._test(effect, fit, *_alternate(self.settled, self._fit_jitter(fit)))
 
     def tested_as_drawn(self, model: Model) -> Refit:
         """The same test of a model that nothing was fitted to, by the model error of the fit.
@@ -278,12 +278,12 @@ def _compared(
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     refined = [each.compose(values) for each in finer]
     first, _ = weighted(sides[0], model, prediction, budget, refined, FEW, fitted=False)
-    first, fit = _fit_with_model_error(first, unknowns, values, model, prediction, budget.model)
+    first, fit = _fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
         finer = [each.calibrated(first, fit) for each in finer]
     refined = [each.compose(fit.values) for each in finer]
     (train, _), unseen = _weigh_sides(sides, fit, budget, refined)
-    train, fit = _fit_with_model_error(train, unknowns, fit.values, fit.model, fit.prediction, budget.model, anew=False)
+    train, fit = _fit_from_fit(train, fit, budget.model)
     if not known:
         finer = [each.calibrated(train, fit) for each in finer]
     return {"train": train, "fit": fit, "finer": tuple(finer), **_unseen(unseen, fit, budget, _size(train))}
@@ -321,9 +321,7 @@ def weigh_beside(
     finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     (train, _), unseen = _weigh_sides(_sides(campaign), fit, of.budget, refined, [of.train, of.held_out])
-    train, fit = _fit_with_model_error(
-        train, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, anew=False
-    )
+    train, fit = _fit_from_fit(train, fit, of.budget.model)
     return replace(of, train=train, fit=fit, **_unseen(unseen, fit, of.budget, _size(train)))
 
 
@@ -355,42 +353,56 @@ def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: 
     return {"held_out": held_out, "settled": settled, "jitter": tuple(shifts)}
 
 
-def _fit_with_model_error(
-    comparison: Comparison,
-    unknowns: Unknowns,
-    values: Values,
-    model: Model,
-    prediction: Prediction,
-    usual: float,
-    *,
-    anew: bool = True,
+def _fit_from_scratch(
+    comparison: Comparison, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, usual: float
 ) -> tuple[Comparison, Fit]:
-    """Fit, and the comparison with the model error that it leaves.
+    """Fit from start values, and the comparison with the model error that it leaves.
 
-    A fit begins without model error. Another one begins with the error of the start, so that it need not explain what
-    it cannot, where the first ends badly, or where the start is a fit already and not to be searched `anew`. The more
-    probable of both is taken: by contacts that slip, either may end in a minimum that is not the least.
+    The fit begins without model error. Where it ends badly, others begin with the error of the start, so that they need
+    not explain what they cannot. The most probable one is taken: by contacts that slip, each may end in a minimum that
+    is not the least.
     """
     plain = allow_model_error(comparison, model, prediction, usual)
-    if usual:
-        # A start that is a fit already is one of those that are decided by: a quick fit may end above its minimum.
-        fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK if anew else Ending.CONFIRMED)
-        astray = anew and fit.chi2 > ASTRAY * fit.n_number
-        wide = update_model_error(plain, prediction) if astray or not anew else plain
-        found, begins = [_settle(plain, fit)], [values] if _size(wide) != NO_ERROR else []
-        if astray:
-            begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
-        found += [_settle(wide, calibrate(wide, unknowns, each, prediction, ending=Ending.QUICK)) for each in begins]
-        plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
-        if _size(plain) != NO_ERROR:
-            return plain, calibrate(
-                plain, unknowns, fit.values, fit.prediction, slopes=fit.jacobian, ending=Ending.EXACT
-            )
-        values, prediction = fit.values, fit.prediction
-    return plain, _calibrated(plain, unknowns, values, prediction)
+    if not usual:
+        return plain, _calibrated(plain, unknowns, values, prediction)
+    fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK)
+    found = [_alternate(plain, fit)]
+    if fit.chi2 > ASTRAY * fit.n_number:
+        wide = update_model_error(plain, prediction)
+        begins = [values] if _size(wide) != NO_ERROR else []
+        begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
+        found += [_alternate(wide, calibrate(wide, unknowns, each, prediction, ending=Ending.QUICK)) for each in begins]
+    return _finish_most_probable(found)
 
 
-def _settle(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
+def _fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Comparison, Fit]:
+    """Fit that begins where another one ended, and the comparison with the model error that it leaves.
+
+    One begins without model error, and one with that of the start, so that it need not explain what it cannot. The more
+    probable one is taken.
+    """
+    unknowns, values, prediction = fit.unknowns, fit.values, fit.prediction
+    plain = allow_model_error(comparison, fit.model, prediction, usual)
+    if not usual:
+        return plain, _calibrated(plain, unknowns, values, prediction)
+    # A quick fit may end above its minimum.
+    found = [_alternate(plain, calibrate(plain, unknowns, values, prediction))]
+    wide = update_model_error(plain, prediction)
+    if _size(wide) != NO_ERROR:
+        found.append(_alternate(wide, calibrate(wide, unknowns, values, prediction, ending=Ending.QUICK)))
+    return _finish_most_probable(found)
+
+
+def _finish_most_probable(found: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
+    """The fit of the least -2 ln p by its own covariance, brought to its minimum."""
+    comparison, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
+    begin = fit.unknowns, fit.values, fit.prediction
+    if _size(comparison) == NO_ERROR:
+        return comparison, _calibrated(comparison, *begin)
+    return comparison, calibrate(comparison, *begin, slopes=fit.jacobian, ending=Ending.EXACT)
+
+
+def _alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
     """Size of the model error and quick fit in turn, by which -2 ln p of both falls, until neither changes."""
     for _ in range(ROUNDS):
         resized = update_model_error(comparison, fit.prediction)
@@ -425,8 +437,8 @@ def _calibrated(
     fit = calibrate(comparison, unknowns, values, prediction, ending=Ending.EXACT)
     if fit.chi2 <= ASTRAY * fit.n_number:
         return fit
-    anew = fit_from_lowest_level(comparison, unknowns, values, prediction)
-    return min(fit, anew, key=lambda each: each.chi2)
+    second = fit_from_lowest_level(comparison, unknowns, values, prediction)
+    return min(fit, second, key=lambda each: each.chi2)
 
 
 def fit_from_lowest_level(

@@ -129,8 +129,8 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     if settled.left.is_within(usual):
         return settled, fit
     train = resize_model_error(arrangement.train, usual)
-    anew = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
-    other = arrangement.refit_with_error_left(anew, train)
+    second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
+    other = arrangement.refit_with_error_left(second, train)
     return (other, other.fit) if other.cost < settled.cost else (settled, fit)
 
 
