@@ -202,7 +202,7 @@ def floors(arrangement: Arrangement) -> tuple[float, float]:
     -------
     By all that the covariance knows (noise, friction histories, numerical error), and by the noise alone [-].
     """
-    held = arrangement.settled
+    held = arrangement.held_out_without_jitter
     features, modes = held.features, held.whitening.modes
     chosen, ratio = features.fundamental, features.reference >= 0
     # Numbers that err by themselves: real and imaginary part are the legs of a right triangle.

@@ -59,7 +59,7 @@ class Arrangement:
         Effects added in earlier rounds; every fit sets their values again.
     train, held_out
         Comparisons with the measurements of a fit, and with those that test it.
-    settled, jitter
+    held_out_without_jitter, jitter
         Held-out comparison without jitter in its covariance, and the jitter as effects with priors, which a test on
         other repeats may set.
     fit
@@ -75,7 +75,7 @@ class Arrangement:
     added: tuple[Effect, ...]
     train: Comparison
     held_out: Comparison
-    settled: Comparison
+    held_out_without_jitter: Comparison
     jitter: tuple[tuple[Effect, float], ...]
     fit: Fit
     budget: Budget
@@ -95,8 +95,10 @@ class Arrangement:
     def refitted(self, train: Comparison, fit: Fit) -> "Arrangement":
         """The same with another fit, and the model error that it leaves."""
         size = _size(train)
-        held_out, settled = resize_model_error(self.held_out, size), resize_model_error(self.settled, size)
-        return replace(self, train=train, fit=fit, held_out=held_out, settled=settled)
+        return replace(
+            self, train=train, fit=fit, held_out=resize_model_error(self.held_out, size),
+            held_out_without_jitter=resize_model_error(self.held_out_without_jitter, size),
+        )  # fmt: skip
 
     def refit_with_error_left(self, fit: Fit, by: Comparison) -> "Arrangement":
         """The same with a fit of other parameters, from its values on, and the model error that it leaves.
@@ -112,10 +114,8 @@ class Arrangement:
         train = update_model_error(self.train, fit.prediction)
         slopes = _reweigh(fit, by, train)
         begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
-        train, settled = _alternate(train, begun)
-        return self.refitted(
-            train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
-        )
+        train, last = _alternate(train, begun)
+        return self.refitted(train, calibrate(train, fit.unknowns, last.values, last.prediction, slopes=last.jacobian))
 
     def refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
         """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
@@ -160,8 +160,10 @@ class Arrangement:
         """The same with next to no weight where a model is on another branch than the structure was."""
         unseen = self.held_out.predictor.predict(model)
         train = fade_other_branch(self.train, self.train.predictor.predict(model))
-        held_out, settled = fade_other_branch(self.held_out, unseen), fade_other_branch(self.settled, unseen)
-        faded = replace(self, held_out=held_out, settled=settled)
+        faded = replace(
+            self, held_out=fade_other_branch(self.held_out, unseen),
+            held_out_without_jitter=fade_other_branch(self.held_out_without_jitter, unseen),
+        )  # fmt: skip
         if train is self.train:
             return faded
         fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
@@ -172,10 +174,10 @@ class Arrangement:
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
 
-        The model error of the held-out data is of the size that they show: one that the training data have told is too
-        sure of itself where a model errs by more at other levels.
+        The model error of the held-out data has the size that they show: that of the training data is too small where a
+        model errs by more at other levels.
         """
-        return self._test(effect, fit, *_alternate(self.settled, self._fit_jitter(fit)))
+        return self._test(effect, fit, *_alternate(self.held_out_without_jitter, self._fit_jitter(fit)))
 
     def tested_as_drawn(self, model: Model) -> Refit:
         """The same test of a model that nothing was fitted to, by the model error of the fit.
@@ -186,22 +188,22 @@ class Arrangement:
         residual = self.train.residual(prediction)
         whole = np.concatenate([residual, np.zeros(len(self.fit.values))])
         fit = replace(self.fit, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
-        return self._test(None, fit, self.settled, self._fit_jitter(fit))
+        return self._test(None, fit, self.held_out_without_jitter, self._fit_jitter(fit))
 
     def _fit_jitter(self, fit: Fit) -> Fit:
         """Fit of the jitter of the held-out data to what a fit has left of them."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
-        return calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
+        return calibrate(self.held_out_without_jitter, unknowns, unknowns.vanishing, fit.prediction)
 
-    def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, settled: Fit) -> Refit:
+    def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, jitter_fit: Fit) -> Refit:
         return Refit(
-            effect=effect, fit=fit, held_out_reduced_chi2=settled.chi2 / settled.n_number,
-            error=self.train.error(fit.prediction), held_out_error=held_out.error(settled.prediction),
-            n_held_out=settled.n_number,
+            effect=effect, fit=fit, held_out_reduced_chi2=jitter_fit.chi2 / jitter_fit.n_number,
+            error=self.train.error(fit.prediction), held_out_error=held_out.error(jitter_fit.prediction),
+            n_held_out=jitter_fit.n_number,
             reduced_chi2_without_model_error=_chi2_without_model_error(self.train, fit.prediction),
-            held_out_reduced_chi2_without_model_error=_chi2_without_model_error(held_out, settled.prediction),
-            held_out_jumps=compute_jump_errors(held_out.observed, settled.prediction, held_out.predictor.sweeps),
-            held_out_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
+            held_out_reduced_chi2_without_model_error=_chi2_without_model_error(held_out, jitter_fit.prediction),
+            held_out_jumps=compute_jump_errors(held_out.observed, jitter_fit.prediction, held_out.predictor.sweeps),
+            held_out_cost=jitter_fit.chi2 + held_out.log_weight + _log_width(jitter_fit),
         )  # fmt: skip
 
 
@@ -349,8 +351,8 @@ def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: 
     comparison, scatter = unseen
     prediction = comparison.predictor.predict(fit.model, fit.prediction)
     held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
-    settled, shifts = _settled(held_out, scatter, fit.model)
-    return {"held_out": held_out, "settled": settled, "jitter": tuple(shifts)}
+    without_jitter, shifts = _take_out_jitter(held_out, scatter, fit.model)
+    return {"held_out": held_out, "held_out_without_jitter": without_jitter, "jitter": tuple(shifts)}
 
 
 def _fit_from_scratch(
@@ -449,7 +451,9 @@ def fit_from_lowest_level(
     return calibrate(comparison, unknowns, near.values, near.prediction, ending=ending)
 
 
-def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Comparison, list[tuple[Effect, float]]]:
+def _take_out_jitter(
+    comparison: Comparison, seen: Scatter, model: Model
+) -> tuple[Comparison, list[tuple[Effect, float]]]:
     """Comparison without jitter in its covariance, and the jitter as effects with priors."""
     n_jitter = sum(len(covariance) for covariance in seen.jitter)
     modes = comparison.whitening.modes

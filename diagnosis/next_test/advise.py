@@ -103,7 +103,7 @@ def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error
     """Errors of further readings, as those of a campaign."""
     train = arrangement.train
     # The arrangement has the jitter of a mean over the held-out repeats.
-    single = float(np.sqrt(np.median(arrangement.settled.observed.count)))
+    single = float(np.sqrt(np.median(arrangement.held_out_without_jitter.observed.count)))
     return ErrorSources(
         jitter=[(effect, single * deviation) for effect, deviation in arrangement.jitter], budget=arrangement.budget,
         noise=PlannedNoise.of_campaign(train), model_error=model_error,

@@ -145,7 +145,7 @@ class Simulation:
         """Model of one repeat."""
         model = self.arrangement.fit.model
         # The arrangement has the jitter of a mean over the held-out repeats.
-        single = float(np.sqrt(np.median(self.arrangement.settled.observed.count)))
+        single = float(np.sqrt(np.median(self.arrangement.held_out_without_jitter.observed.count)))
         for effect, deviation in self.arrangement.jitter:
             model = effect.apply(model, [single * deviation * float(generator.standard_normal())])
         return model

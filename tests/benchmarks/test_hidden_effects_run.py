@@ -208,7 +208,7 @@ def test_the_floor_is_the_error_of_the_true_model() -> None:
             squares[name] += float(np.mean(np.abs(reading / VALUE - 1)[chosen] ** 2)) / n
     expected = (math.sqrt(squares["all"]), math.sqrt(squares["noise"]))
     # 4000 draws of some ten numbers: 1 % is three standard deviations of the mean.
-    assert floors(SimpleNamespace(settled=held)) == pytest.approx(expected, rel=0.02)  # type: ignore[arg-type]
+    assert floors(SimpleNamespace(held_out_without_jitter=held)) == pytest.approx(expected, rel=0.02)  # type: ignore[arg-type]
 
 
 POINTS_TO_MEASURE = CampaignPoints(levels=(1.0, 5.0), frequencies=(472.0,), free_frequencies=(90.0,), n_repeat=4)
@@ -234,7 +234,7 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     )  # fmt: skip
     scores = (SimpleNamespace(effect=effect, gain=99.0),)
     return Diagnosis(
-        arrangement=SimpleNamespace(settled=comparison()), catalogue=names, scores=scores,  # type: ignore[arg-type]
+        arrangement=SimpleNamespace(held_out_without_jitter=comparison()), catalogue=names, scores=scores,  # type: ignore[arg-type]
         baseline=before, refits=(best,), places=(place,), thresholds=None, verdict=verdict,  # type: ignore[arg-type]
     )  # fmt: skip
 
