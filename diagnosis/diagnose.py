@@ -22,7 +22,7 @@ from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.far_start import list_far_starts
-from diagnosis.fit.finalist import Finalist, weigh, weigh_each
+from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Problem, Refit
 from diagnosis.fit.refit import (
@@ -241,11 +241,11 @@ def diagnose(
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("own covariances", shares.weights)
     baseline = baseline if searched is arrangement else baseline_fit(arrangement)
-    own = partial(weigh, campaign, arrangement, baseline, find_catalogue)
-    finalists = weigh_each(searched, refits, partial(own, searched.train), run_step)
+    own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
+    finalists = refit_each_by_own_covariance(searched, refits, partial(own, searched.train), run_step)
     nothing = Finalist(refit=baseline, arrangement=arrangement)
     report("what is left", shares.left)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, weigh=own)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, refit_by_own_covariance=own)
     finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
     report("intervals", shares.intervals)
     baseline, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)

@@ -26,7 +26,7 @@ class Criteria:
     scores: Sequence[Score]
     thresholds: Thresholds
     far: FarResonance | AbsentPeak | None = None
-    weigh: Callable[[Comparison, Refit], Finalist] | None = None
+    refit_by_own_covariance: Callable[[Comparison, Refit], Finalist] | None = None
     """Fits an effect that turns out to explain most to the end; without it such a one is not judged."""
 
 
@@ -61,11 +61,11 @@ def judge(
     ranked = sorted(finalists, key=rank)
     verdict = judged(ranked)
     tried: set[str] = set()
-    while by.weigh is not None and verdict.instead is not None and verdict.instead.name not in tried:
+    while by.refit_by_own_covariance is not None and verdict.instead is not None and verdict.instead.name not in tried:
         alone = verdict.instead
         tried.add(alone.name)
-        weigh = partial(by.weigh, alone.arrangement.train, alone.refit)
-        own = run_step(f"{alone.name} of {alone.refit.strength:.6g} alone by its own covariance", weigh)
+        refit_alone = partial(by.refit_by_own_covariance, alone.arrangement.train, alone.refit)
+        own = run_step(f"{alone.name} of {alone.refit.strength:.6g} alone by its own covariance", refit_alone)
         best = min([*(each for each in ranked if each.name == alone.name), own], key=rank)
         ranked = sorted([*(each for each in ranked if each.name != alone.name), best], key=rank)
         verdict = judged(ranked)

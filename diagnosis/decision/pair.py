@@ -71,7 +71,7 @@ def fit_pair(
 
     def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Arrangement:
         """The further effect beside others."""
-        return arrangement.refit_from([*effects, second], np.append(start, own), nearby, by)
+        return arrangement.with_refit_from([*effects, second], np.append(start, own), nearby, by)
 
     def test(found: Arrangement) -> Finalist:
         """A fit as one of the further effect, with the density of all data."""

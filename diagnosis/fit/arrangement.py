@@ -33,10 +33,10 @@ from diagnosis.fit.weighting import (
     fade_other_branch,
     join_measured,
     leave_out_model_error,
+    make_comparison,
+    make_comparisons,
     resize_model_error,
     update_model_error,
-    weigh_together,
-    weighted,
 )
 
 #: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
@@ -92,7 +92,7 @@ class Arrangement:
         """Calibration parameters with their priors; added effects and the given ones without."""
         return make_unknowns(self.base, self.calibration, [*self.added, *effects])
 
-    def refitted(self, train: Comparison, fit: Fit) -> "Arrangement":
+    def with_fit(self, train: Comparison, fit: Fit) -> "Arrangement":
         """The same with another fit, and the model error that it leaves."""
         size = _size(train)
         return replace(
@@ -100,7 +100,7 @@ class Arrangement:
             held_out_without_jitter=resize_model_error(self.held_out_without_jitter, size),
         )  # fmt: skip
 
-    def refit_with_error_left(self, fit: Fit, by: Comparison) -> "Arrangement":
+    def with_refit(self, fit: Fit, by: Comparison) -> "Arrangement":
         """The same with a fit of other parameters, from its values on, and the model error that it leaves.
 
         Parameters
@@ -115,13 +115,13 @@ class Arrangement:
         slopes = _reweigh(fit, by, train)
         begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
         train, last = _alternate(train, begun)
-        return self.refitted(train, calibrate(train, fit.unknowns, last.values, last.prediction, slopes=last.jacobian))
+        return self.with_fit(train, calibrate(train, fit.unknowns, last.values, last.prediction, slopes=last.jacobian))
 
-    def refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
+    def with_refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
         """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
-        return self.refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
+        return self.with_refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
 
-    def refit_from(
+    def with_refit_from(
         self, effects: Sequence[Effect], values: Values, nearby: Prediction, by: Comparison | None = None
     ) -> "Arrangement":
         """The same with a fit of effects that begins from given values, and the model error that it leaves.
@@ -141,7 +141,7 @@ class Arrangement:
         unknowns = self.unknowns(effects)
         if by is None:
             by = update_model_error(self.train, self.train.predict(unknowns.compose(values), nearby))
-        return self.refit_with_error_left(calibrate(by, unknowns, values, nearby, ending=Ending.QUICK), by)
+        return self.with_refit(calibrate(by, unknowns, values, nearby, ending=Ending.QUICK), by)
 
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
@@ -169,7 +169,7 @@ class Arrangement:
         fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
         train, fit = _alternate(train, fit)
-        return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT))
+        return faded.with_fit(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT))
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
@@ -279,7 +279,7 @@ def _compared(
     prediction = sides[0].predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     refined = [each.compose(values) for each in finer]
-    first, _ = weighted(sides[0], model, prediction, budget, refined, FEW, fitted=False)
+    first, _ = make_comparison(sides[0], model, prediction, budget, refined, FEW, fitted=False)
     first, fit = _fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
         finer = [each.calibrated(first, fit) for each in finer]
@@ -301,7 +301,7 @@ def expect_usual_error(arrangement: Arrangement) -> Arrangement:
     return replace(arrangement, train=train, fit=fit)
 
 
-def weigh_beside(
+def arrange_with_effect(
     campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements by the covariance of the model with an effect, and the fit by it, effect included.
@@ -343,7 +343,7 @@ def _weigh_sides(
 ) -> list[tuple[Comparison, Scatter]]:
     """Comparisons of training and held-out data by the covariance of a fitted model, which solves each state once."""
     prediction = join_measured(sides).predictor.predict(fit.model, fit.prediction)
-    return weigh_together(sides, fit.model, prediction, budget, refined, likes=likes)
+    return make_comparisons(sides, fit.model, prediction, budget, refined, likes=likes)
 
 
 def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.arrangement import Arrangement, fit_from_lowest_level, weigh_beside
+from diagnosis.fit.arrangement import Arrangement, arrange_with_effect, fit_from_lowest_level
 from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.problem import UNEXPLAINED, Refit
@@ -42,7 +42,7 @@ class Finalist:
         return self.refit.name
 
 
-def weigh(
+def refit_by_own_covariance(
     campaign: Campaign,
     arrangement: Arrangement,
     baseline: Refit,
@@ -64,36 +64,36 @@ def weigh(
         Fit with the effect, and the comparison that it was fitted to.
     """
     assert refit.effect is not None
-    settled, fit = _refit(arrangement, refit.fit, by)
-    beside = weigh_beside(campaign, arrangement, refit.effect, fit, catalogue_of)
-    lacking = beside.refit_with_error_left(baseline.fit, arrangement.train)
-    nothing = arrangement
-    if min(nothing.cost - settled.cost, lacking.cost - beside.cost) > arrangement.effort.worthless:
+    # By the covariance that all fits have in common, which is that of `arrangement`, and by its own.
+    common, fit = _refit(arrangement, refit.fit, by)
+    own = arrange_with_effect(campaign, arrangement, refit.effect, fit, catalogue_of)
+    own_without = own.with_refit(baseline.fit, arrangement.train)
+    common_without = arrangement
+    if min(common_without.cost - common.cost, own_without.cost - own.cost) > arrangement.effort.worthless:
         # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
-        nothing = min(nothing, nothing.refit_without(refit.effect, settled.fit), key=attrgetter("cost"))
-        lacking = min(lacking, beside.refit_without(refit.effect, beside.fit), key=attrgetter("cost"))
-    with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
+        common_without = min(
+            common_without, common_without.with_refit_without(refit.effect, common.fit), key=attrgetter("cost")
+        )
+        own_without = min(own_without, own.with_refit_without(refit.effect, own.fit), key=attrgetter("cost"))
+    tested = [each.tested(refit.effect, each.fit) for each in (common, own)]
     without = [
-        baseline if nothing is arrangement else nothing.tested(None, nothing.fit),
-        lacking.tested(None, lacking.fit),
+        baseline if common_without is arrangement else common_without.tested(None, common_without.fit),
+        own_without.tested(None, own_without.fit),
     ]
-    own = with_effect[1]
-    weighed = replace(
-        own,
-        gain=min(nothing.cost - settled.cost, lacking.cost - beside.cost),
-        held_out_gain=min(
-            one.held_out_cost - other.held_out_cost for one, other in zip(without, with_effect, strict=True)
-        ),
-        cost=beside.cost + own.held_out_cost,
-        worsens=any(is_worse(own, each) for each in without),
+    compared = replace(
+        tested[1],
+        gain=min(common_without.cost - common.cost, own_without.cost - own.cost),
+        held_out_gain=min(one.held_out_cost - other.held_out_cost for one, other in zip(without, tested, strict=True)),
+        cost=own.cost + tested[1].held_out_cost,
+        worsens=any(is_worse(tested[1], each) for each in without),
     )
-    return Finalist(refit=weighed, arrangement=beside)
+    return Finalist(refit=compared, arrangement=own)
 
 
-def weigh_each(
+def refit_each_by_own_covariance(
     searched: Arrangement,
     refits: Sequence[Refit],
-    weigh_one: Callable[[Refit], Finalist],
+    refit_one: Callable[[Refit], Finalist],
     run_step: RunStep = compute_step,
 ) -> list[Finalist]:
     """Fit effects anew, each by the covariance of its own model, until the rest is too far behind one that gains.
@@ -104,8 +104,8 @@ def weigh_each(
         Arrangement that the effects were fitted by.
     refits
         Fits with each effect, the best first.
-    weigh_one
-        Fits one of them, as `weigh` does with its other arguments given.
+    refit_one
+        Fits one of them, as `refit_by_own_covariance` does with its other arguments given.
     run_step
         Looks up the stored result of a step, or computes it.
     """
@@ -114,7 +114,7 @@ def weigh_each(
     for each, cost in zip(refits, costs, strict=True):
         gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
         if not gains or cost < min(costs) + searched.effort.far_behind:
-            found.append(run_step(f"{each.name} by its own covariance", partial(weigh_one, each)))
+            found.append(run_step(f"{each.name} by its own covariance", partial(refit_one, each)))
     return found
 
 
@@ -125,13 +125,13 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     without the effect may have moved the calibration parameters into the wrong one. That leaves an unusual model error.
     Another fit then begins with the lowest level alone, where the model is almost linear, and the more probable counts.
     """
-    settled, usual = arrangement.refit_with_error_left(fit, by), ErrorSize.usual(arrangement.budget.model)
-    if settled.left.is_within(usual):
-        return settled, fit
+    found, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
+    if found.left.is_within(usual):
+        return found, fit
     train = resize_model_error(arrangement.train, usual)
     second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
-    other = arrangement.refit_with_error_left(second, train)
-    return (other, other.fit) if other.cost < settled.cost else (settled, fit)
+    other = arrangement.with_refit(second, train)
+    return (other, other.fit) if other.cost < found.cost else (found, fit)
 
 
 def compare(refit: Refit, without: Refit, gain: float) -> Refit:

@@ -67,7 +67,7 @@ class Measured:
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 
-def weighted(
+def make_comparison(
     measured: Measured,
     model: Model,
     prediction: Prediction,
@@ -94,10 +94,10 @@ def weighted(
     fitted
         Whether the model is calibrated, so that states far from their neighbours get less weight.
     """
-    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
+    return make_comparisons([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
 
 
-def weigh_together(
+def make_comparisons(
     sides: Sequence[Measured],
     model: Model,
     prediction: Prediction,
@@ -109,7 +109,7 @@ def weigh_together(
     likes: Sequence[Comparison] | None = None,
     predictor: Predictor | None = None,
 ) -> list[tuple[Comparison, Scatter]]:
-    """`weighted` for several sets of measurements of one campaign, such as training and held-out data.
+    """`make_comparison` for several sets of measurements of one campaign, such as training and held-out data.
 
     Each changed model is solved once for all of them. The draws of preloads, and how far repeats are shifted to find
     kinks, are those of the first set.
@@ -121,7 +121,7 @@ def weigh_together(
     prediction
         At the points of all sets, see `join_measured`.
     model, budget, refined, n_draw, fitted
-        As for `weighted`.
+        As for `make_comparison`.
     likes
         Other comparisons of the same sets, whose outliers count.
     predictor

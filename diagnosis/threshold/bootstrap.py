@@ -28,7 +28,7 @@ from diagnosis.decision.evidence import compute_evidence, compute_spread
 from diagnosis.diagnose import USUAL, Choice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
-from diagnosis.fit.finalist import weigh, weigh_each
+from diagnosis.fit.finalist import refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
@@ -81,7 +81,9 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
         drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice
     )
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
-    finalists = weigh_each(drawn, refits, partial(weigh, campaign, drawn, baseline, find_catalogue, drawn.train))
+    finalists = refit_each_by_own_covariance(
+        drawn, refits, partial(refit_by_own_covariance, campaign, drawn, baseline, find_catalogue, drawn.train)
+    )
     gains = [compute_evidence(each.refit) / compute_spread(each.refit) for each in finalists]
     misfits = [misfit(place) / compute_spread(baseline, place.gain) for place in find_unknown_forces(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))

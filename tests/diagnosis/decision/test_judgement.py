@@ -19,7 +19,7 @@ from diagnosis.fit import finalist
 from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from diagnosis.fit.finalist import Finalist, weigh, weigh_each
+from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.weighting import leave_out_model_error
@@ -57,7 +57,9 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
 
 def weighed(campaign: Any, arrangement: Arrangement, before: Refit, refits: list[Refit]) -> list[Finalist]:
     listed = partial(list_campaign_effects, campaign)
-    return weigh_each(arrangement, refits, partial(weigh, campaign, arrangement, before, listed, arrangement.train))
+    return refit_each_by_own_covariance(
+        arrangement, refits, partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -105,10 +107,11 @@ def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_wel
     by_name = {score.effect.name: score for score in scores}
     before = baseline_fit(arrangement)
     stand_in = weighed(campaign, arrangement, before, [refit(arrangement, by_name[FALSE])])
+    own = partial(refit_by_own_covariance, campaign, arrangement, before, partial(list_campaign_effects, campaign))
     listed = list_campaign_effects(campaign, small)
     criteria = Criteria(
         catalogue=listed, scores=scores, thresholds=compute_linear_thresholds(scores),
-        weigh=partial(weigh, campaign, arrangement, before, partial(list_campaign_effects, campaign)),
+        refit_by_own_covariance=own,
     )  # fmt: skip
     nothing, places = Finalist(refit=before, arrangement=arrangement), find_unknown_forces(arrangement)
     ranked, verdict = judge(nothing, stand_in, places, criteria, compute_step)
@@ -116,7 +119,7 @@ def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_wel
     assert [each.name for each in verdict.effects] == [TRUE]
     assert [each.name for each in ranked] == [TRUE, FALSE]
     # Without a way to fit it to the end it is told as something that the stand-in leaves.
-    unable = judge(nothing, stand_in, places, replace(criteria, weigh=None), compute_step)[1]
+    unable = judge(nothing, stand_in, places, replace(criteria, refit_by_own_covariance=None), compute_step)[1]
     assert unable.finding is Finding.UNKNOWN
     assert unable.instead is not None
     assert unable.instead.name == TRUE

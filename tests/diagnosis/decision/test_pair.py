@@ -14,7 +14,7 @@ from diagnosis.decision.leftover import find_leftover, with_effect
 from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.finalist import weigh
+from diagnosis.fit.finalist import refit_by_own_covariance
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 
@@ -38,7 +38,7 @@ def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others:
     arrangement = arrange(campaign, small, tuple(free), Budget(frequency=0.0, compliance=0.0, model=1e-3))
     before, listed = baseline_fit(arrangement), partial(list_campaign_effects, campaign)
     scores = screen(arrangement, [listed(small).effect(name) for name in (first, *others)])
-    by_own = partial(weigh, campaign, arrangement, before, listed, arrangement.train)
+    by_own = partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
     found = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
     own = found[first]
     rest = find_leftover(with_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
