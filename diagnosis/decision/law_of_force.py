@@ -13,7 +13,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.candidate.force_law import ForceLaw
-from diagnosis.effect import EFFECTS, OtherLaws
+from diagnosis.effect import OtherLaws, find_kind
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_from
@@ -110,4 +110,5 @@ def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -
 
 
 def _other_laws(effect: Effect) -> OtherLaws | None:
-    return next((kind.other_laws for kind in EFFECTS if kind.name == effect.kind), None)
+    kind = find_kind(effect)
+    return None if kind is None else kind.other_laws

@@ -21,7 +21,7 @@ from diagnosis.decision.evidence import (
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
 from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
 from diagnosis.decision.pair import Pair, fit_pair
-from diagnosis.effect import EFFECTS
+from diagnosis.effect import find_kind
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.step import RunStep
@@ -245,8 +245,8 @@ def is_linear(effect: Effect, model: Model) -> bool:
 
 def takes_away(refit: Refit) -> bool:
     """Whether an effect takes a part away from the structure that the model has."""
-    kinds = {kind.name for kind in EFFECTS if kind.is_addition}
-    return refit.effect is not None and refit.effect.kind in kinds and refit.strength < 0
+    kind = None if refit.effect is None else find_kind(refit.effect)
+    return kind is not None and kind.is_addition and refit.strength < 0
 
 
 def _share_place(refit: Refit, other: Refit) -> bool:

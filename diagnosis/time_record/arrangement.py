@@ -17,7 +17,7 @@ from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import measure_scale
 from diagnosis.fit.added import Added
 from diagnosis.fit.calibration import Fit, calibrate
-from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.fit_parameter import Unknowns, make_start
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.time_record.comparison import RecordComparison
 from geometry.errors import InputError
@@ -86,7 +86,7 @@ class RecordArrangement:
         for effect in effects:
             unknowns = self.unknowns([effect])
             ends = [
-                np.array([*self.fit.values, strength, *(each.vanishes for each in effect.parameters[1:])])
+                make_start(self.fit.values, effect, strength)
                 for strength in (effect.parameters[0].vanishes, effect.parameters[0].typical)
             ]
             try:
