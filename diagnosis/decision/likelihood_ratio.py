@@ -19,8 +19,8 @@ from diagnosis.decision.evidence import (
     support,
 )
 from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
-from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
 from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
 from diagnosis.effect import find_kind
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
@@ -52,7 +52,7 @@ class LikelihoodRatioTest:
     baseline: Refit
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
-    left: dict[str, Leftover] = field(default_factory=dict)
+    left: dict[str, ResidualExplanation] = field(default_factory=dict)
     """What is left beside effects that were asked for, by name."""
     pair: Pair | None = None
     """Two effects that are missing together, where the one that was asked for does not explain enough alone."""
@@ -73,12 +73,12 @@ class LikelihoodRatioTest:
         if law is not None:
             self.laws[refit.name] = law
             return False
-        rest = self._find_leftover(refit)
+        residual = self._explain_residual(refit)
         assert refit.effect is not None
         linear = is_linear(refit.effect, self.finalists[refit.name].arrangement.fit.model)
-        if not _stand_in(refit, self.baseline, rest, self.thresholds, linear):
+        if not _stand_in(refit, self.baseline, residual, self.thresholds, linear):
             return True
-        self.pair = self._find_pair(refit, rest.further)
+        self.pair = self._find_pair(refit, residual.refit)
         return self.pair is not None
 
     def finds_two(self, refits: Sequence[Refit]) -> bool:
@@ -89,7 +89,7 @@ class LikelihoodRatioTest:
         first = max((each for each in refits if gains(each, self.thresholds)), key=support, default=None)
         if first is None or self._find_another_law(first) is not None:
             return False
-        further = self._find_leftover(first).further
+        further = self._explain_residual(first).refit
         if further is None or further.reduced_chi2_by_noise > UNEXPLAINED:
             return False
         pair = self._find_pair(first, further)
@@ -98,14 +98,14 @@ class LikelihoodRatioTest:
         self.pair = pair
         return True
 
-    def _find_leftover(self, refit: Refit) -> Leftover:
+    def _explain_residual(self, refit: Refit) -> ResidualExplanation:
         """What an effect leaves."""
         if refit.name not in self.left:
             others = [each for each in self.catalogue.candidates if each.name != refit.name]
             limit = self.thresholds.gain
             self.left[refit.name] = self.run_step(
                 f"what is left beside {refit.name} of {refit.strength:.6g}, limit {limit:.6g}",
-                lambda: find_leftover(with_effect(self.finalists[refit.name].arrangement, refit), others, limit),
+                lambda: explain_residual(add_effect(self.finalists[refit.name].arrangement, refit), others, limit),
             )
         return self.left[refit.name]
 
@@ -117,7 +117,7 @@ class LikelihoodRatioTest:
             arrangement = self.finalists[refit.name].arrangement
             self.fitted[refit.name] = self.run_step(
                 f"other laws of {refit.name} of {refit.strength:.6g}",
-                lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
+                lambda: fit_other_laws(arrangement, add_effect(arrangement, refit).cost, refit),
             )
         return self.fitted[refit.name]
 
@@ -260,12 +260,14 @@ def place_of(name: str) -> str:
     return name.partition(" at ")[2]
 
 
-def _stand_in(refit: Refit, baseline: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
+def _stand_in(
+    refit: Refit, baseline: Refit, residual: ResidualExplanation, thresholds: Thresholds, linear: bool
+) -> bool:
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
-    unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
-    beyond = max(rest.gain - thresholds.gain, unknown)
+    unknown = misfit(residual.places[0]) - thresholds.misfit if residual.places else 0.0
+    beyond = max(residual.gain - thresholds.gain, unknown)
     is_left = refit.reduced_chi2_by_noise > UNEXPLAINED
-    if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
+    if linear and unknown > 0 and residual.known_effect_gain < KNOWN * residual.places[0].gain and is_left:
         return True
     return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, baseline)
 

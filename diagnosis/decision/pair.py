@@ -12,7 +12,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.evidence import support
-from diagnosis.decision.leftover import with_effect
+from diagnosis.decision.residual_explanation import add_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist, compare
@@ -88,7 +88,7 @@ def fit_pair(
     starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
     alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
     strengths = [(_effect_of(each), _split(each.fit.values, _effect_of(each))[1]) for each in others]
-    forces = find_unknown_forces(with_effect(both.arrangement, both.refit))
+    forces = find_unknown_forces(add_effect(both.arrangement, both.refit))
     return Pair(
         first=beside(one, both),
         second=_compare(both, Finalist(refit=first, arrangement=arrangement)),

@@ -22,9 +22,9 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, tell_held_back
 from diagnosis.decision.evidence import errs_on_held_out, passes
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.leftover import Leftover
 from diagnosis.decision.likelihood_ratio import LikelihoodRatioTest, place_of
 from diagnosis.decision.naming import apply_test
+from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
@@ -98,8 +98,8 @@ def decide(
         nearest = next(each.refit for each in finalists if each.name == name)
         reason = _tell_law(name, law, baseline)
     elif finding is Finding.UNKNOWN and not found and passed and test.left:
-        ((name, rest),) = test.left.items()
-        reason = _tell_stand_in(name, rest, thresholds)
+        ((name, residual),) = test.left.items()
+        reason = _tell_stand_in(name, residual, thresholds)
     if finding is Finding.UNKNOWN:
         laws = [*test.laws.values()]
     else:
@@ -161,12 +161,14 @@ def _tell_law(name: str, law: FittedLaw, baseline: Refit) -> str:
     )
 
 
-def _tell_stand_in(name: str, rest: Leftover, thresholds: Thresholds) -> str:
-    unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else -np.inf
-    if rest.gain - thresholds.gain > unknown:
-        alone = "no known effect alone explains it"
-        return f"Something is missing, and {alone}: {name} explains most, and {rest.name} much of what it leaves."
-    left = rest.places[0].sentence
+def _tell_stand_in(name: str, residual: ResidualExplanation, thresholds: Thresholds) -> str:
+    unknown = misfit(residual.places[0]) - thresholds.misfit if residual.places else -np.inf
+    if residual.gain - thresholds.gain > unknown:
+        return (
+            f"Something is missing, and no known effect alone explains it: {name} explains most, and "
+            f"{residual.effect_name} much of what it leaves."
+        )
+    left = residual.places[0].sentence
     return f"Something is missing, and it is none of the known effects: {name} explains most, but leaves {left}."
 
 

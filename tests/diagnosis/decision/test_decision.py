@@ -12,9 +12,9 @@ from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.evidence import DECISIVE, passes, support
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.leftover import Leftover
 from diagnosis.decision.likelihood_ratio import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.pair import Pair
+from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.finalist import Finalist
@@ -29,7 +29,7 @@ N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0
 LIMITS = Thresholds(gain=20.0, misfit=30.0)
 
 
-NO_EFFECT = Leftover(gain=0.0, name="", places=(), known=0.0)
+NO_EFFECT = ResidualExplanation(gain=0.0, effect_name="", places=(), known_effect_gain=0.0)
 
 
 def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, strength: float = 1.0) -> Refit:
@@ -74,7 +74,7 @@ def place(fall: float, n_number: int = 6) -> Place:
 def decided(
     *refits: Refit,
     places: tuple[Place, ...] = (),
-    rest: Leftover = NO_EFFECT,
+    rest: ResidualExplanation = NO_EFFECT,
     asked: list[str] | None = None,
     scores: tuple[Score, ...] = (),
     baseline: Refit = BEFORE,
@@ -222,7 +222,7 @@ def test_many_that_explain_a_little_worse_are_named_until_their_probability_is_c
 
 def test_an_effect_that_leaves_next_to_nothing_is_no_stand_in() -> None:
     """Model error as large as the responses explains much without it, so that its gain is small beside what is left."""
-    rest = Leftover(gain=0.0, name="", places=(place(LIMITS.misfit + 50),), known=0.0)
+    rest = ResidualExplanation(gain=0.0, effect_name="", places=(place(LIMITS.misfit + 50),), known_effect_gain=0.0)
     cubic, lost = (
         replace(refit("cubic", 90, 70), reduced_chi2_without_model_error=5.0),
         replace(BEFORE, reduced_chi2_without_model_error=7000.0),
@@ -258,7 +258,7 @@ def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
 def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
     left: float, n_number: int, unknown: bool
 ) -> None:
-    rest = Leftover(gain=0.0, name="", places=(place(left, n_number),), known=left)
+    rest = ResidualExplanation(gain=0.0, effect_name="", places=(place(left, n_number),), known_effect_gain=left)
     there = place(300)
     verdict = decided(refit("mass", 200, 150), places=(there,), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
@@ -273,7 +273,10 @@ def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
     ("left", "unknown"), [(STAND_IN * 200 + LIMITS.gain + 1, True), (STAND_IN * 200 + LIMITS.gain - 1, False)]
 )
 def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unknown: bool) -> None:
-    verdict = decided(refit("mass", 200, 150), rest=Leftover(gain=left, name="gap", places=(), known=left))
+    verdict = decided(
+        refit("mass", 200, 150),
+        rest=ResidualExplanation(gain=left, effect_name="gap", places=(), known_effect_gain=left),
+    )
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
         assert "no known effect alone explains it: mass explains most, and gap much" in verdict.sentence
@@ -283,7 +286,7 @@ def beside(further: Refit, *first: Refit, force: float = 0.0) -> dict[str, Any]:
     """What is left by the first effect, and fits of it, or of others in its place, with a further one."""
     arrangement: Any = SimpleNamespace(left=NO_ERROR)
     both = [Finalist(refit=each, arrangement=arrangement) for each in (*first, further)]
-    rest = Leftover(gain=150, name=further.name, places=(), known=150, further=further)
+    rest = ResidualExplanation(gain=150, effect_name=further.name, places=(), known_effect_gain=150, refit=further)
     pair = Pair(first=both[0], second=both[-1], alone=both[-1], rivals=tuple(both[1:-1]), force=force)
     return {"rest": rest, "pair": pair}
 
@@ -406,10 +409,14 @@ def test_what_needs_a_parameter_at_the_end_of_its_prior_is_named_with_doubt() ->
 def test_what_chance_leaves_makes_no_stand_in() -> None:
     """A weak effect explains 25; others may leave more than a third of it by chance, up to the limits."""
     weak = refit("mass", 25, 20)
-    chance = Leftover(gain=LIMITS.gain - 1, name="gap", places=(place(LIMITS.misfit + 5),), known=0.0)
+    chance = ResidualExplanation(
+        gain=LIMITS.gain - 1, effect_name="gap", places=(place(LIMITS.misfit + 5),), known_effect_gain=0.0
+    )
     assert chance.gain > STAND_IN * 25
     assert decided(weak, rest=chance).finding is Finding.MISSING
-    beyond = Leftover(gain=STAND_IN * 25 + LIMITS.gain + 1, name="gap", places=(), known=0.0)
+    beyond = ResidualExplanation(
+        gain=STAND_IN * 25 + LIMITS.gain + 1, effect_name="gap", places=(), known_effect_gain=0.0
+    )
     assert decided(weak, rest=beyond).finding is Finding.UNKNOWN
 
 
@@ -428,7 +435,7 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
 ) -> None:
     """Where a frequency is 5 % off, as a slider's is that sticks at low levels, what mends that gains thousands."""
     left = LIMITS.misfit + more
-    rest = Leftover(gain=0.0, name="gap", places=(place(left),), known=known * left)
+    rest = ResidualExplanation(gain=0.0, effect_name="gap", places=(place(left),), known_effect_gain=known * left)
     assert left < STAND_IN * 10000
     verdict = decided(replace(refit(name, 10000, 50), reduced_chi2_without_model_error=stated), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)

@@ -10,8 +10,8 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.decision.evidence import support
-from diagnosis.decision.leftover import find_leftover, with_effect
 from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.decision.residual_explanation import add_effect, explain_residual
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.finalist import refit_by_own_covariance
@@ -41,9 +41,9 @@ def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others:
     by_own = partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
     found = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
     own = found[first]
-    rest = find_leftover(with_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
-    assert rest.further is not None
-    return fit_pair(own.arrangement, before, own.refit, rest.further, [found[name].refit for name in others])
+    rest = explain_residual(add_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
+    assert rest.refit is not None
+    return fit_pair(own.arrangement, before, own.refit, rest.refit, [found[name].refit for name in others])
 
 
 @pytest.fixture(scope="module")
