@@ -280,10 +280,10 @@ def _widen(
     name = f"intervals beside {best.refit.label} of {', '.join(each.refit.label for each in listed)}"
     fits = run_step(name, partial(widen_intervals, campaign, best, listed))
     if pair is not None:
-        second, one, *rivals = (
+        second, one, *alternatives = (
             replace(each, refit=fit) for each, fit in zip(listed[n_alone:], fits[n_alone:], strict=True)
         )
-        pair = replace(pair, second=second, first=one, rivals=tuple(rivals))
+        pair = replace(pair, second=second, first=one, alternatives=tuple(alternatives))
     by_name = {each.name: each for each in fits[first:]}
     effects = [by_name[each.name] for each in verdict.effects]
     return fits[0], fits[1:n_alone], verdict.with_fits(fits[0], effects, pair)

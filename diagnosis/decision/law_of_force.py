@@ -50,7 +50,7 @@ class FittedLaw:
         """Whether the force has this law, and not that of the effect."""
         return self.is_distinct and self.gain > chance and self.held_out_gain >= 0
 
-    def is_rival(self, refuted: float) -> bool:
+    def is_alternative(self, refuted: float) -> bool:
         """Whether the data do not refute that the force has this law."""
         return self.is_distinct and self.whole_gain > -refuted
 
@@ -87,11 +87,11 @@ def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:
     return max(better, key=lambda law: law.whole_gain, default=None)
 
 
-def find_rivals(laws: Sequence[FittedLaw], refuted: float) -> list[FittedLaw]:
+def find_alternatives(laws: Sequence[FittedLaw], refuted: float) -> list[FittedLaw]:
     """Laws that the data do not refute, the best first; of those of one kind the best."""
     found: dict[str, FittedLaw] = {}
     for law in sorted(laws, key=lambda law: -law.whole_gain):
-        if law.is_rival(refuted) and law.refit.effect is not None:
+        if law.is_alternative(refuted) and law.refit.effect is not None:
             found.setdefault(law.refit.effect.kind, law)
     return [*found.values()]
 

@@ -18,7 +18,7 @@ from diagnosis.decision.evidence import (
     passes,
     support,
 )
-from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
+from diagnosis.decision.law_of_force import FittedLaw, find_alternatives, find_better, fit_other_laws, has_other_laws
 from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
 from diagnosis.effect import find_kind
@@ -151,9 +151,9 @@ class LikelihoodRatioTest:
         larger = refit.held_out_error > (1 + ERROR_ROUNDED) * self.baseline.held_out_error
         return bool(larger or refit.held_out_reduced_chi2_by_noise > self.baseline.held_out_reduced_chi2_by_noise)
 
-    def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
+    def find_alternative_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
-        return find_rivals(self._fit_other_laws(self.finalists[refit.name].refit), DECISIVE)
+        return find_alternatives(self._fit_other_laws(self.finalists[refit.name].refit), DECISIVE)
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
@@ -188,7 +188,7 @@ class LikelihoodRatioTest:
             return None
         if force > STAND_IN * (self.finalists[first.name].refit.gain + second.gain):
             return None
-        return replace(pair, rivals=tuple(each for each in pair.rivals if self._may_be_first(pair, each)))
+        return replace(pair, alternatives=tuple(each for each in pair.alternatives if self._may_be_first(pair, each)))
 
     def _fit_pair(self, refit: Refit, further: Refit) -> Pair:
         """Two effects fitted together, and other finalists in place of the first."""
@@ -202,7 +202,7 @@ class LikelihoodRatioTest:
 
     def _choose_first(self, pair: Pair) -> Finalist | None:
         """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
-        apart = [each for each in (pair.first, *pair.rivals) if self._may_be_first(pair, each)]
+        apart = [each for each in (pair.first, *pair.alternatives) if self._may_be_first(pair, each)]
         best = max(apart, key=lambda each: support(each.refit), default=None)
         if best is None or support(best.refit) < support(pair.first.refit) - DECISIVE:
             return None

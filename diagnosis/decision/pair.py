@@ -31,7 +31,7 @@ class Pair:
         The fit with both, tested as one of each effect: it gains what both gain beyond the other one alone.
     alone
         The second effect alone.
-    rivals
+    alternatives
         Fits of other effects in place of the first one.
     force
         Excess gain of an unknown force beside both [-].
@@ -40,13 +40,13 @@ class Pair:
     first: Finalist
     second: Finalist
     alone: Finalist
-    rivals: tuple[Finalist, ...]
+    alternatives: tuple[Finalist, ...]
     force: float
 
     @property
     def ranked(self) -> list[Finalist]:
         """The first effect, then those in its place, the one that explains most of these first."""
-        return [self.first, *sorted(self.rivals, key=lambda each: -support(each.refit))]
+        return [self.first, *sorted(self.alternatives, key=lambda each: -support(each.refit))]
 
 
 def fit_pair(
@@ -93,7 +93,9 @@ def fit_pair(
         first=beside(one, both),
         second=_compare(both, Finalist(refit=first, arrangement=arrangement)),
         alone=alone,
-        rivals=tuple(beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths),
+        alternatives=tuple(
+            beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths
+        ),
         force=max(map(misfit, forces), default=0.0),
     )
 

@@ -82,7 +82,7 @@ def decide(
         reason = "" if far is None else far.sentence
     if finding is Finding.NOTHING and test.generalises_by_another_law(refits):
         finding = Finding.UNKNOWN
-    laws = test.find_rival_laws(effects[0]) if effects else []
+    laws = test.find_alternative_laws(effects[0]) if effects else []
     if finding is Finding.MISSING and (laws or not test.is_confirmed(effects[0])):
         finding = Finding.AMBIGUOUS
     if finding is Finding.NOTHING and held_back:

@@ -108,7 +108,7 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     together, further = replace(together, fit=fit), replace(further, fit=fit)
     assert together.strength == best.strength
     first, second = (Finalist(refit=each, arrangement=result.diagnosis.arrangement) for each in (together, further))
-    pair = Pair(first=first, second=second, alone=second, rivals=(), force=0.0)
+    pair = Pair(first=first, second=second, alone=second, alternatives=(), force=0.0)
     verdict = replace(result.diagnosis.verdict, effects=(together,), pair=pair)
     two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert re.match(

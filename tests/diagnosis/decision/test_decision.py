@@ -287,7 +287,7 @@ def beside(further: Refit, *first: Refit, force: float = 0.0) -> dict[str, Any]:
     arrangement: Any = SimpleNamespace(left=NO_ERROR)
     both = [Finalist(refit=each, arrangement=arrangement) for each in (*first, further)]
     rest = ResidualExplanation(gain=150, effect_name=further.name, places=(), known_effect_gain=150, refit=further)
-    pair = Pair(first=both[0], second=both[-1], alone=both[-1], rivals=tuple(both[1:-1]), force=force)
+    pair = Pair(first=both[0], second=both[-1], alone=both[-1], alternatives=tuple(both[1:-1]), force=force)
     return {"rest": rest, "pair": pair}
 
 

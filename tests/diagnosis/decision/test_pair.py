@@ -67,9 +67,9 @@ def test_both_leave_no_model_error_that_an_unknown_force_would_seem_to_explain(p
 
 def test_what_is_hidden_explains_more_beside_the_further_effect_than_what_is_not(pair: Pair) -> None:
     assert [each.name for each in pair.ranked] == [MASS, OTHER]
-    (rival,) = pair.rivals
-    assert rival.refit.gain < pair.first.refit.gain
-    assert support(rival.refit) < support(pair.first.refit)
+    (other,) = pair.alternatives
+    assert other.refit.gain < pair.first.refit.gain
+    assert support(other.refit) < support(pair.first.refit)
 
 
 def test_an_effect_that_stood_in_for_the_further_one_gains_nothing_beside_it(
