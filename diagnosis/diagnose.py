@@ -92,7 +92,7 @@ class Diagnosis(Generic[P]):
     baseline
         Fit and held-out test of the model without a further effect.
     refits
-        Thorough fits of the shortlist: effects that pass the thresholds first, then by `support`.
+        Thorough fits of the shortlist: effects that pass the thresholds first, then by the density of all data.
     verdict
         Verdict.
     places

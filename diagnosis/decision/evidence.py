@@ -15,8 +15,8 @@ LARGE = 0.1
 DECISIVE = 2 * np.log(20)
 
 
-def support(refit: Refit) -> float:
-    """2 ln of the density of the training and the held-out data together, by its own covariance, up to a constant.
+def compute_log_density(refit: Refit) -> float:
+    """2 ln of the density of training and held-out data together, by its own covariance, up to a constant [-].
 
     Falls of chi^2 tell whether an effect is there; those of two effects have covariances of their own, and do not say
     which of both it is.
@@ -26,13 +26,13 @@ def support(refit: Refit) -> float:
 
 def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
     """Probability of each of several effects, one of which is the true one, shape (n,) [-]."""
-    supports = np.array([support(each) for each in refits], dtype=np.float64)
-    weight = np.exp((supports - supports.max(initial=-np.inf)) / 2)
+    log_densities = np.array([compute_log_density(each) for each in refits], dtype=np.float64)
+    weight = np.exp((log_densities - log_densities.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 
 
-def compute_spread(refit: Refit, gain: float = 0.0) -> float:
-    """Reduced chi-squared that a fit leaves, or would beside a further gain, at least 1 [-].
+def compute_birge_ratio(refit: Refit, gain: float = 0.0) -> float:
+    """Birge ratio, squared: reduced chi-squared that a fit leaves, or would beside a further gain, at least 1 [-].
 
     Gains scatter by as much more than the thresholds say: a covariance is an estimate as well, and what a good fit
     leaves beyond it, no effect explains (Birge, Phys. Rev. 40 (1932), 207-227).
@@ -40,14 +40,14 @@ def compute_spread(refit: Refit, gain: float = 0.0) -> float:
     return max((refit.fit.chi2 - gain) / refit.fit.n_number, 1.0)
 
 
-def gains(refit: Refit, thresholds: Thresholds) -> bool:
+def exceeds_threshold(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether the training data gain more by an effect than chance does, whatever the held-out data say."""
-    return refit.gain > thresholds.gain * compute_spread(refit)
+    return refit.gain > thresholds.gain * compute_birge_ratio(refit)
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
-    return bool(compute_evidence(refit) > thresholds.gain * compute_spread(refit))
+    return bool(compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit))
 
 
 def compute_evidence(refit: Refit) -> float:

@@ -6,7 +6,7 @@ from functools import partial
 
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back
-from diagnosis.decision.evidence import passes, support
+from diagnosis.decision.evidence import compute_log_density, passes
 from diagnosis.decision.rules import decide, find_untestable
 from diagnosis.decision.verdict import Verdict
 from diagnosis.fit.comparison import Comparison
@@ -50,7 +50,7 @@ def judge(
     """
 
     def rank(finalist: Finalist) -> tuple[bool, float]:
-        return not passes(finalist.refit, by.thresholds), -support(finalist.refit)
+        return not passes(finalist.refit, by.thresholds), -compute_log_density(finalist.refit)
 
     def judged(ranked: Sequence[Finalist]) -> Verdict:
         left, held_back = baseline.arrangement.left, list_held_back(baseline.refit.fit)

@@ -12,11 +12,11 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import list_held_back
 from diagnosis.decision.evidence import (
     DECISIVE,
+    compute_birge_ratio,
+    compute_log_density,
     compute_probabilities,
-    compute_spread,
-    gains,
+    exceeds_threshold,
     passes,
-    support,
 )
 from diagnosis.decision.law_of_force import FittedLaw, find_alternatives, find_better, fit_other_laws, has_other_laws
 from diagnosis.decision.pair import Pair, fit_pair
@@ -86,7 +86,9 @@ class LikelihoodRatioTest:
 
         Both leave no more than noise and stated errors explain: what each alone leaves is why it does not pass.
         """
-        first = max((each for each in refits if gains(each, self.thresholds)), key=support, default=None)
+        first = max(
+            (each for each in refits if exceeds_threshold(each, self.thresholds)), key=compute_log_density, default=None
+        )
         if first is None or self._find_another_law(first) is not None:
             return False
         further = self._explain_residual(first).refit
@@ -123,7 +125,7 @@ class LikelihoodRatioTest:
 
     def _find_another_law(self, refit: Refit) -> FittedLaw | None:
         """The law of a force, if it is another one than the effect's."""
-        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
+        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_birge_ratio(refit)
         return find_better(self._fit_other_laws(refit), chance)
 
     def is_confirmed(self, refit: Refit) -> bool:
@@ -157,7 +159,7 @@ class LikelihoodRatioTest:
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
-        refit = next((each for each in refits if gains(each, self.thresholds)), None)
+        refit = next((each for each in refits if exceeds_threshold(each, self.thresholds)), None)
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False
@@ -203,8 +205,8 @@ class LikelihoodRatioTest:
     def _choose_first(self, pair: Pair) -> Finalist | None:
         """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
         apart = [each for each in (pair.first, *pair.alternatives) if self._may_be_first(pair, each)]
-        best = max(apart, key=lambda each: support(each.refit), default=None)
-        if best is None or support(best.refit) < support(pair.first.refit) - DECISIVE:
+        best = max(apart, key=lambda each: compute_log_density(each.refit), default=None)
+        if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
             return None
         return best
 
@@ -226,13 +228,13 @@ class LikelihoodRatioTest:
         """The best of those that pass, then the others, the most probable first; of two effects those of the first."""
         if self.pair is not None:
             return [each.refit for each in self.pair.ranked]
-        return [passed[0], *sorted(passed[1:], key=lambda each: -support(each))]
+        return [passed[0], *sorted(passed[1:], key=lambda each: -compute_log_density(each))]
 
     def is_unexplained(self) -> bool:
         """Whether an unknown force explains more than chance does."""
         if not self.places:
             return False
-        left = compute_spread(self.baseline, self.places[0].gain)
+        left = compute_birge_ratio(self.baseline, self.places[0].gain)
         return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
 
 

@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.evidence import support
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.decision.residual_explanation import add_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
@@ -46,7 +46,7 @@ class Pair:
     @property
     def ranked(self) -> list[Finalist]:
         """The first effect, then those in its place, the one that explains most of these first."""
-        return [self.first, *sorted(self.alternatives, key=lambda each: -support(each.refit))]
+        return [self.first, *sorted(self.alternatives, key=lambda each: -compute_log_density(each.refit))]
 
 
 def fit_pair(

@@ -24,7 +24,7 @@ from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.evidence import compute_evidence, compute_spread
+from diagnosis.decision.evidence import compute_birge_ratio, compute_evidence
 from diagnosis.diagnose import USUAL, Choice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
@@ -84,8 +84,8 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     finalists = refit_each_by_own_covariance(
         drawn, refits, partial(refit_by_own_covariance, campaign, drawn, baseline, find_catalogue, drawn.train)
     )
-    gains = [compute_evidence(each.refit) / compute_spread(each.refit) for each in finalists]
-    misfits = [misfit(place) / compute_spread(baseline, place.gain) for place in find_unknown_forces(drawn)]
+    gains = [compute_evidence(each.refit) / compute_birge_ratio(each.refit) for each in finalists]
+    misfits = [misfit(place) / compute_birge_ratio(baseline, place.gain) for place in find_unknown_forces(drawn)]
     return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
 
 

@@ -12,7 +12,7 @@ from correlation.prediction import Prediction
 from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.unknown_gain import Gains, find_gains
+from diagnosis.fit.unknown_gain import SensorGains, find_gains
 from study.case.setup import Setup
 from study.compare.result import Calibrated
 
@@ -30,7 +30,7 @@ class SetGains:
     """
 
     setup: Setup
-    gains: Gains
+    gains: SensorGains
 
     @property
     def remarks(self) -> tuple[Suspicion, ...]:
@@ -97,7 +97,7 @@ def set_gains(setup: Setup, campaign: Campaign) -> SetGains:
         Campaign.
     """
     if campaign.drive.calibrated and all(sensor.calibrated for sensor in campaign.sensors):
-        return SetGains(setup=setup, gains=Gains())
+        return SetGains(setup=setup, gains=SensorGains())
     observed = take_training_part(campaign)
     gains = find_gains(setup.complete, campaign, observed, find_sweep_directions(campaign))
     budget = replace(setup.budget, refined=[gains.apply(finer) for finer in setup.budget.refined])

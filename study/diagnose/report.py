@@ -23,7 +23,17 @@ from study.diagnose.next_test import tell_next_tests
 from study.diagnose.resonance import tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import stages
-from study.diagnose.table import Row, digits, factors, frequency_shifts, gains, interval, rows, short, strengths
+from study.diagnose.table import (
+    Row,
+    digits,
+    factors,
+    frequency_shifts,
+    interval,
+    list_sensor_gains,
+    rows,
+    short,
+    strengths,
+)
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -225,7 +235,8 @@ def document(result: Round) -> dict[str, Any]:
         },
         "frequency_shifts": frequency_shifts(result.setup, diagnosis.baseline),
         "gains": {
-            name: _estimate(*numbers, "gain") for name, numbers in gains(result.setup, diagnosis.baseline).items()
+            name: _estimate(*numbers, "gain")
+            for name, numbers in list_sensor_gains(result.setup, diagnosis.baseline).items()
         },
         "added": [
             {
@@ -351,7 +362,7 @@ def _fitted(result: Round) -> Iterator[str]:
     yield f"Calibrated: {_name_factors(result, baseline) or 'the case has no calibration parameters'}"
     if result.best is not None and (named := _name_factors(result, result.best)):
         yield f"Calibrated with {result.best.label}: {named}"
-    if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, baseline).items()]:
+    if found := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, baseline).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
     if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, baseline).items()]:
         yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"

@@ -146,7 +146,7 @@ def factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     return {item.name: (a, b) for item, a, b in _calibrated(setup, refit) if item.is_of_case}
 
 
-def gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
+def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Gains that nobody stated, as fitted, with their standard deviations, by name."""
     fitted = _calibrated(setup, refit)
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}

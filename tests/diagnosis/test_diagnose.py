@@ -14,7 +14,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.evidence import support
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import Added
@@ -122,7 +122,7 @@ def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
 
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
-    found = [support(each) for each in heavy.refits]
+    found = [compute_log_density(each) for each in heavy.refits]
     assert found
     assert found == sorted(found, reverse=True)
     for each in heavy.refits:

@@ -10,7 +10,7 @@ import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
-from diagnosis.decision.evidence import DECISIVE, passes, support
+from diagnosis.decision.evidence import DECISIVE, compute_log_density, passes
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.likelihood_ratio import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.pair import Pair
@@ -95,7 +95,7 @@ def decided(
     arrangement = SimpleNamespace(left=left, fit=SimpleNamespace(model=model))
     ranked: list[Any] = [
         SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
-        for each in sorted(refits, key=lambda each: -support(each))
+        for each in sorted(refits, key=lambda each: -compute_log_density(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
     return decide(catalogue, scores, baseline, ranked, places, LIMITS, run_step, left, None, held_back)

@@ -9,7 +9,7 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
-from diagnosis.decision.evidence import support
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.decision.pair import Pair, fit_pair
 from diagnosis.decision.residual_explanation import add_effect, explain_residual
 from diagnosis.fit.arrangement import arrange
@@ -69,7 +69,7 @@ def test_what_is_hidden_explains_more_beside_the_further_effect_than_what_is_not
     assert [each.name for each in pair.ranked] == [MASS, OTHER]
     (other,) = pair.alternatives
     assert other.refit.gain < pair.first.refit.gain
-    assert support(other.refit) < support(pair.first.refit)
+    assert compute_log_density(other.refit) < compute_log_density(pair.first.refit)
 
 
 def test_an_effect_that_stood_in_for_the_further_one_gains_nothing_beside_it(

@@ -13,7 +13,7 @@ from correlation.noise.nuisance import Budget
 from correlation.prediction import Points, Predictor
 from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.unknown_gain import Gains, find_gains
+from diagnosis.fit.unknown_gain import SensorGains, find_gains
 from diagnosis.fit.weighting import Measured, make_comparison
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
@@ -64,7 +64,7 @@ def measured(model: Model, drive: float, tip: float, *, known: bool, seed: int =
     )  # fmt: skip
 
 
-def found(model: Model, campaign: Campaign) -> tuple[Gains, dict[str, tuple[float, float]]]:
+def found(model: Model, campaign: Campaign) -> tuple[SensorGains, dict[str, tuple[float, float]]]:
     """Gains of the search, and after least squares with their deviations."""
     observed = take_training_part(campaign)
     gains = find_gains(model, campaign, observed, (1,))
