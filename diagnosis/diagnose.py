@@ -56,25 +56,29 @@ Report = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shares:
-    """Share of a diagnosis that is done when each of its parts begins, after the calibration [-]."""
+class ProgressFractions:
+    """Fraction of a diagnosis that is done when each of its parts begins, after the calibration [-]."""
 
     screening: float
     fits: float
     tests: float
-    weights: float
-    left: float
+    covariances: float
+    explanation: float
     intervals: float
 
     def between(self, first: str, last: str, share: float) -> float:
-        """Share that is done when `share` of the way from one part's begin to another's is done [-]."""
+        """Fraction that is done when `share` of the way from one part's begin to another's is done [-]."""
         begin, end = getattr(self, first), getattr(self, last)
         return float(begin + share * (end - begin))
 
 
 #: Timed on campaigns of the shipped beam: usual ones, and those whose fits need many starts.
-USUAL = Shares(screening=0.26, fits=0.41, tests=0.57, weights=0.62, left=0.83, intervals=0.88)
-LONG = Shares(screening=0.17, fits=0.26, tests=0.8, weights=0.83, left=0.91, intervals=0.94)
+USUAL_PROGRESS = ProgressFractions(
+    screening=0.26, fits=0.41, tests=0.57, covariances=0.62, explanation=0.83, intervals=0.88
+)
+LONG_PROGRESS = ProgressFractions(
+    screening=0.17, fits=0.26, tests=0.8, covariances=0.83, explanation=0.91, intervals=0.94
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,8 +115,8 @@ class Diagnosis(Generic[P]):
     thresholds: Thresholds = NO_THRESHOLDS
 
 
-class Choice(NamedTuple):
-    """Choice of effects."""
+class EffectChoice(NamedTuple):
+    """Choice of the effects that are fitted."""
 
     rank: Callable[[Sequence[Score]], Sequence[Score]] = list
     """Scores in the order, and with the gains, by which those that deserve a fit are chosen."""
@@ -127,8 +131,8 @@ def screen_and_refit(
     effects: Sequence[Effect],
     run_step: RunStep,
     report: Report,
-    shares: Shares,
-    choice: Choice | None = None,
+    progress: ProgressFractions,
+    choice: EffectChoice | None = None,
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
 
@@ -140,8 +144,8 @@ def screen_and_refit(
         Candidates.
     run_step, report
         As in `diagnose`.
-    shares
-        Shares of the round that are done when its parts begin.
+    progress
+        Fractions of the round that are done when its parts begin.
     choice
         How effects are chosen.
 
@@ -149,11 +153,11 @@ def screen_and_refit(
     -------
     Scores, best first; the test of the model without a further effect; the refits.
     """
-    lost, choice = is_lost(problem), choice or Choice()
-    report("screening", shares.screening)
+    lost, choice = is_lost(problem), choice or EffectChoice()
+    report("screening", progress.screening)
 
     def report_screening(done: int, total: int) -> None:
-        report("screening", shares.between("screening", "fits", done / total))
+        report("screening", progress.between("screening", "fits", done / total))
 
     scores = run_step("scores", lambda: screen(problem, effects, report_screening))
     baseline = run_step("held-out error", lambda: baseline_fit(problem))
@@ -161,14 +165,14 @@ def screen_and_refit(
     by_name = {score.effect.name: score for score in scores}
     fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
     for number, score in enumerate(chosen):
-        report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
+        report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
     gain = max((problem.fit.chi2 - fit.chi2 for _, fit in fits), default=0.0)
     fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, gain), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
     refits, last = [], choose_finalists(fits, costs, problem.effort)
     for number, (score, fit) in enumerate(last):
-        report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
+        report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
     return scores, baseline, refits
 
@@ -227,28 +231,28 @@ def diagnose(
     arrangement = run_step(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
-    searched = _choose_searched(arrangement, run_step)
-    shares = LONG if is_lost(searched) else USUAL
+    screening = _choose_screening(arrangement, run_step)
+    progress = LONG_PROGRESS if is_lost(screening) else USUAL_PROGRESS
     far = _find_far(arrangement)
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
-    report("response control", shares.screening / 2)
-    arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
-    report("unknown forces", 0.75 * shares.screening)
+    report("response control", progress.screening / 2)
+    arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
+    report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
-    list_starts = partial(_list_starts, searched, starts, places, thresholds)
-    choice = Choice(partial(rank_by_suited_gains, searched), searched.cost_with_error_left, list_starts)
-    scores, baseline, refits = screen_and_refit(searched, effects, run_step, report, shares, choice)
+    list_starts = partial(_list_starts, screening, starts, places, thresholds)
+    choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
+    scores, baseline, refits = screen_and_refit(screening, effects, run_step, report, progress, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
-    report("own covariances", shares.weights)
-    baseline = baseline if searched is arrangement else baseline_fit(arrangement)
+    report("own covariances", progress.covariances)
+    baseline = baseline if screening is arrangement else baseline_fit(arrangement)
     own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
-    finalists = refit_each_by_own_covariance(searched, refits, partial(own, searched.train), run_step)
-    nothing = Finalist(refit=baseline, arrangement=arrangement)
-    report("what is left", shares.left)
+    finalists = refit_each_by_own_covariance(screening, refits, partial(own, screening.train), run_step)
+    without_effect = Finalist(refit=baseline, arrangement=arrangement)
+    report("what is left", progress.explanation)
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, refit_by_own_covariance=own)
-    finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
-    report("intervals", shares.intervals)
-    baseline, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
+    finalists, verdict = judge(without_effect, finalists, places, criteria, run_step)
+    report("intervals", progress.intervals)
+    baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
         arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
@@ -269,14 +273,14 @@ def _with_basis(model: Model) -> Model:
 
 
 def _widen(
-    campaign: Campaign, nothing: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
+    campaign: Campaign, without_effect: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
     """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
     pair, n_alone = verdict.pair, 1 + len(finalists)
-    listed = [nothing, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
+    listed = [without_effect, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
     # Those that the verdict names are of fits with both effects, if there are two.
     first = 0 if pair is None else n_alone + 1
-    best = {each.name: each for each in listed[first:]}[(*verdict.effects, nothing.refit)[0].name]
+    best = {each.name: each for each in listed[first:]}[(*verdict.effects, without_effect.refit)[0].name]
     name = f"intervals beside {best.refit.label} of {', '.join(each.refit.label for each in listed)}"
     fits = run_step(name, partial(widen_intervals, campaign, best, listed))
     if pair is not None:
@@ -290,18 +294,18 @@ def _widen(
 
 
 def _begin(
-    arrangement: Arrangement, searched: Arrangement, effects: Sequence[Effect], run_step: RunStep
+    arrangement: Arrangement, screening: Arrangement, effects: Sequence[Effect], run_step: RunStep
 ) -> tuple[Arrangement, Arrangement, Starts]:
-    """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
-    if not effects or not is_lost(searched):
-        return arrangement, searched, []
+    """Arrangement, the one by which effects are screened, and more starts of their fits where the model is lost."""
+    if not effects or not is_lost(screening):
+        return arrangement, screening, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
     arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))
-    return arrangement, _choose_searched(arrangement, run_step, "usual model error, branches apart"), starts
+    return arrangement, _choose_screening(arrangement, run_step, "usual model error, branches apart"), starts
 
 
 def _list_starts(
-    searched: Arrangement,
+    screening: Arrangement,
     controlled: Starts,
     places: Sequence[UnknownForce],
     thresholds: Thresholds | None,
@@ -314,7 +318,7 @@ def _list_starts(
         return controlled
     if unexplained <= (thresholds or compute_linear_thresholds(scores)).misfit:
         return controlled
-    return [*controlled, *list_far_starts(searched, [score.effect for score in scores])]
+    return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 
 
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
@@ -331,8 +335,8 @@ def _fade_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
     return arrangement.fade_other_branch(arrangement.unknowns([effect]).compose(values))
 
 
-def _choose_searched(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:
+def _choose_screening(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:
     """Arrangement by which effects are screened and fitted: a model error beyond any may be an effect."""
-    if not arrangement.left.is_far:
+    if not arrangement.model_error_size.is_far:
         return arrangement
     return run_step(name, lambda: expect_usual_error(arrangement))

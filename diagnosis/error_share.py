@@ -62,7 +62,7 @@ def list_weights(arrangement: Arrangement) -> list[Weights]:
 
 def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> list[Score]:
     """Scores with the largest gain by any of these covariances, best first."""
-    if arrangement.left == NO_ERROR:
+    if arrangement.model_error_size == NO_ERROR:
         return list(scores)
     # Screening has the slopes already, but of effects that the covariance with all model error hides.
     hidden = iter(compute_slopes(arrangement, [score.effect for score in scores if not score.slope.any()]))

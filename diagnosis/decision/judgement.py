@@ -53,9 +53,18 @@ def judge(
         return not passes(finalist.refit, by.thresholds), -compute_log_density(finalist.refit)
 
     def judged(ranked: Sequence[Finalist]) -> Verdict:
-        left, held_back = baseline.arrangement.left, list_held_back(baseline.refit.fit)
+        model_error_size, held_back = baseline.arrangement.model_error_size, list_held_back(baseline.refit.fit)
         return decide(
-            by.catalogue, by.scores, baseline.refit, ranked, places, by.thresholds, run_step, left, by.far, held_back
+            by.catalogue,
+            by.scores,
+            baseline.refit,
+            ranked,
+            places,
+            by.thresholds,
+            run_step,
+            model_error_size,
+            by.far,
+            held_back,
         )
 
     ranked = sorted(finalists, key=rank)

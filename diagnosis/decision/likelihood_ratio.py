@@ -52,8 +52,8 @@ class LikelihoodRatioTest:
     baseline: Refit
     refuted: float
     """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
-    left: dict[str, ResidualExplanation] = field(default_factory=dict)
-    """What is left beside effects that were asked for, by name."""
+    explanations: dict[str, ResidualExplanation] = field(default_factory=dict)
+    """What would explain the residual beside effects that were asked for, by name."""
     pair: Pair | None = None
     """Two effects that are missing together, where the one that was asked for does not explain enough alone."""
     instead: Finalist | None = None
@@ -101,15 +101,15 @@ class LikelihoodRatioTest:
         return True
 
     def _explain_residual(self, refit: Refit) -> ResidualExplanation:
-        """What an effect leaves."""
-        if refit.name not in self.left:
+        """What would explain the residual that an effect leaves."""
+        if refit.name not in self.explanations:
             others = [each for each in self.catalogue.candidates if each.name != refit.name]
             limit = self.thresholds.gain
-            self.left[refit.name] = self.run_step(
+            self.explanations[refit.name] = self.run_step(
                 f"what is left beside {refit.name} of {refit.strength:.6g}, limit {limit:.6g}",
                 lambda: explain_residual(add_effect(self.finalists[refit.name].arrangement, refit), others, limit),
             )
-        return self.left[refit.name]
+        return self.explanations[refit.name]
 
     def _fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the force of an effect may have instead, fitted."""

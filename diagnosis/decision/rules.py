@@ -46,7 +46,7 @@ def decide(
     places: Sequence[UnknownForce],
     thresholds: Thresholds,
     run_step: RunStep,
-    left: ErrorSize = NO_ERROR,
+    model_error_size: ErrorSize = NO_ERROR,
     far: FarResonance | AbsentPeak | None = None,
     held_back: Sequence[str] = (),
 ) -> Verdict:
@@ -60,7 +60,7 @@ def decide(
         Finalists, best first.
     run_step
         Looks up the stored result of a step, or computes it.
-    left
+    model_error_size
         Model error that is left without an effect; where one passes, that which is left beside it counts.
     far
         A measured resonance that is far from those of the model, or a predicted one that is absent.
@@ -72,12 +72,12 @@ def decide(
     by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
     test = LikelihoodRatioTest(by_name, catalogue, places, thresholds, run_step, baseline, max(refuted, 0.0))
     finding, effects = apply_test(test, refits)
-    left, reason = passed[0].arrangement.left if passed else left, ""
+    model_error_size, reason = passed[0].arrangement.model_error_size if passed else model_error_size, ""
     if not passed and test.finds_two(refits):
         finding, effects = Finding.AMBIGUOUS, test.choose([])
     if test.pair is not None:
-        left = test.pair.first.arrangement.left
-    if left.is_far or far is not None:
+        model_error_size = test.pair.first.arrangement.model_error_size
+    if model_error_size.is_far or far is not None:
         finding, effects = Finding.NOT_CLOSE, []
         reason = "" if far is None else far.sentence
     if finding is Finding.NOTHING and test.generalises_by_another_law(refits):
@@ -97,8 +97,8 @@ def decide(
         place = next((each for each in places if each.name == place_of(name)), None)
         nearest = next(each.refit for each in finalists if each.name == name)
         reason = _tell_law(name, law, baseline)
-    elif finding is Finding.UNKNOWN and not found and passed and test.left:
-        ((name, residual),) = test.left.items()
+    elif finding is Finding.UNKNOWN and not found and passed and test.explanations:
+        ((name, residual),) = test.explanations.items()
         reason = _tell_stand_in(name, residual, thresholds)
     if finding is Finding.UNKNOWN:
         laws = [*test.laws.values()]
@@ -110,7 +110,7 @@ def decide(
         finding=finding, effects=effects, baseline=baseline, threshold=thresholds.gain,
         detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
-        place=place, nearest=nearest, model_error=left,
+        place=place, nearest=nearest, model_error_size=model_error_size,
         reason=reason, pair=test.pair if effects else None, instead=test.instead,
         alike=_find_alike(scores, effects, finalists),
         laws=laws, held_back=held_back,

@@ -64,7 +64,7 @@ class Verdict(Tabular):
         Place of the missing force, if the cause is unknown.
     nearest
         The best of the known effects that pass, if the cause is unknown all the same.
-    model_error
+    model_error_size
         Model error that is left beside noise: beside the effect that passes, or without any.
     pair
         Fits of the first of them with a further one that is missing as well.
@@ -91,7 +91,7 @@ class Verdict(Tabular):
     threshold: float | None = None
     place: UnknownForce | None = None
     nearest: Refit | None = None
-    model_error: ErrorSize = NO_ERROR
+    model_error_size: ErrorSize = NO_ERROR
     pair: Pair | None = None
     instead: Finalist | None = None
     alike: Sequence[str] = ()
@@ -133,11 +133,12 @@ class Verdict(Tabular):
             return self.reason
         if self.finding is Finding.NOT_CLOSE:
             return (
-                f"The model is not close enough to be diagnosed: beside noise it errs by {self.model_error.words}, and "
-                "neither calibration nor a known effect explains that."
+                "The model is not close enough to be diagnosed: beside noise it errs by "
+                f"{self.model_error_size.words}, and neither calibration nor a known effect explains that."
             )
         if self.finding is Finding.NOTHING:
-            error = f" and model error ({self.model_error.words})" if self.model_error.words else " and numerical error"
+            size = self.model_error_size.words
+            error = f" and model error ({size})" if size else " and numerical error"
             return (
                 f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than chance "
                 f"does ({self.threshold:.3g}) without an objection of the held-out data."

@@ -14,7 +14,7 @@ from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
 from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
+from diagnosis.diagnose import Diagnosis, ProgressFractions, Report, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
 from diagnosis.fit.added import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter
@@ -23,7 +23,7 @@ from diagnosis.step import RunStep, compute_step
 from diagnosis.time_record.held_out import PART, SURE, HeldOutTest
 
 #: As timed on ring-downs and loops.
-SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
+PROGRESS = ProgressFractions(screening=0.3, fits=0.5, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
 #: Indications that a verdict tells at least, if there are so many.
 TOLD = 4
 
@@ -92,7 +92,7 @@ def diagnose_features(
     there = {each.effect.name for each in added}
     catalogue = list_effects(base, without=without, extra=extra, level=find_level(base, data))
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
-    scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
+    scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, PROGRESS)
     refits.sort(key=lambda refit: refit.held_out_error)
     indications = run_step("indications", lambda: list_indications(arrangement.fit.model, data))
     verdict = _judge(arrangement, baseline, refits, data, indications, catalogue)

@@ -84,7 +84,7 @@ class Arrangement:
     effort: ClassVar[Effort] = Effort()
 
     @property
-    def left(self) -> ErrorSize:
+    def model_error_size(self) -> ErrorSize:
         """Model error that the fit leaves."""
         return _size(self.train)
 

@@ -91,7 +91,7 @@ def refit_by_own_covariance(
 
 
 def refit_each_by_own_covariance(
-    searched: Arrangement,
+    screening: Arrangement,
     refits: Sequence[Refit],
     refit_one: Callable[[Refit], Finalist],
     run_step: RunStep = compute_step,
@@ -100,7 +100,7 @@ def refit_each_by_own_covariance(
 
     Parameters
     ----------
-    searched
+    screening
         Arrangement that the effects were fitted by.
     refits
         Fits with each effect, the best first.
@@ -110,10 +110,10 @@ def refit_each_by_own_covariance(
         Looks up the stored result of a step, or computes it.
     """
     found: list[Finalist] = []
-    costs = [searched.cost_with_error_left(each.fit) for each in refits]
+    costs = [screening.cost_with_error_left(each.fit) for each in refits]
     for each, cost in zip(refits, costs, strict=True):
         gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
-        if not gains or cost < min(costs) + searched.effort.far_behind:
+        if not gains or cost < min(costs) + screening.effort.far_behind:
             found.append(run_step(f"{each.name} by its own covariance", partial(refit_one, each)))
     return found
 
@@ -126,7 +126,7 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     Another fit then begins with the lowest level alone, where the model is almost linear, and the more probable counts.
     """
     found, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
-    if found.left.is_within(usual):
+    if found.model_error_size.is_within(usual):
         return found, fit
     train = resize_model_error(arrangement.train, usual)
     second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)

@@ -96,7 +96,7 @@ def advise(
     tests = list_tests(tested, candidates[0].model, find_peak(arrangement, tested))
     if confirms:
         tests = _hold_out(tests, campaign)
-    return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error))
+    return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error_size))
 
 
 def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error: ErrorSize) -> ErrorSources:

@@ -154,7 +154,7 @@ class Simulation:
         """Numerical error and model error of each feature."""
         common, apart = self._errors
         error = common @ generator.standard_normal(common.shape[1])
-        if self.arrangement.left != NO_ERROR:
+        if self.arrangement.model_error_size != NO_ERROR:
             together, own, part = self._model_errors
             error = error + together @ generator.standard_normal(together.shape[1])
             error = error + own * generator.standard_normal(int(part.max(initial=-1)) + 1)[part]
@@ -189,7 +189,7 @@ class Simulation:
         -------
         Modes that features share, what each has by itself and as much again with its part, and the part of each.
         """
-        fit, features, size = self.arrangement.fit, self._features, self.arrangement.left
+        fit, features, size = self.arrangement.fit, self._features, self.arrangement.model_error_size
         predicted = features.of_values(self._prediction.value)
         patterns = ErrorPatterns.at(features, self._predictor, fit.model, self._prediction, predicted)
         return np.nan_to_num(patterns.modes(size)), np.nan_to_num(size.reading * patterns.reading), patterns.part

@@ -96,7 +96,7 @@ def _strayed(result: Round) -> Iterator[str]:
 
 def _model_error(result: Round) -> Iterator[str]:
     """What the model errs by, beside what the case states: with the effect that passes, or without any."""
-    words = result.diagnosis.verdict.model_error.words
+    words = result.diagnosis.verdict.model_error_size.words
     if words:
         yield (
             f"Beside noise and the errors that the case states the model errs by {words} (standard deviations); "

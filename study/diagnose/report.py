@@ -219,7 +219,7 @@ def document(result: Round) -> dict[str, Any]:
         "verdict": headline(result),
         "doubts": list_doubts(result),
         "suspicions": [str(each) for each in result.suspicions],
-        "model_error": vars(diagnosis.verdict.model_error),
+        "model_error": vars(diagnosis.verdict.model_error_size),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
         "alike": [*diagnosis.verdict.alike],

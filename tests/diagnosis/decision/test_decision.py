@@ -92,7 +92,7 @@ def decided(
         return list(laws) if name.startswith("other laws") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
-    arrangement = SimpleNamespace(left=left, fit=SimpleNamespace(model=model))
+    arrangement = SimpleNamespace(model_error_size=left, fit=SimpleNamespace(model=model))
     ranked: list[Any] = [
         SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
         for each in sorted(refits, key=lambda each: -compute_log_density(each))
@@ -284,7 +284,7 @@ def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unkn
 
 def beside(further: Refit, *first: Refit, force: float = 0.0) -> dict[str, Any]:
     """What is left by the first effect, and fits of it, or of others in its place, with a further one."""
-    arrangement: Any = SimpleNamespace(left=NO_ERROR)
+    arrangement: Any = SimpleNamespace(model_error_size=NO_ERROR)
     both = [Finalist(refit=each, arrangement=arrangement) for each in (*first, further)]
     rest = ResidualExplanation(gain=150, effect_name=further.name, places=(), known_effect_gain=150, refit=further)
     pair = Pair(first=both[0], second=both[-1], alone=both[-1], alternatives=tuple(both[1:-1]), force=force)

@@ -149,8 +149,8 @@ def test_an_effect_leaves_less_model_error(
     (found,) = weighed(campaign, without, before, [first])
     faded = [each.train.faded for each in (without, found.arrangement)]
     np.testing.assert_array_equal(*faded)
-    assert found.arrangement.left.frequency < 0.2 * without.left.frequency
-    assert found.arrangement.left.shape < 0.5 * without.left.shape
+    assert found.arrangement.model_error_size.frequency < 0.2 * without.model_error_size.frequency
+    assert found.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
     # By the covariance with this error the mass seems to gain less than with a model error that suits it.
     (seen,) = screen(without, [true.effect])
     (suited,) = rank_by_suited_gains(without, [seen])

@@ -61,7 +61,7 @@ def test_both_are_found_with_their_strengths_and_each_gains_beside_the_other(pai
 
 
 def test_both_leave_no_model_error_that_an_unknown_force_would_seem_to_explain(pair: Pair) -> None:
-    assert pair.first.arrangement.left.shape < 0.1 * pair.alone.arrangement.left.shape
+    assert pair.first.arrangement.model_error_size.shape < 0.1 * pair.alone.arrangement.model_error_size.shape
     assert pair.force < CHANCE
 
 

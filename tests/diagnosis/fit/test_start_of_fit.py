@@ -25,7 +25,9 @@ def test_a_fit_that_is_decided_by_begins_with_and_without_model_error(
 
     def calibrate(comparison: Any, *_: object, **__: object) -> Any:
         cost = chi2[comparison.model_error.size]
-        return SimpleNamespace(unknowns=None, chi2=cost, n_number=1000, values=np.zeros(1), prediction=None, jacobian=None)
+        return SimpleNamespace(
+            unknowns=None, chi2=cost, n_number=1000, values=np.zeros(1), prediction=None, jacobian=None
+        )
 
     for name, stand_in in {
         "allow_model_error": lambda *_: compare(NO_ERROR),
