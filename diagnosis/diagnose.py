@@ -12,8 +12,8 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
-from diagnosis.decision.judgement import Criteria, judge
 from diagnosis.decision.likelihood_ratio import KNOWN
+from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import Added

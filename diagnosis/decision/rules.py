@@ -12,20 +12,22 @@ that varies with the amplitude has a linear part, and what takes up this part ma
 varies with the amplitude as well is the known one that is nearest.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.closeness import AbsentPeak, FarResonance, tell_held_back
-from diagnosis.decision.evidence import errs_on_held_out, passes
+from diagnosis.decision.closeness import AbsentPeak, FarResonance, list_held_back, tell_held_back
+from diagnosis.decision.evidence import compute_log_density, errs_on_held_out, passes
 from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.likelihood_ratio import LikelihoodRatioTest, place_of
 from diagnosis.decision.naming import apply_test
 from diagnosis.decision.residual_explanation import ResidualExplanation
 from diagnosis.decision.verdict import Finding, Verdict, held_out_fall, smallest_detectable
+from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.screening import Score
@@ -38,23 +40,75 @@ from geometry.plain_number import plain
 ALIKE = 0.99
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Criteria:
+    """Basis of every judgement: candidates, their scores, detection thresholds, and a resonance that is far off."""
+
+    catalogue: Catalogue
+    scores: Sequence[Score]
+    thresholds: Thresholds
+    far: FarResonance | AbsentPeak | None = None
+    refit_by_own_covariance: Callable[[Comparison, Refit], Finalist] | None = None
+    """Fits an effect that turns out to explain most to the end; without it such a one is not judged."""
+
+
+def judge(
+    baseline: Finalist, finalists: Sequence[Finalist], places: Sequence[UnknownForce], by: Criteria, run_step: RunStep
+) -> tuple[list[Finalist], Verdict]:
+    """Rank finalists, those that pass the thresholds first, and decide.
+
+    Parameters
+    ----------
+    baseline
+        Fit and test of the model without a further effect.
+    finalists
+        Effects by their own covariance.
+    places
+        Places where an unknown force would explain the residual of `baseline`, best first.
+    by
+        Candidates, scores and thresholds.
+    run_step
+        Looks up the stored result of a step, or computes it.
+    """
+
+    def rank(finalist: Finalist) -> tuple[bool, float]:
+        return not passes(finalist.refit, by.thresholds), -compute_log_density(finalist.refit)
+
+    def judged(ranked: Sequence[Finalist]) -> Verdict:
+        size, held_back = baseline.arrangement.model_error_size, list_held_back(baseline.refit.fit)
+        return decide(by, baseline.refit, ranked, places, run_step, size, held_back)
+
+    ranked = sorted(finalists, key=rank)
+    verdict = judged(ranked)
+    tried: set[str] = set()
+    while by.refit_by_own_covariance is not None and verdict.instead is not None and verdict.instead.name not in tried:
+        alone = verdict.instead
+        tried.add(alone.name)
+        refit_alone = partial(by.refit_by_own_covariance, alone.arrangement.train, alone.refit)
+        own = run_step(f"{alone.name} of {alone.refit.strength:.6g} alone by its own covariance", refit_alone)
+        best = min([*(each for each in ranked if each.name == alone.name), own], key=rank)
+        ranked = sorted([*(each for each in ranked if each.name != alone.name), best], key=rank)
+        verdict = judged(ranked)
+    train = baseline.arrangement.train
+    return ranked, find_untestable(verdict, bool(train.shares.any() or not train.observed.motion.any()))
+
+
 def decide(
-    catalogue: Catalogue,
-    scores: Sequence[Score],
+    by: Criteria,
     baseline: Refit,
     finalists: Sequence[Finalist],
     places: Sequence[UnknownForce],
-    thresholds: Thresholds,
     run_step: RunStep,
     model_error_size: ErrorSize = NO_ERROR,
-    far: FarResonance | AbsentPeak | None = None,
     held_back: Sequence[str] = (),
 ) -> Verdict:
     """Verdict.
 
     Parameters
     ----------
-    catalogue, scores, baseline, places, thresholds
+    by
+        Candidates, scores and thresholds.
+    baseline, places
         See `diagnosis.diagnose.Diagnosis`.
     finalists
         Finalists, best first.
@@ -62,15 +116,14 @@ def decide(
         Looks up the stored result of a step, or computes it.
     model_error_size
         Model error that is left without an effect; where one passes, that which is left beside it counts.
-    far
-        A measured resonance that is far from those of the model, or a predicted one that is absent.
     held_back
         Calibration parameters of `baseline` that are as far as their priors let a fit go.
     """
+    thresholds, far = by.thresholds, by.far
     refuted = max((each.refit.gain for each in finalists if each.refit.held_out_gain < 0), default=0.0)
     passed = [each for each in finalists if passes(each.refit, thresholds)]
     by_name, refits = {each.name: each for each in finalists}, [each.refit for each in finalists]
-    test = LikelihoodRatioTest(by_name, catalogue, places, thresholds, run_step, baseline, max(refuted, 0.0))
+    test = LikelihoodRatioTest(by_name, by.catalogue, places, thresholds, run_step, baseline, max(refuted, 0.0))
     finding, effects = apply_test(test, refits)
     model_error_size, reason = passed[0].arrangement.model_error_size if passed else model_error_size, ""
     if not passed and test.finds_two(refits):
@@ -90,14 +143,14 @@ def decide(
         finding = Finding.UNKNOWN
     if finding is Finding.NOTHING and errs_on_held_out(baseline):
         finding, reason = Finding.UNKNOWN, _tell_held_out_error(baseline)
-    found = finding is Finding.UNKNOWN and not test.laws and test.is_unexplained()
-    place, nearest = places[0] if found else None, passed[0].refit if found and passed else None
+    has_place = finding is Finding.UNKNOWN and not test.laws and test.is_unexplained()
+    place, nearest = places[0] if has_place else None, passed[0].refit if has_place and passed else None
     if finding is Finding.UNKNOWN and test.laws:
         ((name, law),) = test.laws.items()
         place = next((each for each in places if each.name == place_of(name)), None)
         nearest = next(each.refit for each in finalists if each.name == name)
         reason = _tell_law(name, law, baseline)
-    elif finding is Finding.UNKNOWN and not found and passed and test.explanations:
+    elif finding is Finding.UNKNOWN and not has_place and passed and test.explanations:
         ((name, residual),) = test.explanations.items()
         reason = _tell_stand_in(name, residual, thresholds)
     if finding is Finding.UNKNOWN:
@@ -108,11 +161,11 @@ def decide(
         place, nearest, reason, laws = None, None, tell_held_back(held_back), []
     return Verdict(
         finding=finding, effects=effects, baseline=baseline, threshold=thresholds.gain,
-        detectable=smallest_detectable(scores, thresholds.gain),
-        units={score.effect.name: score.effect.parameters[0].unit for score in scores},
+        detectable=smallest_detectable(by.scores, thresholds.gain),
+        units={score.effect.name: score.effect.parameters[0].unit for score in by.scores},
         place=place, nearest=nearest, model_error_size=model_error_size,
         reason=reason, pair=test.pair if effects else None, instead=test.instead,
-        alike=_find_alike(scores, effects, finalists),
+        alike=_find_alike(by.scores, effects, finalists),
         laws=laws, held_back=held_back,
         probabilities=test.rank([each.refit for each in passed])[: len(effects)] if effects else [],
     )  # fmt: skip

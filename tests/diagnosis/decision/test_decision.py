@@ -15,7 +15,7 @@ from diagnosis.decision.law_of_force import FittedLaw
 from diagnosis.decision.likelihood_ratio import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.pair import Pair
 from diagnosis.decision.residual_explanation import ResidualExplanation
-from diagnosis.decision.rules import decide, find_untestable
+from diagnosis.decision.rules import Criteria, decide, find_untestable
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
@@ -98,7 +98,8 @@ def decided(
         for each in sorted(refits, key=lambda each: -compute_log_density(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
-    return decide(catalogue, scores, baseline, ranked, places, LIMITS, run_step, left, None, held_back)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=LIMITS)
+    return decide(criteria, baseline, ranked, places, run_step, left, held_back)
 
 
 def named(verdict: Verdict) -> list[str]:

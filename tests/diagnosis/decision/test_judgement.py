@@ -12,7 +12,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.evidence import passes
-from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.verdict import Finding
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit import finalist
