@@ -300,7 +300,7 @@ def _begin(
     if not effects or not is_lost(screening):
         return arrangement, screening, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
-    arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))
+    arrangement = run_step("branches", partial(_downweight_other_branch, arrangement, starts))
     return arrangement, _choose_screening(arrangement, run_step, "usual model error, branches apart"), starts
 
 
@@ -327,12 +327,12 @@ def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
     return found[: arrangement.effort.finalists]
 
 
-def _fade_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
+def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
     """The same without the points at which the best start is on another branch than the structure was."""
     if not starts:
         return arrangement
     effect, values = starts[0]
-    return arrangement.fade_other_branch(arrangement.unknowns([effect]).compose(values))
+    return arrangement.downweight_other_branch(arrangement.unknowns([effect]).compose(values))
 
 
 def _choose_screening(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:

@@ -14,7 +14,8 @@ from diagnosis.fit.added import Added
 from diagnosis.fit.arrangement import first_values, make_unknowns
 from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from diagnosis.fit.feature_comparison import NOT_FOUND, FeatureComparison
+from diagnosis.fit.comparison import NOT_FOUND
+from diagnosis.fit.feature_comparison import FeatureComparison
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import Effort, Refit
 from hbsolve.errors import ModelError

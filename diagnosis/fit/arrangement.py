@@ -29,8 +29,8 @@ from diagnosis.fit.weighting import (
     FEW,
     Measured,
     allow_model_error,
-    fade_higher_levels,
-    fade_other_branch,
+    downweight_higher_levels,
+    downweight_other_branch,
     join_measured,
     leave_out_model_error,
     make_comparison,
@@ -156,20 +156,22 @@ class Arrangement:
         """-2 ln of the density of training data, fitted values and model error, up to a constant [-]."""
         return self.fit.chi2 + self.train.log_weight
 
-    def fade_other_branch(self, model: Model) -> "Arrangement":
+    def downweight_other_branch(self, model: Model) -> "Arrangement":
         """The same with next to no weight where a model is on another branch than the structure was."""
         unseen = self.held_out.predictor.predict(model)
-        train = fade_other_branch(self.train, self.train.predictor.predict(model))
-        faded = replace(
-            self, held_out=fade_other_branch(self.held_out, unseen),
-            held_out_without_jitter=fade_other_branch(self.held_out_without_jitter, unseen),
+        train = downweight_other_branch(self.train, self.train.predictor.predict(model))
+        downweighted = replace(
+            self, held_out=downweight_other_branch(self.held_out, unseen),
+            held_out_without_jitter=downweight_other_branch(self.held_out_without_jitter, unseen),
         )  # fmt: skip
         if train is self.train:
-            return faded
+            return downweighted
         fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
         train, fit = _alternate(train, fit)
-        return faded.with_fit(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT))
+        return downweighted.with_fit(
+            train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT)
+        )
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
@@ -447,7 +449,7 @@ def fit_from_lowest_level(
     comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, ending: Ending = Ending.EXACT
 ) -> Fit:
     """Fit that begins where one to the lowest level alone ends; both end alike."""
-    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction, ending=ending)
+    near = calibrate(downweight_higher_levels(comparison), unknowns, values, prediction, ending=ending)
     return calibrate(comparison, unknowns, near.values, near.prediction, ending=ending)
 
 

@@ -12,10 +12,9 @@ from correlation.data_type.registry import DATA_TYPES, Datum, Features
 from correlation.errors import CampaignError
 from correlation.model import Model
 from diagnosis.fit.calibration import Data, Ending, Fit, Matrix, Search, Vector, calibrate, inverse
+from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
-#: Residual of a feature without a prediction, in standard deviations.
-NOT_FOUND = 10.0
 #: Step of a difference of predictions, relative to the typical size of a parameter: large beside their accuracy (1e-5
 #: of a backbone), small beside the curvature of what a parameter does.
 STEP = 0.02

@@ -15,7 +15,7 @@ from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Ending, Fit, calibrate
-from diagnosis.fit.comparison import FAINT, Comparison
+from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
 
@@ -67,7 +67,7 @@ class FinerModel:
         free = replace(self.unknowns, prior=self.unknowns.prior[:n], centre=own, pinned=tuple(added.tolist()))
         # Points without a steady state of the model have no weight.
         there = np.isfinite(predicted)
-        deviation = comparison.whitening.deviation * np.where(there, 1.0, FAINT)
+        deviation = comparison.whitening.deviation * np.where(there, 1.0, EXCLUDED_FACTOR)
         target = replace(
             comparison,
             measured=np.where(there, predicted, comparison.measured),

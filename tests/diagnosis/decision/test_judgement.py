@@ -147,8 +147,8 @@ def test_an_effect_leaves_less_model_error(
     true = next(score for score in scores if score.effect.name == TRUE)
     before, first = baseline_fit(without), refit(without, true)
     (found,) = weighed(campaign, without, before, [first])
-    faded = [each.train.faded for each in (without, found.arrangement)]
-    np.testing.assert_array_equal(*faded)
+    deviation_factor = [each.train.deviation_factor for each in (without, found.arrangement)]
+    np.testing.assert_array_equal(*deviation_factor)
     assert found.arrangement.model_error_size.frequency < 0.2 * without.model_error_size.frequency
     assert found.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
     # By the covariance with this error the mass seems to gain less than with a model error that suits it.
