@@ -181,7 +181,7 @@ class Arrangement:
         """
         return self._test(effect, fit, *_alternate(self.held_out_without_jitter, self._fit_jitter(fit)))
 
-    def tested_as_drawn(self, model: Model) -> Refit:
+    def test_uncalibrated(self, model: Model) -> Refit:
         """The same test of a model that nothing was fitted to, by the model error of the fit.
 
         Its own is large and takes long to find.

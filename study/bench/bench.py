@@ -149,7 +149,7 @@ class Bench:
             return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
-        drawn, now = errors(screened.drawn), errors(screened.baseline)
+        drawn, now = errors(screened.uncalibrated), errors(screened.baseline)
         added = [item.effect.name for item in screened.setup.added]
         unknowns, fit = screened.baseline.fit.unknowns, screened.baseline.fit
         best = screened.scores[0] if screened.scores else None

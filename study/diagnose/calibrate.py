@@ -85,7 +85,7 @@ def write_calibration(case: Path, folder: Path, screened: Screened, text: str) -
         raise LoopError(f"{case}: was edited during the fit, which is not written: calibrate again")
     added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
     new = edited(text, added, as_written(values["calibrated"]), str(case))
-    drawn, after = errors(screened.drawn), errors(screened.baseline)
+    drawn, after = errors(screened.uncalibrated), errors(screened.baseline)
     step = Step(
         what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
         before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,

@@ -46,13 +46,13 @@ def _unknown(result: Round) -> Iterator[str]:
 
 def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse, by noise and stated errors."""
-    drawn, baseline = result.drawn, result.diagnosis.baseline
-    rise = (baseline.held_out_reduced_chi2_by_noise - drawn.held_out_reduced_chi2_by_noise) * baseline.n_held_out
-    larger = baseline.held_out_error / drawn.held_out_error if drawn.held_out_error else 1.0
+    uncalibrated, baseline = result.uncalibrated, result.diagnosis.baseline
+    rise = (baseline.held_out_reduced_chi2_by_noise - uncalibrated.held_out_reduced_chi2_by_noise) * baseline.n_held_out
+    larger = baseline.held_out_error / uncalibrated.held_out_error if uncalibrated.held_out_error else 1.0
     if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
-            f"{what} makes the held-out error worse: {plain(100 * drawn.held_out_error, 3)} % as drawn, "
+            f"{what} makes the held-out error worse: {plain(100 * uncalibrated.held_out_error, 3)} % as drawn, "
             f"{plain(100 * baseline.held_out_error, 3)} % with it."
         )
 

@@ -119,7 +119,7 @@ def _name_effects(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = tell_fall(*map(errors, (result.drawn, result.diagnosis.baseline, verdict.effects[0])))
+    fall = tell_fall(*map(errors, (result.uncalibrated, result.diagnosis.baseline, verdict.effects[0])))
     if verdict.finding is Finding.MISSING:
         return f"{listed} {missing}: {fall}."
     if len(named) == 1:

@@ -56,7 +56,7 @@ class Round(Tabular):
         Measurements.
     diagnosis
         Its result.
-    drawn
+    uncalibrated
         The case without anything that was calibrated or added.
     run_step
         Looks up or computes further steps of this round.
@@ -73,7 +73,7 @@ class Round(Tabular):
     setup: Setup
     campaign: Campaign
     diagnosis: Diagnosis[Arrangement]
-    drawn: Refit
+    uncalibrated: Refit
     run_step: RunStep
     remarks: Sequence[str] = ()
     law: RecoveredLaw | None = None
@@ -161,12 +161,12 @@ def diagnose_case(
             run_step=tell(watch, shown.watched(run_step)),
             report=shown.report,
         )
-        drawn = run_step("as drawn", lambda: diagnosis.arrangement.tested_as_drawn(setup.model))
+        uncalibrated = run_step("as drawn", lambda: diagnosis.arrangement.test_uncalibrated(setup.model))
         law = run_step("missing law", lambda: recover(diagnosis.arrangement, diagnosis.verdict))
         next_step = run_step("next test", lambda: find_next_step(campaign, diagnosis, law))
     return Round(
-        setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
-        law=describe_law(law), next_step=next_step,
+        setup=setup, campaign=campaign, diagnosis=diagnosis, uncalibrated=uncalibrated, run_step=run_step,
+        remarks=remarks, law=describe_law(law), next_step=next_step,
         suspicions=merge_suspicions(campaign.suspicions) if suspicions is None else suspicions,
     )  # fmt: skip
 

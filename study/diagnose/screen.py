@@ -31,7 +31,7 @@ class Screened:
         Measurements beside the model, with the fit of the calibration parameters and the added effects.
     scores
         Scores of all candidates, best first.
-    drawn, baseline
+    uncalibrated, baseline
         The case without anything that was calibrated or added, and the fit of the arrangement, both tested on the
         held-out data.
     """
@@ -39,7 +39,7 @@ class Screened:
     setup: Setup
     arrangement: Arrangement
     scores: Sequence[Score]
-    drawn: Refit
+    uncalibrated: Refit
     baseline: Refit
 
 
@@ -82,5 +82,7 @@ def screen_case(
     arrangement: Arrangement = found.get("branches", found["arrangement"])
     with progress.step("test of the calibration", expected=3):
         baseline = run_step("calibrated", lambda: baseline_fit(arrangement))
-        drawn = run_step("as drawn", lambda: arrangement.tested_as_drawn(own.model))
-    return Screened(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, baseline=baseline)
+        uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(own.model))
+    return Screened(
+        setup=own, arrangement=arrangement, scores=found[LAST], uncalibrated=uncalibrated, baseline=baseline
+    )

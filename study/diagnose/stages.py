@@ -35,10 +35,10 @@ def stages(result: Round) -> list[Stage]:
     Each is tested on the held-out data in the same way, with the covariance of this round.
     """
     baseline, best = result.diagnosis.baseline, result.best
-    listed = [Stage(name="as drawn", refit=result.drawn)]
+    listed = [Stage(name="as drawn", refit=result.uncalibrated)]
     if result.setup.added or result.setup.calibrated:
         as_it_is = result.run_step(
-            "as it is", lambda: result.diagnosis.arrangement.tested_as_drawn(result.setup.complete)
+            "as it is", lambda: result.diagnosis.arrangement.test_uncalibrated(result.setup.complete)
         )
         listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=baseline)]
     else:
@@ -60,7 +60,7 @@ def list_sides(result: Round, stage: Stage) -> list[Side]:
 def waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
     best, present = result.best, [item.effect.name for item in result.setup.added]
-    steps = list_known_errors(history, present, errors(result.drawn), errors(result.diagnosis.baseline))
+    steps = list_known_errors(history, present, errors(result.uncalibrated), errors(result.diagnosis.baseline))
     if best is not None and best.effect is not None:
         steps.append(make_step(f"+ {best.label}", errors(best), proposed=True))
     return steps

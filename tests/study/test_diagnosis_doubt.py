@@ -26,7 +26,7 @@ def result(
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_out_reduced_chi2_by_noise=1.0, held_out_error=drawn), best=best,
+        uncalibrated=SimpleNamespace(held_out_reduced_chi2_by_noise=1.0, held_out_error=drawn), best=best,
         setup=SimpleNamespace(added=()), remarks=(), wrong=wrong,
         diagnosis=SimpleNamespace(
             baseline=SimpleNamespace(

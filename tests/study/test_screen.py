@@ -44,7 +44,7 @@ def test_a_screening_has_the_scores_and_errors_of_the_diagnosis(
         (score.effect.name, score.gain) for score in whole.diagnosis.scores
     ]
     assert errors(screened.baseline) == errors(whole.diagnosis.baseline)
-    assert errors(screened.drawn) == errors(whole.drawn)
+    assert errors(screened.uncalibrated) == errors(whole.uncalibrated)
 
 
 @slow
