@@ -34,7 +34,7 @@ def result(
                 held_out_jumps=(),
             ),
             arrangement=SimpleNamespace(calibration=calibration, train=SHARES, held_out=SHARES),
-            verdict=SimpleNamespace(model_error=error),
+            verdict=SimpleNamespace(model_error_size=error),
         ),
     )  # fmt: skip
 

@@ -194,4 +194,4 @@ def test_promises_that_matter_are_checked(
     found, fits = checked(monkeypatch, promised, kept, threshold)
     assert CHECKED == 2
     assert fits == asked
-    assert (found.name, found.gain) == (name, gain)
+    assert (found.effect_name, found.gain) == (name, gain)
