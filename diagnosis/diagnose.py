@@ -37,13 +37,13 @@ from diagnosis.fit.refit import (
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import (
-    LEAST_MISFIT,
+    LEAST_UNKNOWN_FORCE_GAIN,
     NO_THRESHOLDS,
     Thresholds,
     compute_linear_thresholds,
 )
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
-from diagnosis.unknown_force import UnknownForce, find_unknown_forces, misfit
+from diagnosis.unknown_force import UnknownForce, compute_excess_gain, find_unknown_forces
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import compute_dense_modes
 
@@ -313,8 +313,8 @@ def _list_starts(
     gain: float,
 ) -> Starts:
     """Starts under response control; and far ones where an unknown force explains much that no effect does."""
-    unexplained = misfit(places[0]) if places else 0.0
-    if unexplained <= LEAST_MISFIT or gain > KNOWN * unexplained:
+    unexplained = compute_excess_gain(places[0]) if places else 0.0
+    if unexplained <= LEAST_UNKNOWN_FORCE_GAIN or gain > KNOWN * unexplained:
         return controlled
     if unexplained <= (thresholds or compute_linear_thresholds(scores)).misfit:
         return controlled

@@ -23,7 +23,7 @@ from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import make_calibration_basis, project_out
-from diagnosis.unknown_force import misfit
+from diagnosis.unknown_force import compute_excess_gain
 from study.diagnose.add import add
 from study.diagnose.run import diagnose_file
 
@@ -103,7 +103,7 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
         },
         "place": None if verdict.place is None else verdict.place.name,
         "threshold": verdict.threshold,
-        "misfit": max((misfit(each) for each in diagnosis.places), default=0.0),
+        "misfit": max((compute_excess_gain(each) for each in diagnosis.places), default=0.0),
         "misfit_threshold": diagnosis.thresholds.misfit,
         "before": _judged(before),
     }

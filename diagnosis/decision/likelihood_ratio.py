@@ -26,7 +26,7 @@ from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
-from diagnosis.unknown_force import UnknownForce, misfit
+from diagnosis.unknown_force import UnknownForce, compute_excess_gain
 
 #: Probability that one of the effects that are named is the true one, if one of those that pass is.
 CREDIBLE = 0.95
@@ -235,7 +235,7 @@ class LikelihoodRatioTest:
         if not self.places:
             return False
         left = compute_birge_ratio(self.baseline, self.places[0].gain)
-        return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
+        return compute_excess_gain(self.places[0]) - self.refuted > self.thresholds.misfit * left
 
 
 def is_linear(effect: Effect, model: Model) -> bool:
@@ -266,7 +266,7 @@ def _stand_in(
     refit: Refit, baseline: Refit, residual: ResidualExplanation, thresholds: Thresholds, linear: bool
 ) -> bool:
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
-    unknown = misfit(residual.places[0]) - thresholds.misfit if residual.places else 0.0
+    unknown = compute_excess_gain(residual.places[0]) - thresholds.misfit if residual.places else 0.0
     beyond = max(residual.gain - thresholds.gain, unknown)
     is_left = refit.reduced_chi2_by_noise > UNEXPLAINED
     if linear and unknown > 0 and residual.known_effect_gain < KNOWN * residual.places[0].gain and is_left:

@@ -18,7 +18,7 @@ from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist, compare
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Refit
-from diagnosis.unknown_force import find_unknown_forces, misfit
+from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,7 +96,7 @@ def fit_pair(
         alternatives=tuple(
             beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths
         ),
-        force=max(map(misfit, forces), default=0.0),
+        force=max(map(compute_excess_gain, forces), default=0.0),
     )
 
 

@@ -33,7 +33,7 @@ from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
-from diagnosis.unknown_force import UnknownForce, misfit
+from diagnosis.unknown_force import UnknownForce, compute_excess_gain
 from geometry.plain_number import plain
 
 #: |cos| of the changes by two effects from which on they are alike.
@@ -215,7 +215,7 @@ def _tell_law(name: str, law: FittedLaw, baseline: Refit) -> str:
 
 
 def _tell_stand_in(name: str, residual: ResidualExplanation, thresholds: Thresholds) -> str:
-    unknown = misfit(residual.places[0]) - thresholds.misfit if residual.places else -np.inf
+    unknown = compute_excess_gain(residual.places[0]) - thresholds.misfit if residual.places else -np.inf
     if residual.gain - thresholds.gain > unknown:
         return (
             f"Something is missing, and no known effect alone explains it: {name} explains most, and "

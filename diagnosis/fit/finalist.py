@@ -142,7 +142,7 @@ def compare(refit: Refit, without: Refit, gain: float) -> Refit:
 
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
-    misfit, before = max(refit.held_out_reduced_chi2_by_noise, 1.0), max(without.held_out_reduced_chi2_by_noise, 1.0)
-    return misfit > WORSE * before or (
-        misfit > UNEXPLAINED and refit.held_out_error > MUCH_WORSE * without.held_out_error
+    after, before = (max(each.held_out_reduced_chi2_by_noise, 1.0) for each in (refit, without))
+    return after > WORSE * before or (
+        after > UNEXPLAINED and refit.held_out_error > MUCH_WORSE * without.held_out_error
     )

@@ -32,7 +32,7 @@ from diagnosis.fit.finalist import refit_by_own_covariance, refit_each_by_own_co
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.unknown_force import find_unknown_forces, misfit
+from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 
 #: Number of simulated campaigns per layout.
 TRIALS = 40
@@ -85,8 +85,10 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
         drawn, refits, partial(refit_by_own_covariance, campaign, drawn, baseline, find_catalogue, drawn.train)
     )
     gains = [compute_evidence(each.refit) / compute_birge_ratio(each.refit) for each in finalists]
-    misfits = [misfit(place) / compute_birge_ratio(baseline, place.gain) for place in find_unknown_forces(drawn)]
-    return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
+    force_gains = [
+        compute_excess_gain(place) / compute_birge_ratio(baseline, place.gain) for place in find_unknown_forces(drawn)
+    ]
+    return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(force_gains, default=0.0))
 
 
 def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:

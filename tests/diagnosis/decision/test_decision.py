@@ -22,7 +22,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from diagnosis.threshold.detection_threshold import Thresholds
-from diagnosis.unknown_force import misfit
+from diagnosis.unknown_force import compute_excess_gain
 
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0
@@ -447,7 +447,7 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
 @pytest.mark.parametrize(("more", "finding"), [(1, Finding.UNKNOWN), (-1, Finding.NOTHING)])
 def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: float, finding: Finding) -> None:
     there = place(LIMITS.misfit + 6 + more)
-    assert misfit(there) == LIMITS.misfit + more
+    assert compute_excess_gain(there) == LIMITS.misfit + more
     weak = refit("mass", LIMITS.gain - 5, 10)
     verdict = decided(weak, places=(there, place(1)))
     assert verdict.finding is finding

@@ -14,7 +14,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, quick_fit, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
-from diagnosis.unknown_force import misfit
+from diagnosis.unknown_force import compute_excess_gain
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"
@@ -42,7 +42,7 @@ def limits(scores: dict[str, Score]) -> Thresholds:
 
 def test_after_the_right_effect_chance_alone_is_left(left: dict[str, ResidualExplanation], limits: Thresholds) -> None:
     assert left[RIGHT].gain < limits.gain
-    assert misfit(left[RIGHT].places[0]) < limits.misfit
+    assert compute_excess_gain(left[RIGHT].places[0]) < limits.misfit
 
 
 def test_after_a_wrong_effect_a_good_part_is_left(
@@ -51,7 +51,7 @@ def test_after_a_wrong_effect_a_good_part_is_left(
     rest = left[WRONG]
     # A mass elsewhere shifts the resonance as well, and cannot have the shape right.
     assert rest.gain > 10 * limits.gain
-    assert misfit(rest.places[0]) > 10 * limits.misfit
+    assert compute_excess_gain(rest.places[0]) > 10 * limits.misfit
     assert rest.places[0].name == "tip z"
     # It explains nearly all that an unknown force of a stiffness per level does.
     assert rest.known_effect_gain > 0.8 * rest.places[0].gain
