@@ -36,8 +36,8 @@ from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.unknown_force import UnknownForce, compute_excess_gain
 from geometry.plain_number import plain
 
-#: |cos| of the changes by two effects from which on they are alike.
-ALIKE = 0.99
+#: |cos| of the changes by two effects from which on the data cannot tell them apart [-].
+SAME_DIRECTION = 0.99
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -203,7 +203,9 @@ def _find_alike(scores: Sequence[Score], effects: Sequence[Refit], finalists: Se
     if best is None or len(effects) < max(2, len(finalists)):
         return []
     fitted = {each.name for each in finalists}
-    return [name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > ALIKE]
+    return [
+        name for name, each in directions.items() if name not in fitted and abs(float(each @ best)) > SAME_DIRECTION
+    ]
 
 
 def _tell_law(name: str, law: FittedLaw, baseline: Refit) -> str:

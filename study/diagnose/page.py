@@ -25,7 +25,7 @@ from study.diagnose.report import LAW_FILE, advice, headline, threshold_in_words
 from study.diagnose.resonance import draw_resonances, tell_resonances
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
-from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
+from study.diagnose.table import MARKED_ALIKE, digits, factors, interval, rows, strengths
 from study.page.html import embed, render_page, set_in_type
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -132,7 +132,7 @@ def page(result: Round, history: History, shown_pictures: Mapping[str, str]) -> 
         chain=" → ".join(stage.name for stage in listed),
         falls=falls(falling),
         candidates=rows(result),
-        same=ALIKE,
+        same=MARKED_ALIKE,
         n_shown=SHOWN,
         held_out_before=percent(result.diagnosis.baseline.held_out_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,

@@ -18,8 +18,8 @@ from study.diagnose.edit import Written
 from study.diagnose.history import Errors
 from study.diagnose.round import Round, errors
 
-#: Cosine of two effects' changes above which a table calls them alike.
-ALIKE = 0.95
+#: Cosine of two effects' changes above which a table marks them as alike; a verdict names them above 0.99.
+MARKED_ALIKE = 0.95
 #: Where half an interval is so many times a value, no digit of the value counts [-].
 UNTOLD = 100.0
 
