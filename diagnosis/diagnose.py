@@ -96,7 +96,7 @@ class Diagnosis(Generic[P]):
     baseline
         Fit and held-out test of the model without a further effect.
     refits
-        Thorough fits of the shortlist: effects that pass the thresholds first, then by the density of all data.
+        Thorough fits of the shortlist: effects that pass the thresholds first, then by falling density of all data.
     verdict
         Verdict.
     places
@@ -147,7 +147,7 @@ def screen_and_refit(
     progress
         Fractions of the round that are done when its parts begin.
     choice
-        How effects are chosen.
+        Choice of the effects that are fitted; in the order of their scores by default.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Covariances with the model error that is left, and with less of it.
+"""Covariances with the model error that a fit leaves, and with less of it.
 
-What is missing may have been taken for model error. It then leaves less of that, so that each explanation is judged by
-the covariance that suits it best.
+A missing effect may have been taken for model error, which is then smaller beside the effect. So each explanation is
+judged by the covariance that suits it best.
 """
 
 from collections.abc import Iterable, Sequence

@@ -18,8 +18,8 @@ DECISIVE = 2 * np.log(20)
 def compute_log_density(refit: Refit) -> float:
     """2 ln of the density of training and held-out data together, by its own covariance, up to a constant [-].
 
-    Falls of chi^2 tell whether an effect is there; those of two effects have covariances of their own, and do not say
-    which of both it is.
+    Falls of chi^2 tell whether an effect is there. They do not rank two effects, each of which has a covariance of its
+    own; densities do.
     """
     return refit.gain + refit.held_out_gain if refit.cost is None else -refit.cost
 

@@ -1,4 +1,4 @@
-"""Test of the law of an effect: whether its force is the one that it says, or another one tells the data better.
+"""Test of the law of an effect: whether the force has this law, or another one describes the data better.
 
 A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each law that a kind
 names beside its own is fitted in place of the effect. It is another force if -2 ln p falls by more than chance lets it,
@@ -30,9 +30,9 @@ class FittedLaw:
     gain, held_out_gain
         Falls of -2 ln p of the training and of the held-out data, from those with the effect [-].
     words
-        The law with its values.
+        Law with its values, in words.
     is_distinct
-        Whether it is another one than that of the effect.
+        Whether it differs from the law of the effect.
     """
 
     refit: Refit
@@ -70,7 +70,7 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
     beside
         Cost of the effect's own fit, by `diagnosis.fit.arrangement.Arrangement.cost`.
     refit
-        The effect.
+        Fit of the effect.
     """
     assert refit.effect is not None
     other_laws = _other_laws(refit.effect)
@@ -82,7 +82,7 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
 
 
 def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:
-    """The law that tells the data best, if it is better than that of the effect."""
+    """The law that describes the data best, if it is better than that of the effect; else None."""
     better = [law for law in laws if law.is_better(chance)]
     return max(better, key=lambda law: law.whole_gain, default=None)
 

@@ -44,31 +44,31 @@ class LikelihoodRatioTest:
     """Test of effects by their gains in training and held-out data, against the detection thresholds."""
 
     finalists: Mapping[str, Finalist]
-    """Effects that were fitted to the end, by name."""
+    """Effects by their own covariances, by name."""
     catalogue: Catalogue
     places: Sequence[UnknownForce]
     thresholds: Thresholds
     run_step: RunStep
     baseline: Refit
     refuted: float
-    """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
+    """Largest gain of an effect that the held-out data speak against: an unknown force of no more gain is as wrong."""
     explanations: dict[str, ResidualExplanation] = field(default_factory=dict)
-    """What would explain the residual beside effects that were asked for, by name."""
+    """What would explain the residual beside an effect, by the name of the effect; filled as effects are tested."""
     pair: Pair | None = None
-    """Two effects that are missing together, where the one that was asked for does not explain enough alone."""
+    """Two effects that are missing together, where the tested one does not explain enough alone."""
     instead: Finalist | None = None
-    """An effect beside which the one that was asked for does not pass: it is to be judged alone."""
+    """Effect beside which the tested one does not pass: it is to be judged alone."""
     fitted: dict[str, list[FittedLaw]] = field(default_factory=dict)
-    """Laws that were fitted in place of those of effects, by the names of these."""
+    """Laws that were fitted in place of the law of an effect, by the name of the effect."""
     laws: dict[str, FittedLaw] = field(default_factory=dict)
-    """Laws that forces turned out to have in place of those of effects, by the names of these."""
+    """Law that a force was found to have in place of the law of an effect, by the name of the effect."""
 
     def passes(self, refit: Refit) -> bool:
         """Whether an effect is significant."""
         return passes(refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
-        """Whether an effect leaves little enough, alone or with a further one, and has the law of its force."""
+        """Whether little is left beside an effect, or beside it and a further one, and its force has no other law."""
         law = self._find_another_law(refit)
         if law is not None:
             self.laws[refit.name] = law
@@ -124,17 +124,17 @@ class LikelihoodRatioTest:
         return self.fitted[refit.name]
 
     def _find_another_law(self, refit: Refit) -> FittedLaw | None:
-        """The law of a force, if it is another one than the effect's."""
+        """The law of a force, if it differs from that of the effect; else None."""
         chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_birge_ratio(refit)
         return find_better(self._fit_other_laws(refit), chance)
 
     def is_confirmed(self, refit: Refit) -> bool:
-        """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
+        """Whether the held-out data confirm an effect, or the pair of it and a further one.
 
-        They do by their density, if neither their misfit by noise and stated errors rises, nor their relative error
-        where noise does not explain it, be it with the first alone, which is added first, or with both; and of nothing
-        that takes mass or stiffness away, as errors of a model do, or that needs a calibration parameter at the end of
-        its prior.
+        Their density must rise decisively. Neither with the effect alone nor with the pair may their reduced
+        chi-squared by noise rise, nor their relative error where noise does not explain it. An effect that takes mass
+        or stiffness away is not confirmed, since errors of a model do so as well; nor is one whose fit has a
+        calibration parameter at a bound.
         """
         both = [refit] if self.pair is None else [refit, self.pair.second.refit]
         held_out_gain = refit.held_out_gain if self.pair is None else self._compute_held_gain(self.pair)
@@ -215,7 +215,7 @@ class LikelihoodRatioTest:
         return passes(first.refit, self.thresholds) and not _share_place(first.refit, pair.second.refit)
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
-        """The best effect, and others until one of them is the true one with the probability `CREDIBLE`."""
+        """The best effect, and others by falling probability until their sum is `CREDIBLE`."""
         ranked = self._rank(passed)
         shares = compute_probabilities(ranked).tolist()
         return ranked[: 1 + int(np.searchsorted(np.cumsum(shares), CREDIBLE))]

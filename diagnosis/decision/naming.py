@@ -15,7 +15,7 @@ class NamingTest(Protocol):
         ...
 
     def explains(self, refit: Refit) -> bool:
-        """Whether an effect that passes leaves little enough, and stands in for no other."""
+        """Whether little is left beside an effect that passes, so that it stands in for no other."""
         ...
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:

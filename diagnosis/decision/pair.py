@@ -32,7 +32,7 @@ class Pair:
     alone
         The second effect alone.
     alternatives
-        Fits of other effects in place of the first one.
+        Fits of other effects in place of the first one, beside the second.
     force
         Excess gain of an unknown force beside both [-].
     """
@@ -45,7 +45,7 @@ class Pair:
 
     @property
     def ranked(self) -> list[Finalist]:
-        """The first effect, then those in its place, the one that explains most of these first."""
+        """The first effect, then the alternatives by falling density."""
         return [self.first, *sorted(self.alternatives, key=lambda each: -compute_log_density(each.refit))]
 
 
@@ -101,7 +101,7 @@ def fit_pair(
 
 
 def _compare(both: Finalist, alone: Finalist) -> Finalist:
-    """The fit with both effects with its gains beyond that with one of them."""
+    """The fit with both effects, and its gains over the fit with one of them."""
     gain = alone.arrangement.cost - both.arrangement.cost
     return replace(both, refit=compare(both.refit, alone.refit, gain))
 

@@ -66,7 +66,7 @@ def explain_residual(
         Candidates; the best few whose linear gain exceeds `threshold` are fitted, since the linear gain of an effect on
         contacts that begin to slip may be far too large.
     threshold
-        Gain that matters [-].
+        Linear gain above which an effect is fitted [-].
     """
     by_covariance = compute_suited_gains(arrangement, effects)
     gains, fits = by_covariance.max(axis=0, initial=0.0), dict[int, Fit]()

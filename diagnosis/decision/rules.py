@@ -180,7 +180,7 @@ def find_untestable(verdict: Verdict, is_seen: bool) -> Verdict:
     Parameters
     ----------
     verdict
-        Of the rules.
+        Verdict by the rules.
     is_seen
         Whether any motion stands out of its scatter.
     """

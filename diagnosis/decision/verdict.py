@@ -37,7 +37,7 @@ class Finding(Enum):
     UNKNOWN = "unknown"
     """Something is missing, and none of the known effects is it."""
     NOT_CLOSE = "not close"
-    """The model is too far from the measurements for what is missing to be told."""
+    """The model is too far from the measurements to tell what is missing."""
     NOT_TESTABLE = "not testable"
     """No effect would show in these measurements."""
 
@@ -49,7 +49,7 @@ class Verdict(Tabular):
     Parameters
     ----------
     finding
-        Finding.
+        Kind of the verdict.
     effects
         Refits that explain the measurements, best first; empty if none does.
     baseline
@@ -160,7 +160,7 @@ class Verdict(Tabular):
 
     @property
     def alternative(self) -> str:
-        """What there may be instead of an effect that is named alone and not without doubt."""
+        """Alternative to an effect that is named alone, but is not confirmed, in words."""
         if self.laws:
             return "another force at its place"
         return "the model errs in a way that looks like it, which these data cannot tell"
@@ -220,7 +220,7 @@ def _within(parameter: EffectParameter, strength: float) -> float:
 
 
 def worth(value: float, half: float) -> int:
-    """Significant digits of a value with half its interval: to the second digit of that one, at least four."""
+    """Significant digits of a value with half its interval: down to the second digit of the half, at least four."""
     if not (np.isfinite([value, half]).all() and value and half > 0):
         return 4
     return max(4, int(np.floor(np.log10(abs(value))) - np.floor(np.log10(half))) + 2)

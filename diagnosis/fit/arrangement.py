@@ -193,7 +193,7 @@ class Arrangement:
         return self._test(None, fit, self.held_out_without_jitter, self._fit_jitter(fit))
 
     def _fit_jitter(self, fit: Fit) -> Fit:
-        """Fit of the jitter of the held-out data to what a fit has left of them."""
+        """Fit of the jitter of the held-out data to their residual of a fit."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
         return calibrate(self.held_out_without_jitter, unknowns, unknowns.vanishing, fit.prediction)
 
@@ -255,7 +255,7 @@ def arrange(
 
 
 def first_values(unknowns: Unknowns, added: Sequence[Added]) -> Values:
-    """Where a fit begins: calibration parameters as drawn, added effects as they were last, shape (p,)."""
+    """Start of a fit: calibration parameters at their neutral values, added effects at their last ones, shape (p,)."""
     last = [value for each in added for value in each.values]
     return np.array([*unknowns.vanishing[: len(unknowns.prior) - len(last)], *last])
 
@@ -349,7 +349,7 @@ def _weigh_sides(
 
 
 def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:
-    """Fields of an arrangement for the held-out data, with model error of a size that others have told."""
+    """Fields of an arrangement for the held-out data, with model error of the size that the training data show."""
     comparison, scatter = unseen
     prediction = comparison.predictor.predict(fit.model, fit.prediction)
     held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
@@ -432,7 +432,7 @@ def _calibrated(
     values: Values,
     prediction: Prediction,
 ) -> Fit:
-    """First fit; where it may have missed the minimum, a second one starts from a fit of the lowest level alone.
+    """First fit; where it may have missed the minimum, a second one starts from a fit to the lowest level alone.
 
     Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
     the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the

@@ -53,7 +53,7 @@ class FeatureComparison:
         return np.concatenate([[], *(item.deviation for item in self.features)])
 
     def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Vector:
-        """What a model predicts for all features, shape (m,); NaN where it is a trial that has no answer.
+        """Prediction of all features, shape (m,); NaN where the model has none.
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class FeatureComparison:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JoinedComparison:
-    """Two comparisons that one model is fitted to; a prediction is a pair."""
+    """Two comparisons that one model is fitted to; its prediction is a pair of both."""
 
     first: Data
     second: Data

@@ -1,10 +1,11 @@
 """Finalists: effects fitted to the end, each by the covariance of its own model as well.
 
-The covariance of a model that lacks an effect is wrong where this effect acts, and so is what it says of others. That
-of the model with the effect is wrong where the effect is not there. An effect gains what it gains by both.
+The covariance of a model that lacks an effect is wrong where the effect is present, and that of a model with the effect
+is wrong where it is absent. The gain of an effect is therefore the smaller one of its gains by both covariances.
 
-By either, the fits with the effect and without have a model error of their own size: what is missing may have been
-taken for model error, and the gain is the fall of -2 ln p, in which a larger covariance costs its determinant.
+By either covariance, the fits with the effect and without have model errors of their own sizes, since a missing effect
+may have been taken for model error. The gain is the fall of -2 ln p, in which a larger covariance costs its
+determinant.
 """
 
 from collections.abc import Callable, Sequence

@@ -34,7 +34,7 @@ class Effort:
     best, most
         Number of best effects of the shortlist, and of all its effects [-].
     worthless
-        Largest gain of chi^2 that does not deserve a fit [-].
+        Largest gain of chi^2 at which an effect is not fitted [-].
     finalists, far_behind
         Number of effects of the shortlist that are tested, and the largest chi^2 that all but the first two of them may
         be behind the best [-].
@@ -85,7 +85,7 @@ class Refit:
     worsens
         Whether the effect makes the held-out error larger, whatever it gains.
     beside
-        Another effect that was fitted together with it, and whose values come after its own.
+        Second effect of a fit with two, whose values come last.
     """
 
     effect: Effect | None

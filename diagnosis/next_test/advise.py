@@ -26,7 +26,7 @@ ALIKE = 0.05
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RankedTest:
-    """A test with what it would tell.
+    """A test with the probability that it decides.
 
     Parameters
     ----------
