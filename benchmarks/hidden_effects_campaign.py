@@ -151,7 +151,7 @@ def _planted(truth: PlantedTruth, base: Model) -> Planted:
 def _record(
     case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, seconds: tuple[float, float]
 ) -> Record:
-    verdict, before = found.verdict, found.before
+    verdict, before = found.verdict, found.baseline
     place = next((each for each in (verdict.place, *found.places) if isinstance(each, Place)), None)
     floor, noise_floor = floors(found.arrangement)
     return Record(
@@ -165,8 +165,8 @@ def _record(
         ranking=tuple(_fitted(each) for each in found.refits if each.effect is not None),
         scores={score.effect.name: round(float(score.gain), 2) for score in found.scores[:MOST_SCORES]},
         error=float(before.error),
-        held_error=float(before.held_error),
-        held_chi2=float(before.held_chi2),
+        held_error=float(before.held_out_error),
+        held_chi2=float(before.held_out_reduced_chi2),
         floor=floor,
         noise_floor=noise_floor,
         threshold=float(verdict.threshold),
@@ -195,19 +195,19 @@ def _fitted(refit: Refit) -> Fitted:
         vanishes=float(effect.parameters[0].vanishes),
         gain=refit.gain,
         error=float(refit.error),
-        held_error=float(refit.held_error),
-        held_chi2=float(refit.held_chi2),
+        held_error=float(refit.held_out_error),
+        held_chi2=float(refit.held_out_reduced_chi2),
     )
 
 
 def floors(arrangement: Arrangement) -> tuple[float, float]:
-    """Relative error that the true model would have on the held-out data, as `Refit.held_error` counts it.
+    """Relative error that the true model would have on the held-out data, as `Refit.held_out_error` counts it.
 
     Returns
     -------
     By all that the covariance knows (noise, friction histories, numerical error), and by the noise alone [-].
     """
-    held = arrangement.settled
+    held = arrangement.held_out_without_jitter
     features, modes = held.features, held.whitening.modes
     chosen, ratio = features.fundamental, features.reference >= 0
     # Numbers that err by themselves: real and imaginary part are the legs of a right triangle.

@@ -91,7 +91,7 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
         "true": hidden.value,
         "found": None if best is None else best.strength,
         "deviation": None if best is None else best.deviation,
-        "held_error": [found.before.held_error, None if best is None else best.held_error],
+        "held_error": [found.baseline.held_out_error, None if best is None else best.held_out_error],
         "sentence": found.verdict.sentence,
         "seconds": [made - started, time.process_time() - made],
     }

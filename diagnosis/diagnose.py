@@ -11,9 +11,9 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.chance_gate import KNOWN
 from diagnosis.decision.closeness import AbsentPeak, FarResonance, find_absent_peak, find_far_resonance
-from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.likelihood_ratio import KNOWN
+from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.verdict import Verdict
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.added import AddedEffect
@@ -22,7 +22,7 @@ from diagnosis.fit.calibration import Fit
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.controlled_start import find_controlled_starts
 from diagnosis.fit.far_start import list_far_starts
-from diagnosis.fit.finalist import Finalist, weigh, weigh_each
+from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Problem, Refit
 from diagnosis.fit.refit import (
@@ -37,13 +37,13 @@ from diagnosis.fit.refit import (
 from diagnosis.screening import Score, screen
 from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.detection_threshold import (
-    LEAST_MISFIT,
+    LEAST_UNKNOWN_FORCE_GAIN,
     NO_THRESHOLDS,
     Thresholds,
     compute_linear_thresholds,
 )
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
-from diagnosis.unknown_force import UnknownForce, find_unknown_forces, misfit
+from diagnosis.unknown_force import UnknownForce, compute_excess_gain, find_unknown_forces
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import compute_dense_modes
 
@@ -56,25 +56,29 @@ Report = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shares:
-    """Share of a diagnosis that is done when each of its parts begins, after the calibration [-]."""
+class ProgressFractions:
+    """Fraction of a diagnosis that is done when each of its parts begins, after the calibration [-]."""
 
     screening: float
     fits: float
     tests: float
-    weights: float
-    left: float
+    covariances: float
+    explanation: float
     intervals: float
 
     def between(self, first: str, last: str, share: float) -> float:
-        """Share that is done when `share` of the way from one part's begin to another's is done [-]."""
+        """Fraction that is done when `share` of the way from one part's begin to another's is done [-]."""
         begin, end = getattr(self, first), getattr(self, last)
         return float(begin + share * (end - begin))
 
 
 #: Timed on campaigns of the shipped beam: usual ones, and those whose fits need many starts.
-USUAL = Shares(screening=0.26, fits=0.41, tests=0.57, weights=0.62, left=0.83, intervals=0.88)
-LONG = Shares(screening=0.17, fits=0.26, tests=0.8, weights=0.83, left=0.91, intervals=0.94)
+USUAL_PROGRESS = ProgressFractions(
+    screening=0.26, fits=0.41, tests=0.57, covariances=0.62, explanation=0.83, intervals=0.88
+)
+LONG_PROGRESS = ProgressFractions(
+    screening=0.17, fits=0.26, tests=0.8, covariances=0.83, explanation=0.91, intervals=0.94
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,30 +93,30 @@ class Diagnosis(Generic[P]):
         Candidates, and effects that cannot be tested.
     scores
         Scores of all candidates, best first.
-    before
+    baseline
         Fit and held-out test of the model without a further effect.
     refits
-        Thorough fits of the shortlist: effects that pass the thresholds first, then by `support`.
+        Thorough fits of the shortlist: effects that pass the thresholds first, then by falling density of all data.
     verdict
         Verdict.
     places
         Places where an unknown force would explain the residual, best first.
     thresholds
-        Detection thresholds; zero where another gate decides.
+        Detection thresholds; zero where the held-out error decides.
     """
 
     arrangement: P
     catalogue: Catalogue
     scores: tuple[Score, ...]
-    before: Refit
+    baseline: Refit
     refits: tuple[Refit, ...]
     verdict: Verdict
     places: tuple[UnknownForce, ...] = ()
     thresholds: Thresholds = NO_THRESHOLDS
 
 
-class Choice(NamedTuple):
-    """Choice of effects."""
+class EffectChoice(NamedTuple):
+    """Choice of the effects that are fitted."""
 
     rank: Callable[[Sequence[Score]], Sequence[Score]] = list
     """Scores in the order, and with the gains, by which those that deserve a fit are chosen."""
@@ -127,8 +131,8 @@ def screen_and_refit(
     effects: Sequence[Effect],
     run_step: RunStep,
     report: Report,
-    shares: Shares,
-    choice: Choice | None = None,
+    progress: ProgressFractions,
+    choice: EffectChoice | None = None,
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
 
@@ -140,37 +144,37 @@ def screen_and_refit(
         Candidates.
     run_step, report
         As in `diagnose`.
-    shares
-        Shares of the round that are done when its parts begin.
+    progress
+        Fractions of the round that are done when its parts begin.
     choice
-        How effects are chosen.
+        Choice of the effects that are fitted; in the order of their scores by default.
 
     Returns
     -------
     Scores, best first; the test of the model without a further effect; the refits.
     """
-    lost, choice = is_lost(problem), choice or Choice()
-    report("screening", shares.screening)
+    lost, choice = is_lost(problem), choice or EffectChoice()
+    report("screening", progress.screening)
 
     def report_screening(done: int, total: int) -> None:
-        report("screening", shares.between("screening", "fits", done / total))
+        report("screening", progress.between("screening", "fits", done / total))
 
     scores = run_step("scores", lambda: screen(problem, effects, report_screening))
-    before = run_step("held-out error", lambda: baseline_fit(problem))
+    baseline = run_step("held-out error", lambda: baseline_fit(problem))
     ranked = run_step("ranked scores", lambda: list(choice.rank(scores)))
     by_name = {score.effect.name: score for score in scores}
     fits, chosen = [], [by_name[each.effect.name] for each in shortlist(ranked, problem.effort, lost=lost)]
     for number, score in enumerate(chosen):
-        report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
+        report(f"fit of {score.effect.name}", progress.between("fits", "tests", number / len(chosen)))
         fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
     gain = max((problem.fit.chi2 - fit.chi2 for _, fit in fits), default=0.0)
     fits = fit_from_starts(problem, scores, fits, choice.list_starts(scores, gain), run_step)
     costs = [run_step(f"cost of {score.effect.name}", partial(choice.cost, fit)) for score, fit in fits]
     refits, last = [], choose_finalists(fits, costs, problem.effort)
     for number, (score, fit) in enumerate(last):
-        report(f"test of {score.effect.name}", shares.between("tests", "weights", number / len(last)))
+        report(f"test of {score.effect.name}", progress.between("tests", "covariances", number / len(last)))
         refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
-    return scores, before, refits
+    return scores, baseline, refits
 
 
 @on_one_blas_thread
@@ -227,31 +231,31 @@ def diagnose(
     arrangement = run_step(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
-    searched = _choose_searched(arrangement, run_step)
-    shares = LONG if is_lost(searched) else USUAL
+    screening = _choose_screening(arrangement, run_step)
+    progress = LONG_PROGRESS if is_lost(screening) else USUAL_PROGRESS
     far = _find_far(arrangement)
     effects = catalogue.candidates if far is None else ()  # none in a model that is another structure
-    report("response control", shares.screening / 2)
-    arrangement, searched, starts = _begin(arrangement, searched, effects, run_step)
-    report("unknown forces", 0.75 * shares.screening)
+    report("response control", progress.screening / 2)
+    arrangement, screening, starts = _begin(arrangement, screening, effects, run_step)
+    report("unknown forces", 0.75 * progress.screening)
     places = run_step("places", lambda: find_unknown_forces(arrangement))
-    list_starts = partial(_list_starts, searched, starts, places, thresholds)
-    choice = Choice(partial(rank_by_suited_gains, searched), searched.cost_with_error_left, list_starts)
-    scores, before, refits = screen_and_refit(searched, effects, run_step, report, shares, choice)
+    list_starts = partial(_list_starts, screening, starts, places, thresholds)
+    choice = EffectChoice(partial(rank_by_suited_gains, screening), screening.cost_with_error_left, list_starts)
+    scores, baseline, refits = screen_and_refit(screening, effects, run_step, report, progress, choice)
     thresholds = thresholds or compute_linear_thresholds(scores)
-    report("own covariances", shares.weights)
-    before = before if searched is arrangement else baseline_fit(arrangement)
-    own = partial(weigh, campaign, arrangement, before, find_catalogue)
-    finalists = weigh_each(searched, refits, partial(own, searched.train), run_step)
-    nothing = Finalist(refit=before, arrangement=arrangement)
-    report("what is left", shares.left)
-    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, weigh=own)
-    finalists, verdict = judge(nothing, finalists, places, criteria, run_step)
-    report("intervals", shares.intervals)
-    before, refits, verdict = _widen(campaign, nothing, finalists, verdict, run_step)
+    report("own covariances", progress.covariances)
+    baseline = baseline if screening is arrangement else baseline_fit(arrangement)
+    own = partial(refit_by_own_covariance, campaign, arrangement, baseline, find_catalogue)
+    finalists = refit_each_by_own_covariance(screening, refits, partial(own, screening.train), run_step)
+    without_effect = Finalist(refit=baseline, arrangement=arrangement)
+    report("what is left", progress.explanation)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds, far=far, refit_by_own_covariance=own)
+    finalists, verdict = judge(without_effect, finalists, places, criteria, run_step)
+    report("intervals", progress.intervals)
+    baseline, refits, verdict = _widen(campaign, without_effect, finalists, verdict, run_step)
     report("done", 1.0)
     return Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
+        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
         places=tuple(places), thresholds=thresholds, verdict=verdict,
     )  # fmt: skip
 
@@ -269,39 +273,39 @@ def _with_basis(model: Model) -> Model:
 
 
 def _widen(
-    campaign: Campaign, nothing: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
+    campaign: Campaign, without_effect: Finalist, finalists: Sequence[Finalist], verdict: Verdict, run_step: RunStep
 ) -> tuple[Refit, list[Refit], Verdict]:
     """The fits without an effect and with each, and the verdict, with intervals as wide as fits of draws scatter."""
     pair, n_alone = verdict.pair, 1 + len(finalists)
-    listed = [nothing, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
+    listed = [without_effect, *finalists, *([] if pair is None else [pair.second, *pair.ranked])]
     # Those that the verdict names are of fits with both effects, if there are two.
     first = 0 if pair is None else n_alone + 1
-    best = {each.name: each for each in listed[first:]}[(*verdict.effects, nothing.refit)[0].name]
+    best = {each.name: each for each in listed[first:]}[(*verdict.effects, without_effect.refit)[0].name]
     name = f"intervals beside {best.refit.label} of {', '.join(each.refit.label for each in listed)}"
     fits = run_step(name, partial(widen_intervals, campaign, best, listed))
     if pair is not None:
-        second, one, *rivals = (
+        second, one, *alternatives = (
             replace(each, refit=fit) for each, fit in zip(listed[n_alone:], fits[n_alone:], strict=True)
         )
-        pair = replace(pair, second=second, first=one, rivals=tuple(rivals))
+        pair = replace(pair, second=second, first=one, alternatives=tuple(alternatives))
     by_name = {each.name: each for each in fits[first:]}
     effects = [by_name[each.name] for each in verdict.effects]
     return fits[0], fits[1:n_alone], verdict.with_fits(fits[0], effects, pair)
 
 
 def _begin(
-    arrangement: Arrangement, searched: Arrangement, effects: Sequence[Effect], run_step: RunStep
+    arrangement: Arrangement, screening: Arrangement, effects: Sequence[Effect], run_step: RunStep
 ) -> tuple[Arrangement, Arrangement, Starts]:
-    """Arrangement, the one by which effects are searched, and further starts of their fits where the model is lost."""
-    if not effects or not is_lost(searched):
-        return arrangement, searched, []
+    """Arrangement, the one by which effects are screened, and more starts of their fits where the model is lost."""
+    if not effects or not is_lost(screening):
+        return arrangement, screening, []
     starts = run_step("starts under response control", partial(_find_starts, arrangement, effects))
-    arrangement = run_step("branches", partial(_fade_other_branch, arrangement, starts))
-    return arrangement, _choose_searched(arrangement, run_step, "usual model error, branches apart"), starts
+    arrangement = run_step("branches", partial(_downweight_other_branch, arrangement, starts))
+    return arrangement, _choose_screening(arrangement, run_step, "usual model error, branches apart"), starts
 
 
 def _list_starts(
-    searched: Arrangement,
+    screening: Arrangement,
     controlled: Starts,
     places: Sequence[UnknownForce],
     thresholds: Thresholds | None,
@@ -309,12 +313,12 @@ def _list_starts(
     gain: float,
 ) -> Starts:
     """Starts under response control; and far ones where an unknown force explains much that no effect does."""
-    unexplained = misfit(places[0]) if places else 0.0
-    if unexplained <= LEAST_MISFIT or gain > KNOWN * unexplained:
+    unexplained = compute_excess_gain(places[0]) if places else 0.0
+    if unexplained <= LEAST_UNKNOWN_FORCE_GAIN or gain > KNOWN * unexplained:
         return controlled
     if unexplained <= (thresholds or compute_linear_thresholds(scores)).misfit:
         return controlled
-    return [*controlled, *list_far_starts(searched, [score.effect for score in scores])]
+    return [*controlled, *list_far_starts(screening, [score.effect for score in scores])]
 
 
 def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
@@ -323,16 +327,16 @@ def _find_starts(arrangement: Arrangement, effects: Sequence[Effect]) -> Starts:
     return found[: arrangement.effort.finalists]
 
 
-def _fade_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
+def _downweight_other_branch(arrangement: Arrangement, starts: Starts) -> Arrangement:
     """The same without the points at which the best start is on another branch than the structure was."""
     if not starts:
         return arrangement
     effect, values = starts[0]
-    return arrangement.fade_other_branch(arrangement.unknowns([effect]).compose(values))
+    return arrangement.downweight_other_branch(arrangement.unknowns([effect]).compose(values))
 
 
-def _choose_searched(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:
+def _choose_screening(arrangement: Arrangement, run_step: RunStep, name: str = "usual model error") -> Arrangement:
     """Arrangement by which effects are screened and fitted: a model error beyond any may be an effect."""
-    if not arrangement.left.is_far:
+    if not arrangement.model_error_size.is_far:
         return arrangement
     return run_step(name, lambda: expect_usual_error(arrangement))

@@ -1,7 +1,7 @@
-"""Covariances with the model error that is left, and with less of it.
+"""Covariances with the model error that a fit leaves, and with less of it.
 
-What is missing may have been taken for model error. It then leaves less of that, so that each explanation is judged by
-the covariance that suits it best.
+A missing effect may have been taken for model error, which is then smaller beside the effect. So each explanation is
+judged by the covariance that suits it best.
 """
 
 from collections.abc import Iterable, Sequence
@@ -62,7 +62,7 @@ def list_weights(arrangement: Arrangement) -> list[Weights]:
 
 def rank_by_suited_gains(arrangement: Arrangement, scores: Sequence[Score]) -> list[Score]:
     """Scores with the largest gain by any of these covariances, best first."""
-    if arrangement.left == NO_ERROR:
+    if arrangement.model_error_size == NO_ERROR:
         return list(scores)
     # Screening has the slopes already, but of effects that the covariance with all model error hides.
     hidden = iter(compute_slopes(arrangement, [score.effect for score in scores if not score.slope.any()]))

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Matrix, Vector
+from diagnosis.fit.fit_parameter import make_start
 from diagnosis.fit.problem import Screened
 from hbsolve.errors import ModelError
 
@@ -211,6 +212,5 @@ def _relief(problem: Screened, slope: Vector) -> Vector:
 def _made_up(problem: Screened, effect: Effect, step: float, relief: Vector) -> Vector:
     """Fitted values that best make up for an effect, then its own, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
-    rest = [each.vanishes for each in effect.parameters[1:]]
     fitted = problem.fit.values + relief * step
-    return problem.unknowns([effect]).clipped(np.array([*fitted, strength, *rest]))
+    return problem.unknowns([effect]).clipped(make_start(fitted, effect, strength))

@@ -13,9 +13,11 @@ UnknownForce: TypeAlias = Place | Resonator
 def find_unknown_forces(arrangement: Arrangement) -> list[UnknownForce]:
     """Unknown forces that would explain the residual, ranked by the gain beyond the number of their parameters."""
     weights = list_weights(arrangement)
-    return sorted([*localise(arrangement, weights), *find_resonators(arrangement, weights)], key=misfit, reverse=True)
+    return sorted(
+        [*localise(arrangement, weights), *find_resonators(arrangement, weights)], key=compute_excess_gain, reverse=True
+    )
 
 
-def misfit(force: UnknownForce) -> float:
-    """Gain of an unknown force beyond the number of its parameters."""
+def compute_excess_gain(force: UnknownForce) -> float:
+    """Gain of an unknown force beyond the number of its parameters [-]."""
     return force.gain - force.n_number

@@ -97,7 +97,7 @@ WAYS = (
             ("diagnosis.diagnose", "diagnosis.fit.arrangement"),
             ("diagnosis.fit.arrangement", "diagnosis.fit.comparison"),
             ("diagnosis.fit.comparison", "hbsolve.steady_state"),
-            ("diagnosis.diagnose", "diagnosis.decision.judgement"),
+            ("diagnosis.diagnose", "diagnosis.decision.rules"),
             ("study.diagnose.run", "study.diagnose.page"),
         ),
         what={
@@ -114,7 +114,7 @@ WAYS = (
             "correlation.prediction": "predicted readings",
             "correlation.model_solver": "with or without contacts",
             "hbsolve.steady_state": "periodic responses",
-            "diagnosis.decision.judgement": "the verdict",
+            "diagnosis.decision.rules": "the verdict",
             "study.diagnose.page": "the page to look at",
         },
     ),

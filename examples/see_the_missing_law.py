@@ -84,7 +84,7 @@ for number in range(0, len(u), 8):
 # Second round: the file's effect, fitted with the calibration parameters.
 effect = list_effects(model, extra=[folder / "recovered_law.py"], level=0.4).effect(law.name)
 second = arrange(campaign, model, calibration, budget, added=[AddedEffect(effect=effect, values=(1.0,))])
-errors = [each.tested(None, each.fit).held_error for each in (first, second)]
+errors = [each.tested(None, each.fit).held_out_error for each in (first, second)]
 print(f"held-out error: {100 * errors[0]:.1f} %, with the recovered law {100 * errors[1]:.1f} %")
 assert found.credible == ("mass 2",)
 assert np.abs(curves.spring.mean - planted).max() < 0.1 * planted.max()

@@ -45,7 +45,7 @@ rounds = record_rounds(base, records, factors, run_in=0.5, units={"N": "V", "m":
 for number, found in enumerate(rounds, 1):
     print(f"Round {number}. {found.verdict.sentence}")
     for refit in found.refits:
-        held = ", ".join(f"{100 * error:.2f} %" for error in refit.held_errors)
+        held = ", ".join(f"{100 * error:.2f} %" for error in refit.held_out_errors)
         print(f"  {refit.effect.name:22} held-out errors {held}")
     for score in found.scores:
         if not score.gain:
@@ -54,4 +54,4 @@ print(rounds[-1].verdict.smallest)
 
 best = rounds[0].verdict.effects[0]
 assert best.effect.kind == "cubic"
-assert (best.held_errors < rounds[0].before.held_errors / 5).all()
+assert (best.held_out_errors < rounds[0].baseline.held_out_errors / 5).all()

@@ -23,7 +23,7 @@ from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import make_calibration_basis, project_out
-from diagnosis.unknown_force import misfit
+from diagnosis.unknown_force import compute_excess_gain
 from study.diagnose.add import add
 from study.diagnose.run import diagnose_file
 
@@ -75,7 +75,7 @@ def run(seed: int, keep: Path | None = None, trials: int = 0) -> Mapping[str, An
 
 def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> dict[str, Any]:
     """What one diagnosis says, how clearly it sees the hidden effects, and which ones it could not tell from them."""
-    verdict, before, hidden = diagnosis.verdict, diagnosis.before, [each.name for each in effects]
+    verdict, before, hidden = diagnosis.verdict, diagnosis.baseline, [each.name for each in effects]
     detectable = {score.effect.name: score.detectable for score in diagnosis.scores}
     directions = {score.effect.name: score.direction for score in diagnosis.scores}
     return {
@@ -103,7 +103,7 @@ def round_of(diagnosis: Diagnosis[Arrangement], effects: Sequence[Hidden]) -> di
         },
         "place": None if verdict.place is None else verdict.place.name,
         "threshold": verdict.threshold,
-        "misfit": max((misfit(each) for each in diagnosis.places), default=0.0),
+        "misfit": max((compute_excess_gain(each) for each in diagnosis.places), default=0.0),
         "misfit_threshold": diagnosis.thresholds.misfit,
         "before": _judged(before),
     }
@@ -126,7 +126,7 @@ def _fitted(refit: Refit) -> dict[str, Any]:
         "strength": refit.strength,
         "half": TWO_SIDED_95 * refit.deviation,
         "gain": refit.gain,
-        "held_gain": refit.held_gain,
+        "held_gain": refit.held_out_gain,
         "finite": bool(np.isfinite([refit.strength, refit.deviation]).all()),
         **_judged(refit),
     }
@@ -136,11 +136,11 @@ def _judged(refit: Refit) -> dict[str, Any]:
     """How well a fit describes training and held-out data: by the model error of its own, by noise, and in per cent."""
     return {
         "chi2": float(refit.fit.chi2 / refit.fit.n_number),
-        "held_chi2": float(refit.held_chi2),
-        "stated_chi2": refit.stated_chi2,
-        "held_stated_chi2": refit.held_stated_chi2,
+        "held_chi2": float(refit.held_out_reduced_chi2),
+        "stated_chi2": refit.reduced_chi2_without_model_error,
+        "held_stated_chi2": refit.held_out_reduced_chi2_without_model_error,
         "error": float(refit.error),
-        "held_error": float(refit.held_error),
+        "held_error": float(refit.held_out_error),
     }
 
 

@@ -32,7 +32,7 @@ ENDS = 0.08
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Misfit:
+class DecayMisfit:
     """Of one mode, at k instants.
 
     Parameters
@@ -62,7 +62,7 @@ class Misfit:
         return np.hypot(deviation * excess, np.interp(time, self.time, share) / (np.pi * PERIODS))
 
 
-def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> Misfit:
+def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> DecayMisfit:
     """What a fit leaves at the phase of a mode, from the start to where the mode sinks into the noise."""
     flow, step = fit.flows[number], decay.step
     wave, _ = flow.linearise(flow.coefficients, step)
@@ -81,10 +81,10 @@ def measure_misfit(decay: Decay, fit: FlowFit, number: int) -> Misfit:
     white = max(float((fit.residual**2).mean()) * of_noise, 1e-300)
     padded = np.pad(left**2 / white, NEIGHBOURS // 2, mode="edge")
     excess = np.sqrt(np.convolve(padded, np.ones(NEIGHBOURS) / NEIGHBOURS, mode="valid"))
-    return Misfit(time=(starts + (width - 1) / 2) * step, share=share, excess=excess)
+    return DecayMisfit(time=(starts + (width - 1) / 2) * step, share=share, excess=excess)
 
 
-def find_fault(misfit: Misfit, frequency: Vector, damping_ratio: Vector, damping_deviation: Vector) -> str:
+def find_fault(misfit: DecayMisfit, frequency: Vector, damping_ratio: Vector, damping_deviation: Vector) -> str:
     """Why something that was fitted is no mode, in words that go on after its name; empty if it is one.
 
     Parameters

@@ -10,7 +10,7 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectError, Untestable
 from diagnosis.candidate.scale import CONFIGURATIONS, measure_scale
 from diagnosis.candidate.user_effect import list_checked, read_effects
-from diagnosis.effect import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind, find_kind
 
 
 class Source(Protocol):
@@ -75,7 +75,8 @@ class Catalogue:
         EffectError
             There is no such effect.
         """
-        is_alike = EFFECTS[effect.kind].is_alike if effect.kind in EFFECTS else None
+        kind = find_kind(effect)
+        is_alike = None if kind is None else kind.is_alike
         found = (each for each in self.candidates if is_alike is not None and is_alike(each, effect))
         return next(found, None) or self.effect(effect.name)
 

@@ -1,8 +1,8 @@
-"""Whether a model is near enough to a structure for one effect to be what it lacks.
+"""Whether a model is so near to a structure that a single missing effect can be told.
 
-A resonance that is far from all those of the calibrated model is no matter of one effect: a support, a mass or a unit
-is wrong, and many effects could mend that resonance alone. So it is if the measured one is not in the band at all. And
-where its prior holds a calibration parameter back, what the fit leaves is that parameter's as well.
+Where a measured resonance is far from all those of the calibrated model, a support, a mass or a unit is wrong, and many
+effects could mend that resonance alone. The same holds where the model has a resonance in the band and the measurements
+have none. And where the prior of a calibration parameter keeps it at a bound, the residual may be that parameter's.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,7 +35,7 @@ class FarResonance(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Both in words."""
+        """The far resonance in a sentence."""
         off = 100 * (self.nearest / self.measured - 1)
         return (
             f"The model is not close enough to be diagnosed: the {self.configuration} structure has a resonance near "
@@ -54,7 +54,7 @@ class AbsentPeak(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """It in words."""
+        """The absent resonance in a sentence."""
         return (
             f"The model is not close enough to be diagnosed: the calibrated model has a resonance near "
             f"{self.predicted:.4g} Hz in the {self.configuration} structure, and what was measured from "

@@ -15,24 +15,24 @@ LARGE = 0.1
 DECISIVE = 2 * np.log(20)
 
 
-def support(refit: Refit) -> float:
-    """2 ln of the density of the training and the held-out data together, by its own covariance, up to a constant.
+def compute_log_density(refit: Refit) -> float:
+    """2 ln of the density of training and held-out data together, by its own covariance, up to a constant [-].
 
-    Falls of chi^2 tell whether an effect is there; those of two effects have covariances of their own, and do not say
-    which of both it is.
+    Falls of chi^2 tell whether an effect is there. They do not rank two effects, each of which has a covariance of its
+    own; densities do.
     """
-    return refit.gain + refit.held_gain if refit.cost is None else -refit.cost
+    return refit.gain + refit.held_out_gain if refit.cost is None else -refit.cost
 
 
 def compute_probabilities(refits: Sequence[Refit]) -> Float[NDArray[np.float64], " n"]:
     """Probability of each of several effects, one of which is the true one, shape (n,) [-]."""
-    supports = np.array([support(each) for each in refits], dtype=np.float64)
-    weight = np.exp((supports - supports.max(initial=-np.inf)) / 2)
+    log_densities = np.array([compute_log_density(each) for each in refits], dtype=np.float64)
+    weight = np.exp((log_densities - log_densities.max(initial=-np.inf)) / 2)
     return np.asarray(weight / weight.sum())
 
 
-def compute_spread(refit: Refit, gain: float = 0.0) -> float:
-    """Reduced chi-squared that a fit leaves, or would beside a further gain, at least 1 [-].
+def compute_birge_ratio(refit: Refit, gain: float = 0.0) -> float:
+    """Birge ratio, squared: reduced chi-squared that a fit leaves, or would beside a further gain, at least 1 [-].
 
     Gains scatter by as much more than the thresholds say: a covariance is an estimate as well, and what a good fit
     leaves beyond it, no effect explains (Birge, Phys. Rev. 40 (1932), 207-227).
@@ -40,27 +40,22 @@ def compute_spread(refit: Refit, gain: float = 0.0) -> float:
     return max((refit.fit.chi2 - gain) / refit.fit.n_number, 1.0)
 
 
-def gains(refit: Refit, thresholds: Thresholds) -> bool:
+def exceeds_threshold(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether the training data gain more by an effect than chance does, whatever the held-out data say."""
-    return refit.gain > thresholds.gain * compute_spread(refit)
+    return refit.gain > thresholds.gain * compute_birge_ratio(refit)
 
 
 def passes(refit: Refit, thresholds: Thresholds) -> bool:
     """Whether the training data gain more by an effect than chance does, and the held-out data do not refute it."""
-    return bool(compute_evidence(refit) > thresholds.gain * compute_spread(refit))
+    return bool(compute_evidence(refit) > thresholds.gain * compute_birge_ratio(refit))
 
 
 def compute_evidence(refit: Refit) -> float:
     """Fall of -2 ln p of the training data, less what the held-out data lose; none if these refute the effect [-]."""
-    refuted = refit.worsens or refit.held_gain <= -DECISIVE
-    return 0.0 if refuted else refit.gain + min(refit.held_gain, 0.0)
+    refuted = refit.worsens or refit.held_out_gain <= -DECISIVE
+    return 0.0 if refuted else refit.gain + min(refit.held_out_gain, 0.0)
 
 
 def errs_on_held_out(refit: Refit) -> bool:
     """Whether a large error of the held-out data is left that noise and stated errors do not explain."""
-    return refit.held_error > LARGE and refit.held_misfit > UNEXPLAINED
-
-
-def compute_stated(refit: Refit) -> float:
-    """Reduced chi-squared by noise and stated errors."""
-    return refit.fit.chi2 / refit.fit.n_number if refit.stated_chi2 is None else refit.stated_chi2
+    return refit.held_out_error > LARGE and refit.held_out_reduced_chi2_by_noise > UNEXPLAINED

@@ -1,4 +1,4 @@
-"""Test of the law of an effect: whether its force is the one that it says, or another one tells the data better.
+"""Test of the law of an effect: whether the force has this law, or another one describes the data better.
 
 A stop, a play or a spring of another power changes the data much as the nearest known spring does. Each law that a kind
 names beside its own is fitted in place of the effect. It is another force if -2 ln p falls by more than chance lets it,
@@ -13,7 +13,7 @@ import numpy as np
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.candidate.force_law import ForceLaw
-from diagnosis.effect import EFFECTS, OtherLaws
+from diagnosis.effect import OtherLaws, find_kind
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_from
@@ -27,30 +27,30 @@ class FittedLaw:
     ----------
     refit
         Its fit, and its test on held-out data.
-    gain, held_gain
+    gain, held_out_gain
         Falls of -2 ln p of the training and of the held-out data, from those with the effect [-].
     words
-        The law with its values.
+        Law with its values, in words.
     is_distinct
-        Whether it is another one than that of the effect.
+        Whether it differs from the law of the effect.
     """
 
     refit: Refit
     gain: float
-    held_gain: float
+    held_out_gain: float
     words: str
     is_distinct: bool
 
     @property
     def whole_gain(self) -> float:
         """Fall of -2 ln p of all data [-]."""
-        return self.gain + self.held_gain
+        return self.gain + self.held_out_gain
 
     def is_better(self, chance: float) -> bool:
         """Whether the force has this law, and not that of the effect."""
-        return self.is_distinct and self.gain > chance and self.held_gain >= 0
+        return self.is_distinct and self.gain > chance and self.held_out_gain >= 0
 
-    def is_rival(self, refuted: float) -> bool:
+    def is_alternative(self, refuted: float) -> bool:
         """Whether the data do not refute that the force has this law."""
         return self.is_distinct and self.whole_gain > -refuted
 
@@ -70,7 +70,7 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
     beside
         Cost of the effect's own fit, by `diagnosis.fit.arrangement.Arrangement.cost`.
     refit
-        The effect.
+        Fit of the effect.
     """
     assert refit.effect is not None
     other_laws = _other_laws(refit.effect)
@@ -82,16 +82,16 @@ def fit_other_laws(arrangement: Arrangement, beside: float, refit: Refit) -> lis
 
 
 def find_better(laws: Sequence[FittedLaw], chance: float) -> FittedLaw | None:
-    """The law that tells the data best, if it is better than that of the effect."""
+    """The law that describes the data best, if it is better than that of the effect; else None."""
     better = [law for law in laws if law.is_better(chance)]
     return max(better, key=lambda law: law.whole_gain, default=None)
 
 
-def find_rivals(laws: Sequence[FittedLaw], refuted: float) -> list[FittedLaw]:
+def find_alternatives(laws: Sequence[FittedLaw], refuted: float) -> list[FittedLaw]:
     """Laws that the data do not refute, the best first; of those of one kind the best."""
     found: dict[str, FittedLaw] = {}
     for law in sorted(laws, key=lambda law: -law.whole_gain):
-        if law.is_rival(refuted) and law.refit.effect is not None:
+        if law.is_alternative(refuted) and law.refit.effect is not None:
             found.setdefault(law.refit.effect.kind, law)
     return [*found.values()]
 
@@ -104,10 +104,11 @@ def _fit(arrangement: Arrangement, beside: float, refit: Refit, law: ForceLaw) -
     values, deviations = (each[-count:].tolist() for each in (fit.values, fit.deviation))
     return FittedLaw(
         refit=tested, gain=beside - arrangement.cost_with_error_left(fit),
-        held_gain=refit.held_cost - tested.held_cost, words=law.describe(values, deviations),
+        held_out_gain=refit.held_out_cost - tested.held_out_cost, words=law.describe(values, deviations),
         is_distinct=law.is_distinct(values, deviations),
     )  # fmt: skip
 
 
 def _other_laws(effect: Effect) -> OtherLaws | None:
-    return next((kind.other_laws for kind in EFFECTS if kind.name == effect.kind), None)
+    kind = find_kind(effect)
+    return None if kind is None else kind.other_laws

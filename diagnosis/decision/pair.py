@@ -11,14 +11,14 @@ from operator import attrgetter
 import numpy as np
 
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.evidence import support
-from diagnosis.decision.leftover import with_effect
+from diagnosis.decision.evidence import compute_log_density
+from diagnosis.decision.residual_explanation import add_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finalist import Finalist, compare
 from diagnosis.fit.fit_parameter import Values
 from diagnosis.fit.problem import Refit
-from diagnosis.unknown_force import find_unknown_forces, misfit
+from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,8 +31,8 @@ class Pair:
         The fit with both, tested as one of each effect: it gains what both gain beyond the other one alone.
     alone
         The second effect alone.
-    rivals
-        Fits of other effects in place of the first one.
+    alternatives
+        Fits of other effects in place of the first one, beside the second.
     force
         Excess gain of an unknown force beside both [-].
     """
@@ -40,17 +40,17 @@ class Pair:
     first: Finalist
     second: Finalist
     alone: Finalist
-    rivals: tuple[Finalist, ...]
+    alternatives: tuple[Finalist, ...]
     force: float
 
     @property
     def ranked(self) -> list[Finalist]:
-        """The first effect, then those in its place, the one that explains most of these first."""
-        return [self.first, *sorted(self.rivals, key=lambda each: -support(each.refit))]
+        """The first effect, then the alternatives by falling density."""
+        return [self.first, *sorted(self.alternatives, key=lambda each: -compute_log_density(each.refit))]
 
 
 def fit_pair(
-    arrangement: Arrangement, before: Refit, first: Refit, further: Refit, others: Sequence[Refit] = ()
+    arrangement: Arrangement, baseline: Refit, first: Refit, further: Refit, others: Sequence[Refit] = ()
 ) -> Pair:
     """Fit two effects together, and others in place of the first one.
 
@@ -58,7 +58,7 @@ def fit_pair(
     ----------
     arrangement
         Arrangement by the covariance of the model with the first effect, and the fit with it.
-    before
+    baseline
         Fit without an effect.
     first, further
         The first effect alone, and the further one beside it.
@@ -66,40 +66,42 @@ def fit_pair(
         Other effects alone.
     """
     one, second = _effect_of(first), _effect_of(further)
-    (before_second, own), near = _split(further.fit.values, second), further.fit.prediction
-    calibrated, _ = _split(before_second, one)
+    (values_of_both, own), nearby = _split(further.fit.values, second), further.fit.prediction
+    calibrated, _ = _split(values_of_both, one)
 
     def fit(effects: Sequence[Effect], start: Values, by: Comparison | None = None) -> Arrangement:
         """The further effect beside others."""
-        return arrangement.refit_from([*effects, second], np.append(start, own), near, by)
+        return arrangement.with_refit_from([*effects, second], np.append(start, own), nearby, by)
 
     def test(found: Arrangement) -> Finalist:
         """A fit as one of the further effect, with the density of all data."""
         tested = found.tested(second, found.fit)
-        return Finalist(refit=replace(tested, cost=found.cost + tested.held_cost), arrangement=found)
+        return Finalist(refit=replace(tested, cost=found.cost + tested.held_out_cost), arrangement=found)
 
     def beside(effect: Effect, found: Finalist) -> Finalist:
         """The fit with both as one of an effect beside the further one."""
         return _compare(replace(found, refit=replace(found.refit, effect=effect, beside=second)), alone)
 
-    both = test(fit([one], before_second))
+    both = test(fit([one], values_of_both))
     # What the first effect has moved the calibration parameters to may be far from the minimum without it. Where it is
     # not there, the model error is no larger without it, and a larger one would keep the fit from the minimum.
-    starts = ((calibrated, None), (calibrated, both.arrangement.train), (before.fit.values, None))
+    starts = ((calibrated, None), (calibrated, both.arrangement.train), (baseline.fit.values, None))
     alone = test(min((fit([], *start) for start in starts), key=attrgetter("cost")))
     strengths = [(_effect_of(each), _split(each.fit.values, _effect_of(each))[1]) for each in others]
-    forces = find_unknown_forces(with_effect(both.arrangement, both.refit))
+    forces = find_unknown_forces(add_effect(both.arrangement, both.refit))
     return Pair(
         first=beside(one, both),
         second=_compare(both, Finalist(refit=first, arrangement=arrangement)),
         alone=alone,
-        rivals=tuple(beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths),
-        force=max(map(misfit, forces), default=0.0),
+        alternatives=tuple(
+            beside(each, test(fit([each], np.append(calibrated, values)))) for each, values in strengths
+        ),
+        force=max(map(compute_excess_gain, forces), default=0.0),
     )
 
 
 def _compare(both: Finalist, alone: Finalist) -> Finalist:
-    """The fit with both effects with its gains beyond that with one of them."""
+    """The fit with both effects, and its gains over the fit with one of them."""
     gain = alone.arrangement.cost - both.arrangement.cost
     return replace(both, refit=compare(both.refit, alone.refit, gain))
 

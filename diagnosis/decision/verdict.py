@@ -38,7 +38,7 @@ class Finding(Enum):
     UNKNOWN = "unknown"
     """Something is missing, and none of the known effects is it."""
     NOT_CLOSE = "not close"
-    """The model is too far from the measurements for what is missing to be told."""
+    """The model is too far from the measurements to tell what is missing."""
     NOT_TESTABLE = "not testable"
     """No effect would show in these measurements."""
 
@@ -50,22 +50,22 @@ class Verdict(Tabular):
     Parameters
     ----------
     finding
-        Finding.
+        Kind of the verdict.
     effects
         Refits that explain the measurements, best first; empty if none does.
-    before
+    baseline
         Fit of the calibration parameters and added effects alone.
     detectable
         Smallest detectable strength of each candidate, from its vanishing value, by name; infinite if there is none.
     units
         Units of these strengths, by name.
     threshold
-        Detection threshold of the fall of chi^2; none where another gate decides.
+        Detection threshold of the fall of chi^2; none by the held-out error.
     place
         Place of the missing force, if the cause is unknown.
     nearest
         The best of the known effects that pass, if the cause is unknown all the same.
-    model_error
+    model_error_size
         Model error that is left beside noise: beside the effect that passes, or without any.
     pair
         Fits of the first of them with a further one that is missing as well.
@@ -77,7 +77,7 @@ class Verdict(Tabular):
         Laws that the force of the first of them may have instead; the law of the force, if the cause is unknown and a
         law was found.
     probabilities
-        Probability of each named effect, if one that passes is the true one [-]; none where another gate decides.
+        Probability of each named effect, if one that passes is the true one [-]; none by the held-out error.
     held_back
         Calibration parameters that are as far from the case as their priors let a fit go, if the cause is unknown.
     reason
@@ -86,13 +86,13 @@ class Verdict(Tabular):
 
     finding: Finding
     effects: Sequence[Refit]
-    before: Refit
+    baseline: Refit
     detectable: Mapping[str, float]
     units: Mapping[str, str]
     threshold: float | None = None
     place: UnknownForce | None = None
     nearest: Refit | None = None
-    model_error: ErrorSize = NO_ERROR
+    model_error_size: ErrorSize = NO_ERROR
     pair: Pair | None = None
     instead: Finalist | None = None
     alike: Sequence[str] = ()
@@ -101,12 +101,12 @@ class Verdict(Tabular):
     held_back: Sequence[str] = ()
     reason: str = ""
 
-    def with_fits(self, before: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
+    def with_fits(self, baseline: Refit, effects: Sequence[Refit], pair: Pair | None = None) -> "Verdict":
         """The same with other intervals: an effect whose interval holds no effect is not missing without doubt."""
         named = [*effects[:1], *([] if pair is None else [pair.second.refit])]
         doubtful = self.finding is Finding.MISSING and any(each.may_vanish for each in named)
         finding = Finding.AMBIGUOUS if doubtful else self.finding
-        return replace(self, finding=finding, before=before, effects=tuple(effects), pair=pair)
+        return replace(self, finding=finding, baseline=baseline, effects=tuple(effects), pair=pair)
 
     @property
     def further(self) -> Refit | None:
@@ -117,13 +117,13 @@ class Verdict(Tabular):
         """One row per fit, the model as it is first; errors relative to what was measured."""
         import pandas
 
-        fits = [self.before, *self.effects]
+        fits = [self.baseline, *self.effects]
         columns = {
             "strength": [each.strength for each in fits],
             "standard deviation": [each.deviation for each in fits],
             "training error [-]": [each.error for each in fits],
-            "held-out error [-]": [each.held_error for each in fits],
-            "held-out reduced chi-squared [-]": [each.held_chi2 for each in fits],
+            "held-out error [-]": [each.held_out_error for each in fits],
+            "held-out reduced chi-squared [-]": [each.held_out_reduced_chi2 for each in fits],
         }
         return pandas.DataFrame(columns, index=pandas.Index([each.label for each in fits], name="added"))
 
@@ -134,11 +134,12 @@ class Verdict(Tabular):
             return self.reason
         if self.finding is Finding.NOT_CLOSE:
             return (
-                f"The model is not close enough to be diagnosed: beside noise it errs by {self.model_error.words}, and "
-                "neither calibration nor a known effect explains that."
+                "The model is not close enough to be diagnosed: beside noise it errs by "
+                f"{self.model_error_size.words}, and neither calibration nor a known effect explains that."
             )
         if self.finding is Finding.NOTHING:
-            error = f" and model error ({self.model_error.words})" if self.model_error.words else " and numerical error"
+            size = self.model_error_size.words
+            error = f" and model error ({size})" if size else " and numerical error"
             return (
                 f"Nothing is missing beyond noise{error}: no candidate lowers chi^2 by more than chance "
                 f"does ({self.threshold:.3g}) without an objection of the held-out data."
@@ -160,7 +161,7 @@ class Verdict(Tabular):
 
     @property
     def alternative(self) -> str:
-        """What there may be instead of an effect that is named alone and not without doubt."""
+        """Alternative to an effect that is named alone, but is not confirmed, in words."""
         if self.laws:
             return "another force at its place"
         return "the model errs in a way that looks like it, which these data cannot tell"
@@ -179,7 +180,7 @@ class Verdict(Tabular):
         return f"The smallest detectable strengths are: {strengths}." if strengths else ""
 
     def _fall(self, refit: Refit) -> str:
-        return held_out_fall(self.before, refit)
+        return held_out_fall(self.baseline, refit)
 
     def _named(self, refit: Refit) -> str:
         assert refit.effect is not None
@@ -194,13 +195,13 @@ def held_out_fall(before: Refit, after: Refit) -> str:
     """Fall of the held-out error by an effect, in words."""
     falls = [
         f"{plain(100 * was)} to {plain(100 * now)} % in {name}"
-        for was, now, name in zip(before.held_errors, after.held_errors, after.held_names, strict=True)
+        for was, now, name in zip(before.held_out_errors, after.held_out_errors, after.held_out_names, strict=True)
     ]
-    if not falls and not after.held_error < before.held_error:
-        change = f"from {before.held_misfit:.3g} to {after.held_misfit:.3g}"
-        falls_at_all = after.held_misfit < before.held_misfit
+    if not falls and not after.held_out_error < before.held_out_error:
+        change = f"from {before.held_out_reduced_chi2_by_noise:.3g} to {after.held_out_reduced_chi2_by_noise:.3g}"
+        falls_at_all = after.held_out_reduced_chi2_by_noise < before.held_out_reduced_chi2_by_noise
         return f"held-out reduced chi-squared {'falls' if falls_at_all else 'does not fall:'} {change}"
-    whole = f"{plain(100 * before.held_error)} to {plain(100 * after.held_error)} %"
+    whole = f"{plain(100 * before.held_out_error)} to {plain(100 * after.held_out_error)} %"
     return f"the held-out error falls from {', '.join(falls) or whole}"
 
 
@@ -220,7 +221,7 @@ def _within(parameter: EffectParameter, strength: float) -> float:
 
 
 def worth(value: float, half: float) -> int:
-    """Significant digits of a value with half its interval: to the second digit of that one, at least four."""
+    """Significant digits of a value with half its interval: down to the second digit of the half, at least four."""
     if not (np.isfinite([value, half]).all() and value and half > 0):
         return 4
     return max(4, int(np.floor(np.log10(abs(value))) - np.floor(np.log10(half))) + 2)

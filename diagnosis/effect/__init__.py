@@ -10,7 +10,7 @@ from diagnosis.candidate.scale import Scale
 from geometry.registry import Registry
 from hbsolve.state import SteadyState
 
-__all__ = ["EFFECTS", "EffectKind", "OtherLaws"]
+__all__ = ["EFFECTS", "EffectKind", "OtherLaws", "find_kind"]
 
 OtherLaws = Callable[[Effect, float, Model, Sequence[SteadyState]], Sequence[ForceLaw]]
 
@@ -82,3 +82,10 @@ EFFECTS: Registry[EffectKind] = Registry(
     },
     check=_wrong,
 )
+
+
+def find_kind(effect: Effect) -> EffectKind | None:
+    """Registered kind of an effect; None of an effect of one's own that has none."""
+    if effect.kind not in EFFECTS:
+        return None
+    return EFFECTS[effect.kind]

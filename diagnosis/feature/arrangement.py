@@ -12,9 +12,10 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import first_values, make_unknowns
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
-from diagnosis.fit.feature_comparison import NOT_FOUND, FeatureComparison
+from diagnosis.fit.comparison import NOT_FOUND
+from diagnosis.fit.feature_comparison import FeatureComparison
 from diagnosis.fit.fit_parameter import Unknowns
 from diagnosis.fit.problem import Effort, Refit
 from hbsolve.errors import ModelError
@@ -84,8 +85,8 @@ class FeatureArrangement:
         excess = max(1.0, fit.chi2 / max(fit.n_number - n_free, 1))
         wide = replace(fit, covariance=excess * fit.covariance)
         return Refit(
-            effect=effect, fit=wide, held_chi2=squares[1], n_held=len(residual), error=squares[0] ** 0.5,
-            held_error=squares[1] ** 0.5,
+            effect=effect, fit=wide, held_out_reduced_chi2=squares[1], n_held_out=len(residual),
+            error=squares[0] ** 0.5, held_out_error=squares[1] ** 0.5,
         )  # fmt: skip
 
 
@@ -119,7 +120,7 @@ def arrange_features(
         raise CampaignError("all data are held out: leave some to fit")
     train = FeatureComparison.of(fitted)
     unknowns = make_unknowns(base, calibration, [each.effect for each in added])
-    fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), exact=True)
+    fit = calibrate(train, unknowns, first_values(unknowns, added), train.predict(base), ending=Ending.EXACT)
     return FeatureArrangement(
         base=base, calibration=tuple(calibration), added=tuple(added), train=train,
         held_out=FeatureComparison.of(tested), fit=fit,

@@ -12,18 +12,18 @@ from correlation.model import Model
 from correlation.noise.error_size import FAR
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.scale import measure_scale
-from diagnosis.decision.gate import find
+from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
+from diagnosis.diagnose import Diagnosis, ProgressFractions, Report, screen_and_refit
 from diagnosis.feature.arrangement import FeatureArrangement, arrange_features
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.step import RunStep, compute_step
-from diagnosis.time_record.gate import PART, SURE, HeldOutGate
+from diagnosis.time_record.held_out import PART, SURE, HeldOutTest
 
 #: As timed on ring-downs and loops.
-SHARES = Shares(screening=0.3, fits=0.5, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
+PROGRESS = ProgressFractions(screening=0.3, fits=0.5, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
 #: Indications that a verdict tells at least, if there are so many.
 TOLD = 4
 
@@ -60,7 +60,7 @@ def diagnose_features(
     """Diagnose which effect is missing from a model.
 
     An effect is named if the held-out error in excess of the deviations falls enough and throughout, and little is left
-    (`diagnosis.time_record.gate`). Signs that the model does not show are reported in any case.
+    (`diagnosis.time_record.held_out`). Signs that the model does not show are reported in any case.
 
     Parameters
     ----------
@@ -92,13 +92,13 @@ def diagnose_features(
     there = {each.effect.name for each in added}
     catalogue = list_effects(base, without=without, extra=extra, level=find_level(base, data))
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in there))
-    scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, SHARES)
-    refits.sort(key=lambda refit: refit.held_error)
+    scores, baseline, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, PROGRESS)
+    refits.sort(key=lambda refit: refit.held_out_error)
     indications = run_step("indications", lambda: list_indications(arrangement.fit.model, data))
-    verdict = _judge(arrangement, before, refits, data, indications, catalogue)
+    verdict = _judge(arrangement, baseline, refits, data, indications, catalogue)
     report("done", 1.0)
     diagnosis = Diagnosis(
-        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), before=before, refits=tuple(refits),
+        arrangement=arrangement, catalogue=catalogue, scores=tuple(scores), baseline=baseline, refits=tuple(refits),
         verdict=verdict,
     )  # fmt: skip
     return FeatureResult(diagnosis=diagnosis, indications=indications)
@@ -128,8 +128,8 @@ def list_indications(model: Model, data: Sequence[Datum]) -> tuple[Indication, .
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FeatureGate(HeldOutGate):
-    """Gate for effects that lower the held-out error, are clear of zero, and explain what the data show by themselves.
+class FeatureTest(HeldOutTest):
+    """Test of effects: they lower the held-out error, are clear of zero, and explain what the data show by themselves.
 
     Parameters
     ----------
@@ -148,8 +148,8 @@ class FeatureGate(HeldOutGate):
 
     def is_surely_better(self, before: Refit, after: Refit) -> bool:
         """Whether the held-out chi^2 falls significantly, with deviations as large as what is left asks for."""
-        fall = before.n_held * (before.held_chi2 - after.held_chi2)
-        return fall > SURE**2 * max(1.0, after.held_chi2)
+        fall = before.n_held_out * (before.held_out_reduced_chi2 - after.held_out_reduced_chi2)
+        return fall > SURE**2 * max(1.0, after.held_out_reduced_chi2)
 
     def explains(self, refit: Refit) -> bool:
         """Whether little of the error is left, and of every clear indication."""
@@ -165,29 +165,31 @@ class FeatureGate(HeldOutGate):
 
 def _judge(
     arrangement: FeatureArrangement,
-    before: Refit,
+    baseline: Refit,
     refits: Sequence[Refit],
     data: Sequence[Datum],
     indications: Sequence[Indication],
     catalogue: Catalogue,
 ) -> Verdict:
-    """Verdict of the gate; clear indications that no effect explains make it "unknown"."""
+    """Verdict of the test; clear indications that no effect explains make it "unknown"."""
     # Errors are in standard deviations, so that of noise is one.
-    finding, effects = find(FeatureGate(before=before, floor=np.ones(1), data=data, indications=indications), refits)
+    finding, effects = apply_test(
+        FeatureTest(baseline=baseline, floor=np.ones(1), data=data, indications=indications), refits
+    )
     clear = [each for each in indications if each.is_clear]
-    off = arrangement.find_worst_frequency((*effects, before)[0].fit)
+    off = arrangement.find_worst_frequency((*effects, baseline)[0].fit)
     if off is not None and abs(off[1]) > FAR[0]:
         finding, effects = Finding.NOT_CLOSE, []
     elif finding is Finding.NOTHING and clear:
         finding = Finding.UNKNOWN
     units = {each.name: each.parameters[0].unit for each in catalogue.candidates}
-    reason = _reason(finding, before, clear, off)
-    return Verdict(finding=finding, effects=effects, before=before, detectable={}, units=units, reason=reason)
+    reason = _reason(finding, baseline, clear, off)
+    return Verdict(finding=finding, effects=effects, baseline=baseline, detectable={}, units=units, reason=reason)
 
 
-def _reason(finding: Finding, before: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
+def _reason(finding: Finding, baseline: Refit, clear: Sequence[Indication], off: tuple[float, float] | None) -> str:
     """Finding in words, where no effect is named."""
-    size = f"the held-out features differ from the model by {before.held_error:.2g} standard deviations"
+    size = f"the held-out features differ from the model by {baseline.held_out_error:.2g} standard deviations"
     if finding is Finding.NOTHING:
         return f"Nothing is missing beyond the deviations of the features: {size}, and no candidate lowers that surely."
     shown, causes = _most_clear(clear) or size, name_causes(clear)

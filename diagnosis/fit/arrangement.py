@@ -17,7 +17,7 @@ from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.added import AddedEffect
-from diagnosis.fit.calibration import Fit, Matrix, calibrate
+from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_start import fit_under_control
@@ -29,14 +29,14 @@ from diagnosis.fit.weighting import (
     FEW,
     Measured,
     allow_model_error,
-    fade_higher_levels,
-    fade_other_branch,
+    downweight_higher_levels,
+    downweight_other_branch,
     join_measured,
     leave_out_model_error,
+    make_comparison,
+    make_comparisons,
     resize_model_error,
     update_model_error,
-    weigh_together,
-    weighted,
 )
 
 #: Rounds of fit and size of the model error, and the change of the sizes that ends them [-].
@@ -59,7 +59,7 @@ class Arrangement:
         Effects added in earlier rounds; every fit sets their values again.
     train, held_out
         Comparisons with the measurements of a fit, and with those that test it.
-    settled, jitter
+    held_out_without_jitter, jitter
         Held-out comparison without jitter in its covariance, and the jitter as effects with priors, which a test on
         other repeats may set.
     fit
@@ -75,7 +75,7 @@ class Arrangement:
     added: tuple[Effect, ...]
     train: Comparison
     held_out: Comparison
-    settled: Comparison
+    held_out_without_jitter: Comparison
     jitter: tuple[tuple[Effect, float], ...]
     fit: Fit
     budget: Budget
@@ -84,7 +84,7 @@ class Arrangement:
     effort: ClassVar[Effort] = Effort()
 
     @property
-    def left(self) -> ErrorSize:
+    def model_error_size(self) -> ErrorSize:
         """Model error that the fit leaves."""
         return _size(self.train)
 
@@ -92,13 +92,15 @@ class Arrangement:
         """Calibration parameters with their priors; added effects and the given ones without."""
         return make_unknowns(self.base, self.calibration, [*self.added, *effects])
 
-    def refitted(self, train: Comparison, fit: Fit) -> "Arrangement":
+    def with_fit(self, train: Comparison, fit: Fit) -> "Arrangement":
         """The same with another fit, and the model error that it leaves."""
         size = _size(train)
-        held_out, settled = resize_model_error(self.held_out, size), resize_model_error(self.settled, size)
-        return replace(self, train=train, fit=fit, held_out=held_out, settled=settled)
+        return replace(
+            self, train=train, fit=fit, held_out=resize_model_error(self.held_out, size),
+            held_out_without_jitter=resize_model_error(self.held_out_without_jitter, size),
+        )  # fmt: skip
 
-    def refit_with_error_left(self, fit: Fit, by: Comparison) -> "Arrangement":
+    def with_refit(self, fit: Fit, by: Comparison) -> "Arrangement":
         """The same with a fit of other parameters, from its values on, and the model error that it leaves.
 
         Parameters
@@ -111,18 +113,16 @@ class Arrangement:
         # The error of another fit would pull the values astray first.
         train = update_model_error(self.train, fit.prediction)
         slopes = _reweigh(fit, by, train)
-        begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
-        train, settled = _settle(train, begun)
-        return self.refitted(
-            train, calibrate(train, fit.unknowns, settled.values, settled.prediction, slopes=settled.jacobian)
-        )
+        begun = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
+        train, last = _alternate(train, begun)
+        return self.with_fit(train, calibrate(train, fit.unknowns, last.values, last.prediction, slopes=last.jacobian))
 
-    def refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
+    def with_refit_without(self, effect: Effect, fit: Fit) -> "Arrangement":
         """The same with a fit that begins where one with an effect ended, and the model error that it leaves."""
-        return self.refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
+        return self.with_refit_from([], fit.values[: len(fit.values) - len(effect.parameters)], fit.prediction)
 
-    def refit_from(
-        self, effects: Sequence[Effect], values: Values, near: Prediction, by: Comparison | None = None
+    def with_refit_from(
+        self, effects: Sequence[Effect], values: Values, nearby: Prediction, by: Comparison | None = None
     ) -> "Arrangement":
         """The same with a fit of effects that begins from given values, and the model error that it leaves.
 
@@ -132,7 +132,7 @@ class Arrangement:
             Effects beside the calibration parameters and the added effects.
         values
             Values of all of these, shape (p,).
-        near
+        nearby
             Prediction that the states of the fit begin near.
         by
             Comparison that the fit begins with; by default with the model error that the given values leave, so that
@@ -140,8 +140,8 @@ class Arrangement:
         """
         unknowns = self.unknowns(effects)
         if by is None:
-            by = update_model_error(self.train, self.train.predict(unknowns.compose(values), near))
-        return self.refit_with_error_left(calibrate(by, unknowns, values, near, quick=True), by)
+            by = update_model_error(self.train, self.train.predict(unknowns.compose(values), nearby))
+        return self.with_refit(calibrate(by, unknowns, values, nearby, ending=Ending.QUICK), by)
 
     def cost_with_error_left(self, fit: Fit) -> float:
         """Cost of a fit with the model error that it leaves, where there is any without it [-]."""
@@ -156,28 +156,32 @@ class Arrangement:
         """-2 ln of the density of training data, fitted values and model error, up to a constant [-]."""
         return self.fit.chi2 + self.train.log_weight
 
-    def fade_other_branch(self, model: Model) -> "Arrangement":
+    def downweight_other_branch(self, model: Model) -> "Arrangement":
         """The same with next to no weight where a model is on another branch than the structure was."""
         unseen = self.held_out.predictor.predict(model)
-        train = fade_other_branch(self.train, self.train.predictor.predict(model))
-        held_out, settled = fade_other_branch(self.held_out, unseen), fade_other_branch(self.settled, unseen)
-        faded = replace(self, held_out=held_out, settled=settled)
+        train = downweight_other_branch(self.train, self.train.predictor.predict(model))
+        downweighted = replace(
+            self, held_out=downweight_other_branch(self.held_out, unseen),
+            held_out_without_jitter=downweight_other_branch(self.held_out_without_jitter, unseen),
+        )  # fmt: skip
         if train is self.train:
-            return faded
-        fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, quick=True)
+            return downweighted
+        fit = calibrate(train, self.fit.unknowns, self.fit.values, self.fit.prediction, ending=Ending.QUICK)
         # The points that have no weight now were a part of the model error.
-        train, fit = _settle(train, fit)
-        return faded.refitted(train, calibrate(train, fit.unknowns, fit.values, fit.prediction, exact=True))
+        train, fit = _alternate(train, fit)
+        return downweighted.with_fit(
+            train, calibrate(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.EXACT)
+        )
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data, after the jitter of their repeats has been fitted within its priors.
 
-        The model error of the held-out data is of the size that they show: one that the training data have told is too
-        sure of itself where a model errs by more at other levels.
+        The model error of the held-out data has the size that they show: that of the training data is too small where a
+        model errs by more at other levels.
         """
-        return self._test(effect, fit, *_settle(self.settled, self._fit_jitter(fit)))
+        return self._test(effect, fit, *_alternate(self.held_out_without_jitter, self._fit_jitter(fit)))
 
-    def tested_as_drawn(self, model: Model) -> Refit:
+    def test_uncalibrated(self, model: Model) -> Refit:
         """The same test of a model that nothing was fitted to, by the model error of the fit.
 
         Its own is large and takes long to find.
@@ -186,21 +190,22 @@ class Arrangement:
         residual = self.train.residual(prediction)
         whole = np.concatenate([residual, np.zeros(len(self.fit.values))])
         fit = replace(self.fit, model=model, prediction=prediction, chi2=float(residual @ residual), residual=whole)
-        return self._test(None, fit, self.settled, self._fit_jitter(fit))
+        return self._test(None, fit, self.held_out_without_jitter, self._fit_jitter(fit))
 
     def _fit_jitter(self, fit: Fit) -> Fit:
-        """Fit of the jitter of the held-out data to what a fit has left of them."""
+        """Fit of the jitter of the held-out data to their residual of a fit."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
-        return calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
+        return calibrate(self.held_out_without_jitter, unknowns, unknowns.vanishing, fit.prediction)
 
-    def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, settled: Fit) -> Refit:
+    def _test(self, effect: Effect | None, fit: Fit, held_out: Comparison, jitter_fit: Fit) -> Refit:
         return Refit(
-            effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
-            error=self.train.error(fit.prediction), held_error=held_out.error(settled.prediction),
-            n_held=settled.n_number, stated_chi2=_stated_chi2(self.train, fit.prediction),
-            held_stated_chi2=_stated_chi2(held_out, settled.prediction),
-            held_jumps=compute_jump_errors(held_out.observed, settled.prediction, held_out.predictor.sweeps),
-            held_cost=settled.chi2 + held_out.log_weight + _log_width(settled),
+            effect=effect, fit=fit, held_out_reduced_chi2=jitter_fit.chi2 / jitter_fit.n_number,
+            error=self.train.error(fit.prediction), held_out_error=held_out.error(jitter_fit.prediction),
+            n_held_out=jitter_fit.n_number,
+            reduced_chi2_without_model_error=_chi2_without_model_error(self.train, fit.prediction),
+            held_out_reduced_chi2_without_model_error=_chi2_without_model_error(held_out, jitter_fit.prediction),
+            held_out_jumps=compute_jump_errors(held_out.observed, jitter_fit.prediction, held_out.predictor.sweeps),
+            held_out_cost=jitter_fit.chi2 + held_out.log_weight + _log_width(jitter_fit),
         )  # fmt: skip
 
 
@@ -250,7 +255,7 @@ def arrange(
 
 
 def first_values(unknowns: Unknowns, added: Sequence[AddedEffect]) -> Values:
-    """Where a fit begins: calibration parameters as drawn, added effects as they were last, shape (p,)."""
+    """Start of a fit: calibration parameters at their neutral values, added effects at their last ones, shape (p,)."""
     last = [value for each in added for value in each.values]
     return np.array([*unknowns.vanishing[: len(unknowns.prior) - len(last)], *last])
 
@@ -276,13 +281,13 @@ def _compared(
     prediction = sides[0].predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     refined = [each.compose(values) for each in finer]
-    first, _ = weighted(sides[0], model, prediction, budget, refined, FEW, fitted=False)
-    first, fit = _fit_with_model_error(first, unknowns, values, model, prediction, budget.model)
+    first, _ = make_comparison(sides[0], model, prediction, budget, refined, FEW, fitted=False)
+    first, fit = _fit_from_scratch(first, unknowns, values, model, prediction, budget.model)
     if not known:
         finer = [each.calibrated(first, fit) for each in finer]
     refined = [each.compose(fit.values) for each in finer]
     (train, _), unseen = _weigh_sides(sides, fit, budget, refined)
-    train, fit = _fit_with_model_error(train, unknowns, fit.values, fit.model, fit.prediction, budget.model, anew=False)
+    train, fit = _fit_from_fit(train, fit, budget.model)
     if not known:
         finer = [each.calibrated(train, fit) for each in finer]
     return {"train": train, "fit": fit, "finer": tuple(finer), **_unseen(unseen, fit, budget, _size(train))}
@@ -294,11 +299,11 @@ def expect_usual_error(arrangement: Arrangement) -> Arrangement:
     train = allow_model_error(
         leave_out_model_error(arrangement.train), of.model, of.prediction, arrangement.budget.model, usual
     )
-    fit = calibrate(train, of.unknowns, of.values, of.prediction, quick=True)
+    fit = calibrate(train, of.unknowns, of.values, of.prediction, ending=Ending.QUICK)
     return replace(arrangement, train=train, fit=fit)
 
 
-def weigh_beside(
+def arrange_with_effect(
     campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements by the covariance of the model with an effect, and the fit by it, effect included.
@@ -320,9 +325,7 @@ def weigh_beside(
     finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     (train, _), unseen = _weigh_sides(_sides(campaign), fit, of.budget, refined, [of.train, of.held_out])
-    train, fit = _fit_with_model_error(
-        train, fit.unknowns, fit.values, fit.model, fit.prediction, of.budget.model, anew=False
-    )
+    train, fit = _fit_from_fit(train, fit, of.budget.model)
     return replace(of, train=train, fit=fit, **_unseen(unseen, fit, of.budget, _size(train)))
 
 
@@ -342,59 +345,75 @@ def _weigh_sides(
 ) -> list[tuple[Comparison, Scatter]]:
     """Comparisons of training and held-out data by the covariance of a fitted model, which solves each state once."""
     prediction = join_measured(sides).predictor.predict(fit.model, fit.prediction)
-    return weigh_together(sides, fit.model, prediction, budget, refined, likes=likes)
+    return make_comparisons(sides, fit.model, prediction, budget, refined, likes=likes)
 
 
 def _unseen(unseen: tuple[Comparison, Scatter], fit: Fit, budget: Budget, size: ErrorSize) -> dict[str, Any]:
-    """Fields of an arrangement for the held-out data, with model error of a size that others have told."""
+    """Fields of an arrangement for the held-out data, with model error of the size that the training data show."""
     comparison, scatter = unseen
     prediction = comparison.predictor.predict(fit.model, fit.prediction)
     held_out = allow_model_error(comparison, fit.model, prediction, budget.model, size)
-    settled, shifts = _settled(held_out, scatter, fit.model)
-    return {"held_out": held_out, "settled": settled, "jitter": tuple(shifts)}
+    without_jitter, shifts = _take_out_jitter(held_out, scatter, fit.model)
+    return {"held_out": held_out, "held_out_without_jitter": without_jitter, "jitter": tuple(shifts)}
 
 
-def _fit_with_model_error(
-    comparison: Comparison,
-    unknowns: Unknowns,
-    values: Values,
-    model: Model,
-    prediction: Prediction,
-    usual: float,
-    *,
-    anew: bool = True,
+def _fit_from_scratch(
+    comparison: Comparison, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, usual: float
 ) -> tuple[Comparison, Fit]:
-    """Fit, and the comparison with the model error that it leaves.
+    """Fit from start values, and the comparison with the model error that it leaves.
 
-    A fit begins without model error. Another one begins with the error of the start, so that it need not explain what
-    it cannot, where the first ends badly, or where the start is a fit already and not to be searched `anew`. The more
-    probable of both is taken: by contacts that slip, either may end in a minimum that is not the least.
+    The fit begins without model error. Where it ends badly, others begin with the error of the start, so that they need
+    not explain what they cannot. The most probable one is taken: by contacts that slip, each may end in a minimum that
+    is not the least.
     """
     plain = allow_model_error(comparison, model, prediction, usual)
-    if usual:
-        # A start that is a fit already is one of those that are decided by: a quick fit may end above its minimum.
-        fit = calibrate(plain, unknowns, values, prediction, quick=anew)
-        astray = anew and fit.chi2 > ASTRAY * fit.n_number
-        wide = update_model_error(plain, prediction) if astray or not anew else plain
-        found, begins = [_settle(plain, fit)], [values] if _size(wide) != NO_ERROR else []
-        if astray:
-            begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
-        found += [_settle(wide, calibrate(wide, unknowns, each, prediction, quick=True)) for each in begins]
-        plain, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
-        if _size(plain) != NO_ERROR:
-            return plain, calibrate(plain, unknowns, fit.values, fit.prediction, slopes=fit.jacobian, exact=True)
-        values, prediction = fit.values, fit.prediction
-    return plain, _calibrated(plain, unknowns, values, prediction)
+    if not usual:
+        return plain, _calibrated(plain, unknowns, values, prediction)
+    fit = calibrate(plain, unknowns, values, prediction, ending=Ending.QUICK)
+    found = [_alternate(plain, fit)]
+    if fit.chi2 > ASTRAY * fit.n_number:
+        wide = update_model_error(plain, prediction)
+        begins = [values] if _size(wide) != NO_ERROR else []
+        begins.append(fit_under_control(comparison, unknowns, values, usual).fit.values)
+        found += [_alternate(wide, calibrate(wide, unknowns, each, prediction, ending=Ending.QUICK)) for each in begins]
+    return _finish_most_probable(found)
 
 
-def _settle(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
+def _fit_from_fit(comparison: Comparison, fit: Fit, usual: float) -> tuple[Comparison, Fit]:
+    """Fit that begins where another one ended, and the comparison with the model error that it leaves.
+
+    One begins without model error, and one with that of the start, so that it need not explain what it cannot. The more
+    probable one is taken.
+    """
+    unknowns, values, prediction = fit.unknowns, fit.values, fit.prediction
+    plain = allow_model_error(comparison, fit.model, prediction, usual)
+    if not usual:
+        return plain, _calibrated(plain, unknowns, values, prediction)
+    # A quick fit may end above its minimum.
+    found = [_alternate(plain, calibrate(plain, unknowns, values, prediction))]
+    wide = update_model_error(plain, prediction)
+    if _size(wide) != NO_ERROR:
+        found.append(_alternate(wide, calibrate(wide, unknowns, values, prediction, ending=Ending.QUICK)))
+    return _finish_most_probable(found)
+
+
+def _finish_most_probable(found: Sequence[tuple[Comparison, Fit]]) -> tuple[Comparison, Fit]:
+    """The fit of the least -2 ln p by its own covariance, brought to its minimum."""
+    comparison, fit = min(found, key=lambda pair: pair[1].chi2 + pair[0].log_weight)
+    begin = fit.unknowns, fit.values, fit.prediction
+    if _size(comparison) == NO_ERROR:
+        return comparison, _calibrated(comparison, *begin)
+    return comparison, calibrate(comparison, *begin, slopes=fit.jacobian, ending=Ending.EXACT)
+
+
+def _alternate(comparison: Comparison, fit: Fit) -> tuple[Comparison, Fit]:
     """Size of the model error and quick fit in turn, by which -2 ln p of both falls, until neither changes."""
     for _ in range(ROUNDS):
         resized = update_model_error(comparison, fit.prediction)
         if _size(resized).is_near(_size(comparison), SETTLED):
             break
         slopes, comparison = _reweigh(fit, comparison, resized), resized
-        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, quick=True)
+        fit = calibrate(comparison, fit.unknowns, fit.values, fit.prediction, slopes=slopes, ending=Ending.QUICK)
     return comparison, fit
 
 
@@ -413,28 +432,30 @@ def _calibrated(
     values: Values,
     prediction: Prediction,
 ) -> Fit:
-    """First fit; where it may have missed the minimum, a second one starts from a fit of the lowest level alone.
+    """First fit; where it may have missed the minimum, a second one starts from a fit to the lowest level alone.
 
     Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
     the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the
     resonance is. A missing effect makes a fit bad as well; both starts then end alike.
     """
-    fit = calibrate(comparison, unknowns, values, prediction, exact=True)
+    fit = calibrate(comparison, unknowns, values, prediction, ending=Ending.EXACT)
     if fit.chi2 <= ASTRAY * fit.n_number:
         return fit
-    anew = fit_from_lowest_level(comparison, unknowns, values, prediction)
-    return min(fit, anew, key=lambda each: each.chi2)
+    second = fit_from_lowest_level(comparison, unknowns, values, prediction)
+    return min(fit, second, key=lambda each: each.chi2)
 
 
 def fit_from_lowest_level(
-    comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, *, quick: bool = False
+    comparison: Comparison, unknowns: Unknowns, values: Values, prediction: Prediction, ending: Ending = Ending.EXACT
 ) -> Fit:
-    """Fit that begins where one to the lowest level alone ends; its Jacobian is of its values, unless it is quick."""
-    near = calibrate(fade_higher_levels(comparison), unknowns, values, prediction, quick=quick)
-    return calibrate(comparison, unknowns, near.values, near.prediction, exact=not quick, quick=quick)
+    """Fit that begins where one to the lowest level alone ends; both end alike."""
+    near = calibrate(downweight_higher_levels(comparison), unknowns, values, prediction, ending=ending)
+    return calibrate(comparison, unknowns, near.values, near.prediction, ending=ending)
 
 
-def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Comparison, list[tuple[Effect, float]]]:
+def _take_out_jitter(
+    comparison: Comparison, seen: Scatter, model: Model
+) -> tuple[Comparison, list[tuple[Effect, float]]]:
     """Comparison without jitter in its covariance, and the jitter as effects with priors."""
     n_jitter = sum(len(covariance) for covariance in seen.jitter)
     modes = comparison.whitening.modes
@@ -458,7 +479,7 @@ def _log_width(fit: Fit) -> float:
     return float(np.linalg.slogdet(scaled.T @ scaled)[1])
 
 
-def _stated_chi2(comparison: Comparison, prediction: Prediction) -> float | None:
+def _chi2_without_model_error(comparison: Comparison, prediction: Prediction) -> float | None:
     """Reduced chi-squared without model error, if there is any."""
     if comparison.model_error is None:
         return None

@@ -13,6 +13,7 @@ Nocedal and Wright, Numerical Optimization (2006), sections 10.3 and 11.1.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Any, Protocol
 
 import numpy as np
@@ -61,6 +62,17 @@ class Search:
         return self.gain + self.share * chi2
 
 
+class Ending(Enum):
+    """Jacobian that a fit ends with."""
+
+    QUICK = "quick"
+    """Any, one that was updated as well."""
+    CONFIRMED = "confirmed"
+    """One that was computed where the fit ends, unless it runs out of steps."""
+    EXACT = "exact"
+    """One that was computed where the fit ends, in any case."""
+
+
 class Data(Protocol):
     """Measurements of one kind to compare a model with; a prediction is steady states, or time series with starts."""
 
@@ -69,7 +81,7 @@ class Data(Protocol):
         """Limits of fits to it."""
         ...
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Any:
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Any:
         """Prediction of a model, from one nearby, and from the starts of the data.
 
         Raises
@@ -116,7 +128,7 @@ class Fit:
     residual
         Whitened residual with the rows of the priors below, shape (m + p,) [-].
     jacobian
-        Jacobian of -residual, shape (m + p, p); updated from an earlier one unless the fit is exact.
+        Jacobian of -residual, shape (m + p, p); of its values if the fit ends `EXACT`, else it may be an updated one.
     """
 
     unknowns: Unknowns
@@ -152,12 +164,11 @@ def calibrate(
     comparison: Data,
     unknowns: Unknowns,
     start: Values,
-    before: Any = None,
+    nearby: Any = None,
     report: Callable[[float], None] | None = None,
     *,
     slopes: Matrix | None = None,
-    exact: bool = False,
-    quick: bool = False,
+    ending: Ending = Ending.CONFIRMED,
 ) -> Fit:
     """Minimise chi^2 from a start.
 
@@ -169,16 +180,14 @@ def calibrate(
         Parameters.
     start
         Start values, shape (p,).
-    before
+    nearby
         Prediction nearby.
     report
         Called with chi^2 after each step.
     slopes
         Jacobian near the start, shape (m + p, p); computed by default.
-    exact
-        Whether the Jacobian of the result must be computed at its values.
-    quick
-        Whether the fit may end by an updated Jacobian.
+    ending
+        Jacobian that the fit ends with.
 
     Raises
     ------
@@ -186,7 +195,7 @@ def calibrate(
         Even the model without any change has no prediction.
     """
     size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
-    here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), before)
+    here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), nearby)
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
     for _ in range(search.steps):
@@ -194,8 +203,7 @@ def calibrate(
         enough = search.enough(here.chi2)
         there = _trial(comparison, unknowns, trial, here) if expected >= enough else here
         gained = here.chi2 - there.chi2
-        if gained < enough and not fresh and not quick:
-            # Only a Jacobian computed here may end the fit.
+        if gained < enough and not fresh and ending is not Ending.QUICK:
             jacobian, fresh = _jacobian(comparison, unknowns, here), True
             continue
         if expected < enough:
@@ -210,7 +218,7 @@ def calibrate(
             damping, failures = max(damping, 1e-4) * MORE, failures + 1
             if failures > search.failures:
                 break
-    if exact and not fresh:
+    if ending is Ending.EXACT and not fresh:
         jacobian = _jacobian(comparison, unknowns, here)
     return Fit(
         unknowns=unknowns, values=here.values, chi2=here.chi2, model=here.model,
@@ -234,9 +242,9 @@ class _Evaluation:
     chi2: float
 
 
-def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
+def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     model = unknowns.compose(values)
-    prediction = comparison.predict(model, before, values[: unknowns.n_start])
+    prediction = comparison.predict(model, nearby, values[: unknowns.n_start])
     centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
     away = (centre - values) / unknowns.prior
     residual = np.concatenate([comparison.residual(prediction), away])
@@ -245,14 +253,14 @@ def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, before: Any)
     )
 
 
-def _start(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
+def _start(comparison: Data, unknowns: Unknowns, values: Values, nearby: Any) -> _Evaluation:
     """As `_evaluate`, nearer to no effect where the model of the start has no prediction."""
     for share in NEARER[:-1]:
         try:
-            return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), before)
+            return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), nearby)
         except ModelError:
             continue
-    return _evaluate(comparison, unknowns, unknowns.vanishing, before)
+    return _evaluate(comparison, unknowns, unknowns.vanishing, nearby)
 
 
 def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:

@@ -20,8 +20,8 @@ from diagnosis.fit.fit_parameter import Unknowns, Values
 from diagnosis.fit.reading_slopes import differentiate_readings
 
 #: Factor on the deviations of numbers that a calibration leaves out.
-FAINT = 1e3
-#: Residual of a number without a steady state, in standard deviations: a model without one fits badly.
+EXCLUDED_FACTOR = 1e3
+#: Residual of a number that a model has no prediction of, in standard deviations: such a model fits badly.
 NOT_FOUND = 10.0
 
 
@@ -45,7 +45,7 @@ class Comparison:
         Standard deviation of each number in a single repeat by noise alone, shape (m,).
     model_error
         Model error in the covariance, if it has any.
-    faded
+    deviation_factor
         Factors on the deviations of outlying numbers in the covariance, shape (m,); None where none outlies.
     """
 
@@ -56,11 +56,11 @@ class Comparison:
     predictor: Predictor
     noise: Vector
     model_error: ModelError | None = None
-    faded: Vector | None = None
+    deviation_factor: Vector | None = None
 
     search: ClassVar[Search] = Search()
 
-    def predict(self, model: Model, before: Prediction | None = None, starts: Values | None = None) -> Prediction:
+    def predict(self, model: Model, nearby: Prediction | None = None, starts: Values | None = None) -> Prediction:
         """Steady states of the model, which have no starts.
 
         Raises
@@ -69,7 +69,7 @@ class Comparison:
             The structure is not supported.
         """
         del starts
-        return self.predictor.predict(model, before)
+        return self.predictor.predict(model, nearby)
 
     def residual(self, prediction: Prediction) -> Vector:
         """S^(-1/2) (measured - predicted), shape (m,) [standard deviations]."""
@@ -121,15 +121,15 @@ class Comparison:
         prior = 0.0 if self.model_error is None else self.model_error.prior
         return self.whitening.log_determinant + prior
 
-    def fade(self, factor: Vector | None) -> "Comparison":
+    def scale_deviations(self, factor: Vector | None) -> "Comparison":
         """The same with factors on the deviations of numbers, shape (m,), or without any."""
         if factor is None:
             return self
-        faded = factor if self.faded is None else factor * self.faded
+        deviation_factor = factor if self.deviation_factor is None else factor * self.deviation_factor
         if self.model_error is None:
-            return replace(self, whitening=_scale(self.whitening, factor), faded=faded)
+            return replace(self, whitening=_scale(self.whitening, factor), deviation_factor=deviation_factor)
         error = replace(self.model_error, without=_scale(self.model_error.without, factor))
-        return replace(self, whitening=error.whitening, model_error=error, faded=faded)
+        return replace(self, whitening=error.whitening, model_error=error, deviation_factor=deviation_factor)
 
     def has_prediction(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
         """Mask of the numbers that have a prediction."""

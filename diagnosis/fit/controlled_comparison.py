@@ -87,11 +87,11 @@ class ControlledComparison:
         return replace(self, deviation=factor * self.deviation)
 
     def predict(
-        self, model: Model, before: ControlledPrediction | None = None, starts: Values | None = None
+        self, model: Model, nearby: ControlledPrediction | None = None, starts: Values | None = None
     ) -> ControlledPrediction:
         """States of the model at the measured motions, which have no starts."""
         del starts
-        return self.predictor.predict(model, before)
+        return self.predictor.predict(model, nearby)
 
     def residual(self, prediction: ControlledPrediction) -> Vector:
         """Measured less predicted, shape (m + f,) [standard deviations]."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration import Ending, Fit, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.controlled_comparison import ControlledComparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
@@ -32,13 +32,13 @@ class ControlledFit:
         Measurements, with deviations so large that chi^2 is as expected.
     fit
         The fit.
-    misfit
+    error_factor
         Factor on the deviations of noise and usual model error [-].
     """
 
     comparison: ControlledComparison
     fit: Fit
-    misfit: float
+    error_factor: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,24 +69,24 @@ def fit_under_control(comparison: Comparison, unknowns: Unknowns, start: Values,
     usual
         Usual error of readings [-]; zero for what is usual elsewhere.
     """
-    size, values, misfit, fit = ErrorSize.usual(usual or USUAL), unknowns.clipped(start), 1.0, None
+    size, values, error_factor, fit = ErrorSize.usual(usual or USUAL), unknowns.clipped(start), 1.0, None
     weighed = ControlledComparison.from_comparison(comparison, unknowns.compose(values), size)
     for number in range(ROUNDS):
         model = unknowns.compose(values)
         plain = ControlledComparison.from_comparison(comparison, model, size) if number else weighed
         if fit is None:
             # A large error first, so that priors count.
-            misfit = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
-        weighed, before = plain.scaled(misfit), weighed
+            error_factor = max(1.0, _root_mean_square(plain.residual(plain.predict(model))))
+        weighed, before = plain.scaled(error_factor), weighed
         # The predictions are the same: their deviations are others.
         ratio = (before.deviation / weighed.deviation)[:, None]
         slopes = None if fit is None else fit.reweigh(partial(np.multiply, ratio))
-        fit = calibrate(weighed, unknowns, values, slopes=slopes, quick=True)
+        fit = calibrate(weighed, unknowns, values, slopes=slopes, ending=Ending.QUICK)
         values = fit.values
-        misfit *= _root_mean_square(fit.residual[: fit.n_number])
-        misfit = max(misfit, 1.0)
+        error_factor *= _root_mean_square(fit.residual[: fit.n_number])
+        error_factor = max(error_factor, 1.0)
     assert fit is not None
-    return ControlledFit(comparison=weighed, fit=fit, misfit=misfit)
+    return ControlledFit(comparison=weighed, fit=fit, error_factor=error_factor)
 
 
 def find_controlled_starts(
@@ -108,7 +108,7 @@ def find_controlled_starts(
     unknowns = problem.unknowns([])
     without = fit_under_control(comparison, unknowns, unknowns.vanishing, usual)
     weighed = without.comparison
-    exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, exact=True)
+    exact = calibrate(weighed, unknowns, without.fit.values, without.fit.prediction, ending=Ending.EXACT)
     gains = compute_slope_gains(_Controlled(of=problem, train=weighed, fit=exact), effects)
     found = []
     for number in np.argsort(-gains)[: problem.effort.most]:
@@ -119,7 +119,7 @@ def find_controlled_starts(
             found.append((effect, fit_under_control(comparison, more, start, usual)))
         except ModelError:
             continue  # a structure with so much of it is not supported
-    return [(effect, each.fit.values) for effect, each in sorted(found, key=lambda pair: pair[1].misfit)]
+    return [(effect, each.fit.values) for effect, each in sorted(found, key=lambda pair: pair[1].error_factor)]
 
 
 def _root_mean_square(residual: Values) -> float:

@@ -53,7 +53,7 @@ STEP, CLOSE, FLAT = 0.5, 0.02, 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyFit:
-    """Factors that the families want.
+    """Result of a calibration onto families.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class FamilyFit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FamilyTarget:
-    """What is fitted.
+    """Measured families and their errors, with the score of a model against them.
 
     Parameters
     ----------
@@ -134,11 +134,11 @@ def fit_families(
     start
         Values to start from, shape (p,) [unit of each].
     target
-        What is fitted.
+        Families, and the score of a model.
     most
         Evaluations at most [-].
     report
-        Progress.
+        Called with the number of evaluations, and their largest number [-].
     """
     centre = np.array([item.parameters[0].vanishes for item in calibration_parameters])
     deviation = np.array([item.deviation for item in calibration_parameters])

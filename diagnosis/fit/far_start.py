@@ -9,22 +9,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.candidate.effect import Effect, EffectParameter
-from diagnosis.effect import EFFECTS
 from diagnosis.fit.calibration import Vector
-from diagnosis.fit.fit_parameter import Values
+from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import Problem
-from diagnosis.fit.refit import MOST_RUGGED
+from diagnosis.fit.refit import MOST_RUGGED, is_rugged
 
 
 def list_far_starts(problem: Problem, effects: Sequence[Effect]) -> list[tuple[Effect, Values]]:
     """The fitted values with far strengths of the first few effects that are ratios, or act through slip alone."""
-    kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
     starts: list[tuple[Effect, Values]] = []
-    far = [each for each in effects if each.kind in kinds or each.parameters[0].vanishes > 0]
+    far = [each for each in effects if is_rugged(each) or each.parameters[0].vanishes > 0]
     for effect in far[:MOST_RUGGED]:
-        rest = [each.vanishes for each in effect.parameters[1:]]
         strengths = list_far_strengths(effect.parameters[0])
-        starts += [(effect, np.array([*problem.fit.values, strength, *rest])) for strength in strengths]
+        starts += [(effect, make_start(problem.fit.values, effect, strength)) for strength in strengths]
     return starts
 
 

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from correlation.data_type.registry import DATA_TYPES, Datum, Features
 from correlation.errors import CampaignError
 from correlation.model import Model
-from diagnosis.fit.calibration import Data, Fit, Matrix, Search, Vector, calibrate, inverse
+from diagnosis.fit.calibration import Data, Ending, Fit, Matrix, Search, Vector, calibrate, inverse
+from diagnosis.fit.comparison import NOT_FOUND
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
-#: Residual of a feature without a prediction, in standard deviations.
-NOT_FOUND = 10.0
 #: Step of a difference of predictions, relative to the typical size of a parameter: large beside their accuracy (1e-5
 #: of a backbone), small beside the curvature of what a parameter does.
 STEP = 0.02
@@ -53,14 +52,14 @@ class FeatureComparison:
         """Their standard deviations, shape (m,)."""
         return np.concatenate([[], *(item.deviation for item in self.features)])
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Vector:
-        """What a model predicts for all features, shape (m,); NaN where it is a trial that has no answer.
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> Vector:
+        """Prediction of all features, shape (m,); NaN where the model has none.
 
         Parameters
         ----------
         model
             A model.
-        before
+        nearby
             Prediction of a model that this one is a variation of; None for the first one.
         starts
             None of these data has any.
@@ -77,7 +76,7 @@ class FeatureComparison:
                 predicted.append(DATA_TYPES[datum.type].predict(model, datum))
             except (CampaignError, np.linalg.LinAlgError):
                 # A trial value may take a mode out of a sensor's sight, or make a mass negative.
-                if before is None:
+                if nearby is None:
                     raise
                 predicted.append(np.full(len(features.value), np.nan))
         return np.concatenate([[], *predicted])
@@ -109,7 +108,7 @@ class FeatureComparison:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JoinedComparison:
-    """Two comparisons that one model is fitted to; a prediction is a pair."""
+    """Two comparisons that one model is fitted to; its prediction is a pair of both."""
 
     first: Data
     second: Data
@@ -119,9 +118,9 @@ class JoinedComparison:
         """Limits of fits: those of the first."""
         return self.first.search
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> tuple[Any, Any]:
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> tuple[Any, Any]:
         """Predictions of both."""
-        one, other = before or (None, None)
+        one, other = nearby or (None, None)
         return self.first.predict(model, one, starts), self.second.predict(model, other)
 
     def residual(self, prediction: tuple[Any, Any]) -> Vector:
@@ -169,5 +168,5 @@ def fit_together(first: Data, fit: Fit, data: Sequence[Datum]) -> Fit:
     second = FeatureComparison.of(data)
     joined = JoinedComparison(first=first, second=second)
     begin = fit.prediction, second.predict(fit.model)
-    result = calibrate(joined, fit.unknowns, fit.values, begin, exact=True)
+    result = calibrate(joined, fit.unknowns, fit.values, begin, ending=Ending.EXACT)
     return replace(result, prediction=result.prediction[0])

@@ -1,10 +1,11 @@
 """Finalists: effects fitted to the end, each by the covariance of its own model as well.
 
-The covariance of a model that lacks an effect is wrong where this effect acts, and so is what it says of others. That
-of the model with the effect is wrong where the effect is not there. An effect gains what it gains by both.
+The covariance of a model that lacks an effect is wrong where the effect is present, and that of a model with the effect
+is wrong where it is absent. The gain of an effect is therefore the smaller one of its gains by both covariances.
 
-By either, the fits with the effect and without have a model error of their own size: what is missing may have been
-taken for model error, and the gain is the fall of -2 ln p, in which a larger covariance costs its determinant.
+By either covariance, the fits with the effect and without have model errors of their own sizes, since a missing effect
+may have been taken for model error. The gain is the fall of -2 ln p, in which a larger covariance costs its
+determinant.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,8 +17,8 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.error_size import ErrorSize
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.arrangement import Arrangement, fit_from_lowest_level, weigh_beside
-from diagnosis.fit.calibration import Fit
+from diagnosis.fit.arrangement import Arrangement, arrange_with_effect, fit_from_lowest_level
+from diagnosis.fit.calibration import Ending, Fit
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.fit.weighting import resize_model_error
@@ -42,10 +43,10 @@ class Finalist:
         return self.refit.name
 
 
-def weigh(
+def refit_by_own_covariance(
     campaign: Campaign,
     arrangement: Arrangement,
-    before: Refit,
+    baseline: Refit,
     catalogue_of: Callable[[Model], Catalogue],
     by: Comparison,
     refit: Refit,
@@ -56,7 +57,7 @@ def weigh(
     ----------
     campaign, arrangement
         Measurements and model.
-    before
+    baseline
         Fit without an effect by `arrangement`.
     catalogue_of
         As in `diagnosis.fit.arrangement.arrange`.
@@ -64,55 +65,57 @@ def weigh(
         Fit with the effect, and the comparison that it was fitted to.
     """
     assert refit.effect is not None
-    settled, fit = _refit(arrangement, refit.fit, by)
-    beside = weigh_beside(campaign, arrangement, refit.effect, fit, catalogue_of)
-    lacking = beside.refit_with_error_left(before.fit, arrangement.train)
-    nothing = arrangement
-    if min(nothing.cost - settled.cost, lacking.cost - beside.cost) > arrangement.effort.worthless:
+    # By the covariance that all fits have in common, which is that of `arrangement`, and by its own.
+    common, fit = _refit(arrangement, refit.fit, by)
+    own = arrange_with_effect(campaign, arrangement, refit.effect, fit, catalogue_of)
+    own_without = own.with_refit(baseline.fit, arrangement.train)
+    common_without = arrangement
+    if min(common_without.cost - common.cost, own_without.cost - own.cost) > arrangement.effort.worthless:
         # A fit without the effect that is not at its minimum would leave the effect a gain that is none.
-        nothing = min(nothing, nothing.refit_without(refit.effect, settled.fit), key=attrgetter("cost"))
-        lacking = min(lacking, beside.refit_without(refit.effect, beside.fit), key=attrgetter("cost"))
-    with_effect = [each.tested(refit.effect, each.fit) for each in (settled, beside)]
+        common_without = min(
+            common_without, common_without.with_refit_without(refit.effect, common.fit), key=attrgetter("cost")
+        )
+        own_without = min(own_without, own.with_refit_without(refit.effect, own.fit), key=attrgetter("cost"))
+    tested = [each.tested(refit.effect, each.fit) for each in (common, own)]
     without = [
-        before if nothing is arrangement else nothing.tested(None, nothing.fit),
-        lacking.tested(None, lacking.fit),
+        baseline if common_without is arrangement else common_without.tested(None, common_without.fit),
+        own_without.tested(None, own_without.fit),
     ]
-    own = with_effect[1]
-    weighed = replace(
-        own,
-        gain=min(nothing.cost - settled.cost, lacking.cost - beside.cost),
-        held_gain=min(one.held_cost - other.held_cost for one, other in zip(without, with_effect, strict=True)),
-        cost=beside.cost + own.held_cost,
-        worsens=any(is_worse(own, each) for each in without),
+    compared = replace(
+        tested[1],
+        gain=min(common_without.cost - common.cost, own_without.cost - own.cost),
+        held_out_gain=min(one.held_out_cost - other.held_out_cost for one, other in zip(without, tested, strict=True)),
+        cost=own.cost + tested[1].held_out_cost,
+        worsens=any(is_worse(tested[1], each) for each in without),
     )
-    return Finalist(refit=weighed, arrangement=beside)
+    return Finalist(refit=compared, arrangement=own)
 
 
-def weigh_each(
-    searched: Arrangement,
+def refit_each_by_own_covariance(
+    screening: Arrangement,
     refits: Sequence[Refit],
-    weigh_one: Callable[[Refit], Finalist],
+    refit_one: Callable[[Refit], Finalist],
     run_step: RunStep = compute_step,
 ) -> list[Finalist]:
     """Fit effects anew, each by the covariance of its own model, until the rest is too far behind one that gains.
 
     Parameters
     ----------
-    searched
+    screening
         Arrangement that the effects were fitted by.
     refits
         Fits with each effect, the best first.
-    weigh_one
-        Fits one of them, as `weigh` does with its other arguments given.
+    refit_one
+        Fits one of them, as `refit_by_own_covariance` does with its other arguments given.
     run_step
         Looks up the stored result of a step, or computes it.
     """
     found: list[Finalist] = []
-    costs = [searched.cost_with_error_left(each.fit) for each in refits]
+    costs = [screening.cost_with_error_left(each.fit) for each in refits]
     for each, cost in zip(refits, costs, strict=True):
-        gains = any(min(other.refit.gain, other.refit.held_gain) > 0 and not other.refit.worsens for other in found)
-        if not gains or cost < min(costs) + searched.effort.far_behind:
-            found.append(run_step(f"{each.name} by its own covariance", partial(weigh_one, each)))
+        gains = any(min(other.refit.gain, other.refit.held_out_gain) > 0 and not other.refit.worsens for other in found)
+        if not gains or cost < min(costs) + screening.effort.far_behind:
+            found.append(run_step(f"{each.name} by its own covariance", partial(refit_one, each)))
     return found
 
 
@@ -123,22 +126,24 @@ def _refit(arrangement: Arrangement, fit: Fit, by: Comparison) -> tuple[Arrangem
     without the effect may have moved the calibration parameters into the wrong one. That leaves an unusual model error.
     Another fit then begins with the lowest level alone, where the model is almost linear, and the more probable counts.
     """
-    settled, usual = arrangement.refit_with_error_left(fit, by), ErrorSize.usual(arrangement.budget.model)
-    if settled.left.is_within(usual):
-        return settled, fit
+    found, usual = arrangement.with_refit(fit, by), ErrorSize.usual(arrangement.budget.model)
+    if found.model_error_size.is_within(usual):
+        return found, fit
     train = resize_model_error(arrangement.train, usual)
-    anew = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, quick=True)
-    other = arrangement.refit_with_error_left(anew, train)
-    return (other, other.fit) if other.cost < settled.cost else (settled, fit)
+    second = fit_from_lowest_level(train, fit.unknowns, fit.values, fit.prediction, ending=Ending.QUICK)
+    other = arrangement.with_refit(second, train)
+    return (other, other.fit) if other.cost < found.cost else (found, fit)
 
 
 def compare(refit: Refit, without: Refit, gain: float) -> Refit:
     """The test of a fit with its gains beyond one that lacks an effect, of which that of the training data is given."""
-    held_gain = without.held_cost - refit.held_cost
-    return replace(refit, gain=gain, held_gain=held_gain, worsens=is_worse(refit, without))
+    held_out_gain = without.held_out_cost - refit.held_out_cost
+    return replace(refit, gain=gain, held_out_gain=held_out_gain, worsens=is_worse(refit, without))
 
 
 def is_worse(refit: Refit, without: Refit) -> bool:
     """Whether held-out data are further off with an effect than without it."""
-    misfit, before = max(refit.held_misfit, 1.0), max(without.held_misfit, 1.0)
-    return misfit > WORSE * before or (misfit > UNEXPLAINED and refit.held_error > MUCH_WORSE * without.held_error)
+    after, before = (max(each.held_out_reduced_chi2_by_noise, 1.0) for each in (refit, without))
+    return after > WORSE * before or (
+        after > UNEXPLAINED and refit.held_out_error > MUCH_WORSE * without.held_out_error
+    )

@@ -14,8 +14,8 @@ import numpy as np
 from correlation.model import Model
 from correlation.noise.covariance import Whitening
 from diagnosis.candidate.effect import Effect
-from diagnosis.fit.calibration import Fit, calibrate
-from diagnosis.fit.comparison import FAINT, Comparison
+from diagnosis.fit.calibration import Ending, Fit, calibrate
+from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
 from diagnosis.fit.fit_parameter import Unknowns, Values
 
 
@@ -67,14 +67,14 @@ class FinerModel:
         free = replace(self.unknowns, prior=self.unknowns.prior[:n], centre=own, pinned=tuple(added.tolist()))
         # Points without a steady state of the model have no weight.
         there = np.isfinite(predicted)
-        deviation = comparison.whitening.deviation * np.where(there, 1.0, FAINT)
+        deviation = comparison.whitening.deviation * np.where(there, 1.0, EXCLUDED_FACTOR)
         target = replace(
             comparison,
             measured=np.where(there, predicted, comparison.measured),
             whitening=Whitening(deviation=deviation),
         )
         start = own if self.shift is None else own + self.shift
-        return replace(self, shift=calibrate(target, free, start, fit.prediction, quick=True).values - own)
+        return replace(self, shift=calibrate(target, free, start, fit.prediction, ending=Ending.QUICK).values - own)
 
 
 def widen_by_finer_models(fit: Fit, finer: Sequence[FinerModel]) -> Fit:

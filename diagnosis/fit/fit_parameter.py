@@ -15,6 +15,11 @@ from reduction.errors import JointError
 Values = Float[NDArray[np.float64], " p"]
 
 
+def make_start(fitted: Values, effect: Effect, strength: float) -> Values:
+    """Fitted values, then the strength of an effect, then its other parameters at what changes nothing."""
+    return np.array([*fitted, strength, *(parameter.vanishes for parameter in effect.parameters[1:])])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Unknowns:
     """Effects that are applied to a model, in order, and their parameters.

@@ -27,7 +27,7 @@ SHARP = 0.1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrequencyCorrection(CalibrationParameter):
-    """Factor on the natural frequencies of the structure with its contacts, beside what those without tell of them.
+    """Factor on the natural frequencies of the structure with its contacts, beyond the factors without contacts.
 
     Errors of all other modes, and of their shapes, have their part in them.
 

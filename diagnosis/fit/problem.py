@@ -35,7 +35,7 @@ class Effort:
     best, most
         Number of best effects of the shortlist, and of all its effects [-].
     worthless
-        Largest gain of chi^2 that does not deserve a fit [-].
+        Largest gain of chi^2 at which an effect is not fitted [-].
     finalists, far_behind
         Number of effects of the shortlist that are tested, and the largest chi^2 that all but the first two of them may
         be behind the best [-].
@@ -61,23 +61,23 @@ class Refit:
         Effect; None for the calibration parameters and added effects alone.
     fit
         Fit to the training data.
-    held_chi2
+    held_out_reduced_chi2
         Reduced chi-squared of the held-out data, by the model error that they show [-].
-    error, held_error
+    error, held_out_error
         |measured - predicted| / |measured|, training and held-out [-].
-    held_errors, held_names
+    held_out_errors, held_out_names
         The same error of each held-out record, and their names; empty without records.
     blocks
         Mean squared residual of each block of the held-out records, shape (b,).
-    n_held
+    n_held_out
         Held-out numbers [-].
-    stated_chi2, held_stated_chi2
+    reduced_chi2_without_model_error, held_out_reduced_chi2_without_model_error
         Reduced chi-squared of both by noise and stated errors alone, without model error [-]; None where there is none.
-    held_jumps
+    held_out_jumps
         Jumps of the held-out sweeps between two steady states, measured and predicted.
-    held_cost
+    held_out_cost
         -2 ln of the density of the held-out data, their jitter integrated out, up to a constant [-].
-    gain, held_gain
+    gain, held_out_gain
         Falls of chi^2 of the training and the held-out data by the effect [-]; of fits with covariances of their own
         the smaller ones of the falls of -2 ln p by both.
     cost
@@ -86,32 +86,39 @@ class Refit:
     worsens
         Whether the effect makes the held-out error larger, whatever it gains.
     beside
-        Another effect that was fitted together with it, and whose values come after its own.
+        Second effect of a fit with two, whose values come last.
     """
 
     effect: Effect | None
     fit: Fit
-    held_chi2: float
+    held_out_reduced_chi2: float
     error: float
-    held_error: float
-    held_errors: PerRecord = field(default_factory=lambda: np.zeros(0))
-    held_names: tuple[str, ...] = ()
+    held_out_error: float
+    held_out_errors: PerRecord = field(default_factory=lambda: np.zeros(0))
+    held_out_names: tuple[str, ...] = ()
     blocks: Float[NDArray[np.float64], " b"] = field(default_factory=lambda: np.zeros(0))
-    n_held: int = 0
-    stated_chi2: float | None = None
-    held_stated_chi2: float | None = None
-    held_jumps: tuple[JumpError, ...] = ()
-    held_cost: float = 0.0
+    n_held_out: int = 0
+    reduced_chi2_without_model_error: float | None = None
+    held_out_reduced_chi2_without_model_error: float | None = None
+    held_out_jumps: tuple[JumpError, ...] = ()
+    held_out_cost: float = 0.0
     gain: float = 0.0
-    held_gain: float = 0.0
+    held_out_gain: float = 0.0
     cost: float | None = None
     worsens: bool = False
     beside: Effect | None = None
 
     @property
-    def held_misfit(self) -> float:
+    def reduced_chi2_by_noise(self) -> float:
+        """Reduced chi-squared of the training data by noise and stated errors, which fits have in common [-]."""
+        without = self.reduced_chi2_without_model_error
+        return self.fit.chi2 / self.fit.n_number if without is None else without
+
+    @property
+    def held_out_reduced_chi2_by_noise(self) -> float:
         """Reduced chi-squared of the held-out data by noise and stated errors, which fits have in common [-]."""
-        return self.held_chi2 if self.held_stated_chi2 is None else self.held_stated_chi2
+        without = self.held_out_reduced_chi2_without_model_error
+        return self.held_out_reduced_chi2 if without is None else without
 
     @property
     def name(self) -> str:

@@ -10,9 +10,9 @@ import numpy as np
 
 from correlation.prediction import Prediction
 from diagnosis.candidate.effect import Effect
-from diagnosis.effect import EFFECTS
-from diagnosis.fit.calibration import Fit, Matrix, calibrate
-from diagnosis.fit.fit_parameter import Values
+from diagnosis.effect import find_kind
+from diagnosis.fit.calibration import Ending, Fit, Matrix, calibrate
+from diagnosis.fit.fit_parameter import Values, make_start
 from diagnosis.fit.problem import Effort, Problem, Refit
 from diagnosis.screening import Score
 from diagnosis.step import RunStep, compute_step
@@ -48,9 +48,14 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
         promising = score.gain > max(PROMISING * best[0].gain, effort.worthless)
         if len(chosen) < effort.most and promising and parallel > PARALLEL:
             chosen.append(score)
-    kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
-    rugged = [score for score in scores if score.effect.kind in kinds and score not in chosen and score.size > 0]
+    rugged = [score for score in scores if is_rugged(score.effect) and score not in chosen and score.size > 0]
     return chosen + rugged[:MOST_RUGGED]
+
+
+def is_rugged(effect: Effect) -> bool:
+    """Whether an effect acts through stick and slip alone, see `diagnosis.effect.EffectKind`."""
+    kind = find_kind(effect)
+    return kind is not None and kind.is_rugged
 
 
 def baseline_fit(problem: Problem) -> Refit:
@@ -67,11 +72,12 @@ def quick_fit(problem: Problem, score: Score) -> Fit:
     """
     effect, baseline = score.effect, problem.fit
     unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
-    fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)]
+    fits = [calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, ending=Ending.QUICK)]
     for start in ([] if slopes is None else [score.start]) + [_typical_start(problem, score)]:
         if baseline.chi2 - min(fit.chi2 for fit in fits) < KEPT * score.gain:
             fits.append(fit_from(problem, effect, start))
-    if any(kind.has_two_sides for kind in EFFECTS if kind.name == effect.kind):
+    kind = find_kind(effect)
+    if kind is not None and kind.has_two_sides:
         fits.append(fit_from(problem, effect, _typical_start(problem, score, side=-1.0)))
     return min(fits, key=lambda fit: fit.chi2)
 
@@ -115,10 +121,10 @@ def fit_from_starts(
     return list(found.values())
 
 
-def fit_from(problem: Problem, effect: Effect, start: Values, near: Prediction | None = None) -> Fit:
+def fit_from(problem: Problem, effect: Effect, start: Values, nearby: Prediction | None = None) -> Fit:
     """Quick fit of an effect from given values, whose states begin near those of a prediction; by default the fit's."""
-    near = problem.fit.prediction if near is None else near
-    return calibrate(problem.train, problem.unknowns([effect]), start, near, quick=True)
+    nearby = problem.fit.prediction if nearby is None else nearby
+    return calibrate(problem.train, problem.unknowns([effect]), start, nearby, ending=Ending.QUICK)
 
 
 def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:
@@ -126,8 +132,8 @@ def _typical_start(problem: Problem, score: Score, side: float = 1.0) -> Values:
     parameter = score.effect.parameters[0]
     size = abs(parameter.typical - parameter.vanishes)
     other = parameter.vanishes + side * np.sign(score.strength - parameter.vanishes or 1.0) * size
-    rest = [each.vanishes for each in score.effect.parameters[1:]]
-    return np.array([*problem.fit.values, np.clip(other, parameter.lower, parameter.upper), *rest])
+    strength = float(np.clip(other, parameter.lower, parameter.upper))
+    return make_start(problem.fit.values, score.effect, strength)
 
 
 def choose_finalists(

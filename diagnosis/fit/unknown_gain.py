@@ -67,7 +67,7 @@ class UnknownGain(CalibrationParameter):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Gains:
+class SensorGains:
     """Unknown gains of a campaign and the values that make a model fit best.
 
     Parameters
@@ -93,7 +93,7 @@ def has_unknown_gains(campaign: Campaign) -> bool:
     return not campaign.drive.calibrated or not all(sensor.calibrated for sensor in campaign.sensors)
 
 
-def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: tuple[int, ...]) -> Gains:
+def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: tuple[int, ...]) -> SensorGains:
     """Search the unknown gains.
 
     Parameters
@@ -108,15 +108,15 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         Directions in which they were swept.
     """
     if not has_unknown_gains(campaign):
-        return Gains()
+        return SensorGains()
     unknown = tuple(sensor.name for sensor in campaign.sensors if not sensor.calibrated)
     search = _Search(model=model, observed=_thinned(observed), sweeps=sweeps, unknown=unknown)
     if campaign.drive.calibrated:
-        return Gains(parameters=_parameters(search.fit(1.0)[1]))
+        return SensorGains(parameters=_parameters(search.fit(1.0)[1]))
     gain, told = search.best()
     found = search.fit(gain)[1]
     if told:
-        return Gains(parameters=_parameters({"": gain} | found))
+        return SensorGains(parameters=_parameters({"": gain} | found))
     unit = campaign.drive.unit
     fixed = (
         f"the gain of the drive [{'N' if campaign.drive.quantity == 'force' else 'm/s^2'} per {unit}] cannot be told "
@@ -124,7 +124,7 @@ def find_gains(model: Model, campaign: Campaign, observed: Observation, sweeps: 
         "these data show: it is fixed at 1, and the gains of the sensors are those of sensor and drive together; "
         "calibrate one of them"
     )
-    return Gains(parameters=_parameters(search.fit(1.0)[1]), fixed=fixed)
+    return SensorGains(parameters=_parameters(search.fit(1.0)[1]), fixed=fixed)
 
 
 def _parameters(gains: Mapping[str, float]) -> tuple[UnknownGain, ...]:

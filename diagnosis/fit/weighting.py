@@ -29,7 +29,7 @@ from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 from correlation.row_table import RowTable, join_tables
 from diagnosis.fit.calibration import Vector
-from diagnosis.fit.comparison import FAINT, Comparison
+from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
 from diagnosis.fit.jitter import list_preload_jitter
 
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
@@ -67,7 +67,7 @@ class Measured:
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 
-def weighted(
+def make_comparison(
     measured: Measured,
     model: Model,
     prediction: Prediction,
@@ -94,10 +94,10 @@ def weighted(
     fitted
         Whether the model is calibrated, so that states far from their neighbours get less weight.
     """
-    return weigh_together([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
+    return make_comparisons([measured], model, prediction, budget, refined, n_draw, fitted=fitted)[0]
 
 
-def weigh_together(
+def make_comparisons(
     sides: Sequence[Measured],
     model: Model,
     prediction: Prediction,
@@ -109,7 +109,7 @@ def weigh_together(
     likes: Sequence[Comparison] | None = None,
     predictor: Predictor | None = None,
 ) -> list[tuple[Comparison, Scatter]]:
-    """`weighted` for several sets of measurements of one campaign, such as training and held-out data.
+    """`make_comparison` for several sets of measurements of one campaign, such as training and held-out data.
 
     Each changed model is solved once for all of them. The draws of preloads, and how far repeats are shifted to find
     kinks, are those of the first set.
@@ -121,7 +121,7 @@ def weigh_together(
     prediction
         At the points of all sets, see `join_measured`.
     model, budget, refined, n_draw, fitted
-        As for `weighted`.
+        As for `make_comparison`.
     likes
         Other comparisons of the same sets, whose outliers count.
     predictor
@@ -213,31 +213,31 @@ def leave_out_model_error(comparison: Comparison) -> Comparison:
     return comparison if error is None else replace(comparison, whitening=error.without, model_error=None)
 
 
-def fade_between_jumps(comparison: Comparison, prediction: Prediction) -> Comparison:
+def downweight_between_jumps(comparison: Comparison, prediction: Prediction) -> Comparison:
     """The same with next to no weight between a measured jump and the predicted one; their distance is the error."""
     errors = compute_jump_errors(comparison.observed, prediction, comparison.predictor.sweeps)
-    return _fade_rows(comparison, find_rows_between_jumps(comparison.observed, errors))
+    return _downweight_rows(comparison, find_rows_between_jumps(comparison.observed, errors))
 
 
-def fade_other_branch(comparison: Comparison, prediction: Prediction) -> Comparison:
+def downweight_other_branch(comparison: Comparison, prediction: Prediction) -> Comparison:
     """The same with next to no weight for the points at which a model is on another branch than the structure was."""
-    return _fade_rows(comparison, find_other_branch(comparison.observed, prediction, comparison.predictor.sweeps))
+    return _downweight_rows(comparison, find_other_branch(comparison.observed, prediction, comparison.predictor.sweeps))
 
 
-def fade_higher_levels(comparison: Comparison) -> Comparison:
+def downweight_higher_levels(comparison: Comparison) -> Comparison:
     """The same with next to no weight for the jointed structure above its lowest level, where it is almost linear."""
     points, row = comparison.features.points, comparison.features.row
     higher = ~points.free & (points.level > points.level[~points.free].min(initial=np.inf))
-    return comparison.fade(np.where(higher[row], FAINT, 1.0))
+    return comparison.scale_deviations(np.where(higher[row], EXCLUDED_FACTOR, 1.0))
 
 
-def _fade_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Comparison:
+def _downweight_rows(comparison: Comparison, rows: NDArray[np.bool_]) -> Comparison:
     of, numbers = comparison, rows[comparison.features.row]
     if not numbers.any():
         return comparison
     # What was measured there is no error of the model: not even one of its own size counts.
     size = np.maximum(compute_moduli(of.features, of.measured) / of.whitening.deviation, 1.0)
-    return of.fade(np.where(numbers, FAINT * size, 1.0))
+    return of.scale_deviations(np.where(numbers, EXCLUDED_FACTOR * size, 1.0))
 
 
 def join_measured(sides: Sequence[Measured]) -> Measured:
@@ -299,11 +299,11 @@ def _finished(
         predictor=side.predictor,
         noise=scatter.noise,
     )
-    comparison = fade_between_jumps(comparison, prediction)
+    comparison = downweight_between_jumps(comparison, prediction)
     if like is not None:
-        comparison = comparison.fade(like.faded)
+        comparison = comparison.scale_deviations(like.deviation_factor)
     elif fitted:
-        comparison = comparison.fade(weigh_outliers(comparison.features, comparison.residual(prediction)))
+        comparison = comparison.scale_deviations(weigh_outliers(comparison.features, comparison.residual(prediction)))
     return comparison, scatter._replace(whitening=comparison.whitening)
 
 

@@ -97,7 +97,7 @@ def respond(
     predictor, model, prediction
         Prediction of the points of measurement.
     table
-        Its states.
+        States of the prediction.
     rows
         Places, rows over the degrees of freedom, shape (r,) each [-].
     count
@@ -175,7 +175,7 @@ _COLUMNS = ("free", "level", "frequency", "sensor", "harmonic", "sweep", "force"
 
 
 def _take_sliders(state: SteadyState, balance: HarmonicBalance) -> NDArray[np.float64]:
-    """Sliders at the start of a state, whatever the balance."""
+    """Sliders at the start of a state, for any balance."""
     del balance
     return state.slider
 

@@ -124,7 +124,7 @@ class _Recovery:
     table: StateTable
     response: Response
     has_tangent: Bool[NDArray[np.bool_], " p"]
-    """Of each parameter: one that moves points of the model has none, whatever its value, and stays."""
+    """Mask of the parameters with a tangent: one that moves points of the model has none, and keeps its value."""
     cost: float
 
     @classmethod

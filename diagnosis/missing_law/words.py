@@ -41,7 +41,7 @@ CLEARANCES, POWERS = np.linspace(0.1, 0.9, 33), np.linspace(1.0, 7.0, 25)
 
 @dataclass(frozen=True, kw_only=True)
 class LawWords:
-    """What is told of a law.
+    """Words and numbers of a report on a law.
 
     Parameters
     ----------

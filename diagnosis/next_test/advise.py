@@ -26,7 +26,7 @@ ALIKE = 0.05
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RankedTest:
-    """A test with what it would tell.
+    """A test with the probability that it decides.
 
     Parameters
     ----------
@@ -96,14 +96,14 @@ def advise(
     tests = list_tests(tested, candidates[0].model, find_peak(arrangement, tested))
     if confirms:
         tests = _hold_out(tests, campaign)
-    return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error))
+    return rank_tests(candidates, tests, find_error_sources(campaign, arrangement, verdict.model_error_size))
 
 
 def find_error_sources(campaign: Campaign, arrangement: Arrangement, model_error: ErrorSize) -> ErrorSources:
     """Errors of further readings, as those of a campaign."""
     train = arrangement.train
     # The arrangement has the jitter of a mean over the held-out repeats.
-    single = float(np.sqrt(np.median(arrangement.settled.observed.count)))
+    single = float(np.sqrt(np.median(arrangement.held_out_without_jitter.observed.count)))
     return ErrorSources(
         jitter=[(effect, single * deviation) for effect, deviation in arrangement.jitter], budget=arrangement.budget,
         noise=PlannedNoise.of_campaign(train), model_error=model_error,

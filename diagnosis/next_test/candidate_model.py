@@ -7,8 +7,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.decision.chance_gate import CREDIBLE
 from diagnosis.decision.evidence import DECISIVE
+from diagnosis.decision.likelihood_ratio import CREDIBLE
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.calibration import Fit
 from diagnosis.fit.fit_parameter import Unknowns
@@ -77,7 +77,9 @@ def list_candidate_models(verdict: Verdict, law: MissingLaw | None = None) -> li
         return _weigh(_list_effects(verdict))
     if verdict.finding is Finding.UNKNOWN and law is not None:
         found = zip(law.places, law.probability.tolist(), strict=True)
-        return _weigh([_of_law(each, share, verdict.before.fit) for each, share in found if each.name in law.credible])
+        return _weigh(
+            [_of_law(each, share, verdict.baseline.fit) for each, share in found if each.name in law.credible]
+        )
     return []
 
 
@@ -93,8 +95,8 @@ def _list_effects(verdict: Verdict) -> list[CandidateModel]:
         odds = float(np.exp(np.clip(other.whole_gain, -2 * DECISIVE, 2 * DECISIVE) / 2))
         found.append(_of_refit(other.refit, shares[0] * odds, other.words))
     if len(found) == 1:
-        odds = float(np.exp(-np.clip(verdict.effects[0].held_gain, 0.0, DECISIVE) / 2))
-        found.append(_of_refit(verdict.before, odds, f"no {found[0].name}"))
+        odds = float(np.exp(-np.clip(verdict.effects[0].held_out_gain, 0.0, DECISIVE) / 2))
+        found.append(_of_refit(verdict.baseline, odds, f"no {found[0].name}"))
     return found
 
 

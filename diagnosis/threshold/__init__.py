@@ -1,1 +1,1 @@
-"""Detection thresholds: how large gain and misfit are when nothing is missing."""
+"""Detection thresholds: how large the gains of effects and of unknown forces are when nothing is missing."""

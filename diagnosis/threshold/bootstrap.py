@@ -24,15 +24,15 @@ from scipy.special import chdtri
 
 from diagnosis.candidate.catalogue import list_campaign_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.evidence import compute_evidence, compute_spread
-from diagnosis.diagnose import USUAL, Choice, screen_and_refit
+from diagnosis.decision.evidence import compute_birge_ratio, compute_evidence
+from diagnosis.diagnose import USUAL_PROGRESS, EffectChoice, screen_and_refit
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit.arrangement import arrange_anew
-from diagnosis.fit.finalist import weigh, weigh_each
+from diagnosis.fit.finalist import refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import Thresholds
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.unknown_force import find_unknown_forces, misfit
+from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 
 #: Number of simulated campaigns per layout.
 TRIALS = 40
@@ -76,13 +76,19 @@ def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int)
     """
     campaign = simulation.draw(np.random.default_rng(seed))
     drawn = arrange_anew(simulation.arrangement, campaign)
-    choice = Choice(partial(rank_by_suited_gains, drawn), drawn.cost_with_error_left)
-    _, before, refits = screen_and_refit(drawn, effects, compute_step, lambda _step, _share: None, USUAL, choice=choice)
+    choice = EffectChoice(partial(rank_by_suited_gains, drawn), drawn.cost_with_error_left)
+    _, baseline, refits = screen_and_refit(
+        drawn, effects, compute_step, lambda _step, _share: None, USUAL_PROGRESS, choice=choice
+    )
     find_catalogue = partial(list_campaign_effects, campaign, extra=simulation.extra)
-    finalists = weigh_each(drawn, refits, partial(weigh, campaign, drawn, before, find_catalogue, drawn.train))
-    gains = [compute_evidence(each.refit) / compute_spread(each.refit) for each in finalists]
-    misfits = [misfit(place) / compute_spread(before, place.gain) for place in find_unknown_forces(drawn)]
-    return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(misfits, default=0.0))
+    finalists = refit_each_by_own_covariance(
+        drawn, refits, partial(refit_by_own_covariance, campaign, drawn, baseline, find_catalogue, drawn.train)
+    )
+    gains = [compute_evidence(each.refit) / compute_birge_ratio(each.refit) for each in finalists]
+    force_gains = [
+        compute_excess_gain(place) / compute_birge_ratio(baseline, place.gain) for place in find_unknown_forces(drawn)
+    ]
+    return Trial(seed=seed, gain=max(gains, default=0.0), misfit=max(force_gains, default=0.0))
 
 
 def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:

@@ -1,4 +1,4 @@
-"""Detection thresholds: the gain and the misfit that an effect or an unknown force must exceed to be named."""
+"""Detection thresholds: the gains that an effect and an unknown force must exceed to be named."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,10 +12,11 @@ from diagnosis.screening import Score
 
 #: Factor on the gains of the linear theory: refits gain more, by experience.
 MARGIN = 2.0
-#: Threshold of the misfit as a multiple of that of the gain, by experience.
+#: Threshold of the gain of an unknown force as a multiple of that of an effect, by experience.
 UNKNOWN_FORCE = 1.5
-#: Least threshold of the misfit, however few effects there are: chance gain of eight parameters at one of ten places.
-LEAST_MISFIT = 18.0
+#: Least threshold of the gain of an unknown force, however few effects there are: chance gain of eight parameters at
+#: one of ten places.
+LEAST_UNKNOWN_FORCE_GAIN = 18.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +41,7 @@ class Thresholds:
     n_trial: int = 0
 
 
-#: For data that another gate decides about.
+#: For data whose effects the held-out error tests.
 NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
@@ -52,7 +53,7 @@ def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.0
     """
     least = float(chdtri(1, false_alarms))
     gain = MARGIN * max(find_threshold(draw_null_gains(scores), false_alarms), least)
-    return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)
+    return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_UNKNOWN_FORCE_GAIN), false_alarms=false_alarms)
 
 
 #: Residuals drawn, the seed they are drawn with, and how many at a time.

@@ -35,7 +35,7 @@ FEW = float(stdtrit(DRAWS, ndtr(TWO_SIDED_95))) / TWO_SIDED_95
 
 
 def widen_intervals(campaign: Campaign, best: Finalist, fits: Sequence[Finalist]) -> list[Refit]:
-    """Refits with the deviations over campaigns simulated with the best of them, where those are larger.
+    """Refits whose deviations are at least those over campaigns that are simulated with the best of them.
 
     The covariance of calibration parameters is widened by finer models as well.
 

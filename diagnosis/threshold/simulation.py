@@ -145,7 +145,7 @@ class Simulation:
         """Model of one repeat."""
         model = self.arrangement.fit.model
         # The arrangement has the jitter of a mean over the held-out repeats.
-        single = float(np.sqrt(np.median(self.arrangement.settled.observed.count)))
+        single = float(np.sqrt(np.median(self.arrangement.held_out_without_jitter.observed.count)))
         for effect, deviation in self.arrangement.jitter:
             model = effect.apply(model, [single * deviation * float(generator.standard_normal())])
         return model
@@ -154,7 +154,7 @@ class Simulation:
         """Numerical error and model error of each feature."""
         common, apart = self._errors
         error = common @ generator.standard_normal(common.shape[1])
-        if self.arrangement.left != NO_ERROR:
+        if self.arrangement.model_error_size != NO_ERROR:
             together, own, part = self._model_errors
             error = error + together @ generator.standard_normal(together.shape[1])
             error = error + own * generator.standard_normal(int(part.max(initial=-1)) + 1)[part]
@@ -168,11 +168,11 @@ class Simulation:
     def _errors(self) -> tuple[Float[NDArray[np.float64], "m a"], Float[NDArray[np.float64], "m b"]]:
         """Change of each feature by one standard deviation of numerical errors: common to all levels, and per level."""
         arrangement = self.arrangement
-        fit, before = arrangement.fit, self._prediction
+        fit, prediction = arrangement.fit, self._prediction
         highest = highest_frequency(self._predictor.points)
-        errors = make_error_tangents(fit.model, before, arrangement.budget, highest)
-        rates = self._predictor.derivatives(fit.model, before, errors.tangents)
-        slopes = self._features.slopes(before.value, rates) * errors.size
+        errors = make_error_tangents(fit.model, prediction, arrangement.budget, highest)
+        rates = self._predictor.derivatives(fit.model, prediction, errors.tangents)
+        slopes = self._features.slopes(prediction.value, rates) * errors.size
         apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]
         # A state that one of the models lacks has no error of this kind.
         return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
@@ -189,21 +189,21 @@ class Simulation:
         -------
         Modes that features share, what each has by itself and as much again with its part, and the part of each.
         """
-        fit, features, size = self.arrangement.fit, self._features, self.arrangement.left
+        fit, features, size = self.arrangement.fit, self._features, self.arrangement.model_error_size
         predicted = features.of_values(self._prediction.value)
         patterns = ErrorPatterns.at(features, self._predictor, fit.model, self._prediction, predicted)
         return np.nan_to_num(patterns.modes(size)), np.nan_to_num(size.reading * patterns.reading), patterns.part
 
     def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
         """Change of each feature by each finer model."""
-        arrangement, fit, before = self.arrangement, self.arrangement.fit, self._prediction
+        arrangement, fit, prediction = self.arrangement, self.arrangement.fit, self._prediction
         # They have the added effects, but not one that is only tried.
         common = arrangement.unknowns([])
         values = fit.values[: len(common.parameters)]
         if arrangement.finer and len(values) < len(fit.values):
-            before = self._predictor.predict(common.compose(values), before)
-        refined = [self._predictor.predict(each.compose(values), before) for each in arrangement.finer]
-        return [self._features.of_values(each.value) - self._features.of_values(before.value) for each in refined]
+            prediction = self._predictor.predict(common.compose(values), prediction)
+        refined = [self._predictor.predict(each.compose(values), prediction) for each in arrangement.finer]
+        return [self._features.of_values(each.value) - self._features.of_values(prediction.value) for each in refined]
 
 
 def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:

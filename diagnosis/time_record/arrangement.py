@@ -17,7 +17,7 @@ from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import measure_scale
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration import Fit, calibrate
-from diagnosis.fit.fit_parameter import Unknowns
+from diagnosis.fit.fit_parameter import Unknowns, make_start
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.time_record.comparison import RecordComparison
 from geometry.errors import InputError
@@ -74,9 +74,9 @@ class RecordArrangement:
             residual = np.full(len(held.block), np.inf)
         errors = held.errors(residual)
         return Refit(
-            effect=effect, fit=fit, held_chi2=float(np.mean(residual**2)),
-            error=_root_mean_square(self.train.errors(fit.residual)), held_error=_root_mean_square(errors),
-            held_errors=errors, held_names=tuple(each.record.name for each in held.drives),
+            effect=effect, fit=fit, held_out_reduced_chi2=float(np.mean(residual**2)),
+            error=_root_mean_square(self.train.errors(fit.residual)), held_out_error=_root_mean_square(errors),
+            held_out_errors=errors, held_out_names=tuple(each.record.name for each in held.drives),
             blocks=held.by_block(residual**2),
         )  # fmt: skip
 
@@ -86,7 +86,7 @@ class RecordArrangement:
         for effect in effects:
             unknowns = self.unknowns([effect])
             ends = [
-                np.array([*self.fit.values, strength, *(each.vanishes for each in effect.parameters[1:])])
+                make_start(self.fit.values, effect, strength)
                 for strength in (effect.parameters[0].vanishes, effect.parameters[0].typical)
             ]
             try:

@@ -112,7 +112,7 @@ class RecordComparison:
         ]
         return np.array([np.sqrt(np.mean(np.square(each))) for each in ratios])
 
-    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> RecordPrediction:
+    def predict(self, model: Model, nearby: Any = None, starts: Values | None = None) -> RecordPrediction:
         """Response of the model with ring-downs from `starts`, or from rest.
 
         Raises
@@ -120,7 +120,7 @@ class RecordComparison:
         ModelError
             The model diverges.
         """
-        del before
+        del nearby
         begin = np.zeros(self.n_start) if starts is None else starts
         found = []
         for each, start in zip(self.drives, self._split(begin), strict=True):

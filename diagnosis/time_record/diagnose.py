@@ -1,4 +1,4 @@
-"""Diagnosis of time records: one round, or rounds until no further effect passes the gate."""
+"""Diagnosis of time records: one round, or rounds until no further effect passes the test."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias, TypedDict, Unpack
@@ -8,14 +8,14 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
-from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
+from diagnosis.diagnose import Diagnosis, ProgressFractions, Report, screen_and_refit
 from diagnosis.fit.added import AddedEffect
 from diagnosis.step import compute_step
 from diagnosis.time_record.arrangement import RecordArrangement, arrange_records, record_level
-from diagnosis.time_record.gate import judge_records
+from diagnosis.time_record.held_out import judge_records
 
 #: As timed on records of some thousand samples.
-SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, weights=1.0, left=1.0, intervals=1.0)
+PROGRESS = ProgressFractions(screening=0.4, fits=0.6, tests=0.9, covariances=1.0, explanation=1.0, intervals=1.0)
 
 RecordDiagnosis: TypeAlias = Diagnosis[RecordArrangement]
 
@@ -93,12 +93,12 @@ def diagnose_records(
     listed = list_effects(base, without=without, extra=extra, level=record_level(base, records))
     report_step("selection of the effects that the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
-    scores, before, refits = screen_and_refit(arrangement, effects, compute_step, report_step, SHARES)
-    refits.sort(key=lambda refit: refit.held_error)
+    scores, baseline, refits = screen_and_refit(arrangement, effects, compute_step, report_step, PROGRESS)
+    refits.sort(key=lambda refit: refit.held_out_error)
     return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
-        scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held_out.floor, scores, units),
+        scores=tuple(scores), baseline=baseline, refits=tuple(refits),
+        verdict=judge_records(baseline, refits, arrangement.held_out.floor, scores, units),
     )  # fmt: skip
 
 
@@ -110,7 +110,7 @@ def record_rounds(
     most: int = 3,
     **options: Unpack[Options],
 ) -> list[RecordDiagnosis]:
-    """Add the missing effect and diagnose again, until none passes the gate or several cannot be distinguished.
+    """Add the missing effect and diagnose again, until none passes the test or several cannot be distinguished.
 
     Parameters
     ----------

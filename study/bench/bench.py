@@ -149,9 +149,9 @@ class Bench:
             return Result(numbers={}, views=screen_alone())
         screened = screen_file(self.case, self.folder, self.run, self.without)
         history = history_of(self.case)
-        drawn, now = summarise_errors(screened.drawn), summarise_errors(screened.before)
+        drawn, now = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
         added = [item.effect.name for item in screened.setup.added]
-        unknowns, fit = screened.before.fit.unknowns, screened.before.fit
+        unknowns, fit = screened.baseline.fit.unknowns, screened.baseline.fit
         best = screened.scores[0] if screened.scores else None
         views = {
             "candidates": {
@@ -185,7 +185,7 @@ class Bench:
         diagnosed = diagnose_file(self.case, campaign, self.folder, self.run, without=self.without)
         shown = show_diagnosis(diagnosed.last)
         best = diagnosed.last.best
-        before = summarise_errors(diagnosed.last.diagnosis.before)
+        before = summarise_errors(diagnosed.last.diagnosis.baseline)
         after = None if best is None or best.effect is None else summarise_errors(best)
         views = {
             "candidates": {"rows": shown.pop("candidates"), "verdict": shown, "chance": shown.pop("chance")},

@@ -107,14 +107,14 @@ def diagnose_alone(
         "history": show_history(history_of(case)),
     }
     numbers: Numbers = {"finding": verdict.finding.value, "verdict": found.headline}
-    return numbers | {"held-out error, calibrated [standard deviations]": verdict.before.held_error}, views
+    return numbers | {"held-out error, calibrated [standard deviations]": verdict.baseline.held_out_error}, views
 
 
 def _list_candidates(found: DataDiagnosisResult) -> list[dict[str, Any]]:
     """Fitted effects, those that are named first."""
     named = {each.name for each in found.diagnosis.verdict.effects}
-    before, rows = found.diagnosis.before, []
-    count = sum(len(item.features.value) for item in compare_data(before.fit.model, found.campaign.data))
+    baseline, rows = found.diagnosis.baseline, []
+    count = sum(len(item.features.value) for item in compare_data(baseline.fit.model, found.campaign.data))
     for refit in found.diagnosis.refits:
         effect = refit.effect
         if effect is None:
@@ -124,13 +124,13 @@ def _list_candidates(found: DataDiagnosisResult) -> list[dict[str, Any]]:
                 "name": effect.name,
                 "physics": effect.physics,
                 "strength": format_interval(refit.strength, refit.deviation, effect.parameters[0]),
-                "gain": count * (before.error**2 - refit.error**2),
+                "gain": count * (baseline.error**2 - refit.error**2),
                 "is_fitted": True,
                 "is_named": effect.name in named,
                 "probability": None,
                 "confused": [],
                 "held_out": None,
-                "held_out_deviations": refit.held_error,
+                "held_out_deviations": refit.held_out_error,
                 "value": [],
             }
         )

@@ -180,7 +180,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     """
     # The search takes long to import, and a comparison of a model as it is has no use for it.
     from diagnosis.fit.arrangement import make_unknowns
-    from diagnosis.fit.calibration import calibrate
+    from diagnosis.fit.calibration import Ending, calibrate
     from diagnosis.fit.feature_comparison import FeatureComparison
 
     if not setup.calibration_parameters:
@@ -191,7 +191,7 @@ def calibrate_on_data(setup: Setup, campaign: Campaign) -> tuple[Model, tuple[Ca
     base = with_sensors(replace(setup, calibrated={}).complete, campaign)
     unknowns = make_unknowns(base, setup.calibration_parameters, [])
     comparison = FeatureComparison.of(training)
-    fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), exact=True)
+    fit = calibrate(comparison, unknowns, unknowns.vanishing, comparison.predict(base), ending=Ending.EXACT)
     # Where the model is further off than the deviations say, they are too small in proportion.
     excess = max(1.0, float(np.sqrt(np.mean(comparison.residual(fit.prediction) ** 2))))
     values = zip(setup.calibration_parameters, fit.values.tolist(), (excess * fit.deviation).tolist(), strict=True)

@@ -24,8 +24,8 @@ from diagnosis.fit.weighting import (
     Measured,
     join_measured,
     leave_out_model_error,
+    make_comparisons,
     take_prediction,
-    weigh_together,
 )
 from fe.blas_threads import on_one_blas_thread
 from pipeline import fingerprint
@@ -242,7 +242,7 @@ def predict_sides(observed: Sequence[Observation], sweeps: tuple[int, ...], mode
     sets = [Measured.prepare(item, sweeps) for item in observed]
     predictor = join_measured(sets).predictor.share(model)
     prediction = predictor.predict(model)
-    weights = weigh_together(sets, model, prediction, budget, budget.refined, fitted=False, predictor=predictor)
+    weights = make_comparisons(sets, model, prediction, budget, budget.refined, fitted=False, predictor=predictor)
     return [
         Side(comparison=comparison, prediction=take_prediction(prediction, sets, number))
         for number, (comparison, _) in enumerate(weights)

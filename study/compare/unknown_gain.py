@@ -9,10 +9,10 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.observation import find_sweep_directions, take_training_part
 from correlation.model import Model
 from correlation.prediction import Prediction
-from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.unknown_gain import Gains, find_gains
+from diagnosis.fit.unknown_gain import SensorGains, find_gains
 from study.case.setup import Setup
 from study.compare.result import Calibrated
 
@@ -30,7 +30,7 @@ class SetGains:
     """
 
     setup: Setup
-    gains: Gains
+    gains: SensorGains
 
     @property
     def remarks(self) -> tuple[Suspicion, ...]:
@@ -48,7 +48,7 @@ class SetGains:
             Training data.
         """
         unknowns = Unknowns.from_effects(model, [(each, np.inf) for each in self.gains.parameters], ())
-        fit = calibrate(comparison, unknowns, unknowns.vanishing, exact=True)
+        fit = calibrate(comparison, unknowns, unknowns.vanishing, ending=Ending.EXACT)
         missed, scatter = _measure_miss(comparison, fit.prediction, [each.sensor for each in self.gains.parameters])
         if missed > scatter:
             # Far from the measurements, least squares follow the few readings of the least noise, and miss all others.
@@ -97,7 +97,7 @@ def set_gains(setup: Setup, campaign: Campaign) -> SetGains:
         Campaign.
     """
     if campaign.drive.calibrated and all(sensor.calibrated for sensor in campaign.sensors):
-        return SetGains(setup=setup, gains=Gains())
+        return SetGains(setup=setup, gains=SensorGains())
     observed = take_training_part(campaign)
     gains = find_gains(setup.complete, campaign, observed, find_sweep_directions(campaign))
     budget = replace(setup.budget, refined=[gains.apply(finer) for finer in setup.budget.refined])

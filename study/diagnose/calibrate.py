@@ -78,14 +78,14 @@ def write_calibration(case: Path, folder: Path, screened: ScreeningResult, text:
     LoopError
         The case has nothing to fit, or another text now.
     """
-    values = write_up(screened.setup, screened.before)
+    values = write_up(screened.setup, screened.baseline)
     if not values["calibrated"] and not values["added"]:
         raise LoopError(f"{case}: there is no calibration parameter to fit: give one in [accepted]")
     if read_text(case) != text:
         raise LoopError(f"{case}: was edited during the fit, which is not written: calibrate again")
     added = {effect: as_written(numbers) for effect, numbers in values["added"].items()}
     new = edit_case(text, added, as_written(values["calibrated"]), str(case))
-    drawn, after = summarise_errors(screened.drawn), summarise_errors(screened.before)
+    drawn, after = summarise_errors(screened.uncalibrated), summarise_errors(screened.baseline)
     step = Step(
         what=CALIBRATION, effect=CALIBRATION, campaign=str(folder.resolve()), calibrated=values["calibrated"],
         before=None if screened.setup.added or screened.setup.calibrated else drawn, after=after, drawn=drawn,

@@ -83,8 +83,8 @@ class DataDiagnosisResult:
         if not named:
             return verdict.sentence
         falls = (
-            f"the held-out features differ by {verdict.effects[0].held_error:.3g} standard deviations with it, and by "
-            f"{verdict.before.held_error:.3g} without"
+            f"the held-out features differ by {verdict.effects[0].held_out_error:.3g} standard deviations with it, and "
+            f"by {verdict.baseline.held_out_error:.3g} without"
         )
         tell = " is missing, and these data cannot tell which" if len(named) > 1 else " is missing"
         return f"{' or '.join(named)}{tell}: {falls}."
@@ -104,7 +104,7 @@ class DataDiagnosisResult:
     @property
     def calibrated(self) -> tuple[Calibrated, ...]:
         """Calibration parameters."""
-        fit = self.diagnosis.before.fit
+        fit = self.diagnosis.baseline.fit
         values = zip(self.setup.calibration_parameters, fit.values.tolist(), fit.deviation.tolist(), strict=False)
         return tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in values)
 
@@ -124,12 +124,12 @@ class DataDiagnosisResult:
             yield ""
         fitted = [f"{each.name} x {each.factor:.4f} +- {each.half_interval:.2g}" for each in self.calibrated]
         yield f"Calibrated: {', '.join(fitted) or 'the case has no calibration parameters'}"
-        before = self.diagnosis.before
-        yield f"  error {before.error:.3g}, held out {before.held_error:.3g} standard deviations"
+        baseline = self.diagnosis.baseline
+        yield f"  error {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard deviations"
         yield f"  {self.tested}"
         yield ""
         for refit in self.diagnosis.refits:
-            error = f"error {refit.error:.3g}, held out {refit.held_error:.3g}"
+            error = f"error {refit.error:.3g}, held out {refit.held_out_error:.3g}"
             yield f"  with {refit.name}: {error} standard deviations; {_strength(refit)}"
         for left in self.diagnosis.catalogue.untestable:
             yield f"  {left.name} cannot be tested: {left.reason}"
@@ -156,11 +156,11 @@ class DataDiagnosisResult:
             "calibrated": {
                 each.name: {"factor": each.factor, "deviation": each.deviation} for each in self.calibrated
             },
-            "before": {"error": verdict.before.error, "held_out_error": verdict.before.held_error},
+            "before": {"error": verdict.baseline.error, "held_out_error": verdict.baseline.held_out_error},
             "candidates": [
                 {
                     "effect": each.name, "strength": each.strength, "deviation": each.deviation, "error": each.error,
-                    "held_out_error": each.held_error,
+                    "held_out_error": each.held_out_error,
                 }
                 for each in self.diagnosis.refits
             ],
@@ -256,7 +256,7 @@ def _record(found: DataDiagnosisResult, case: Path, folder: Path) -> None:
     ]
     step = Step(
         what=DIAGNOSIS, case_key=case_key(read_text(case)), campaign=str(folder.resolve()), sentence=found.headline,
-        finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.before), candidates=fitted,
+        finding=found.diagnosis.verdict.finding.value, before=_chi2(found.diagnosis.baseline), candidates=fitted,
     )  # fmt: skip
     history_of(case).with_step(step).save()
 
@@ -274,7 +274,7 @@ def _strength(refit: Refit) -> str:
 def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path, bytes]:
     """Page, pictures and JSON by their paths."""
     assert run.output is not None
-    best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.before)
+    best = next(iter(found.diagnosis.verdict.effects), found.diagnosis.baseline)
     held_out = found.held_out
     compared = tuple(
         replace(item, held_out=item.name in held_out) for item in compare_data(best.fit.model, found.campaign.data)
@@ -289,8 +289,8 @@ def _draw(found: DataDiagnosisResult, case: Path, run: RunContext) -> dict[Path,
             tone=TONE[verdict.finding], tag=verdict.finding.value, sentences=(found.headline,),
             next=f"Next: {found.advice}.",
             cards=(
-                ("held-out error, calibrated [standard deviations]", f"{verdict.before.held_error:.3g}"),
-                *((f"held-out error with {each.name}", f"{each.held_error:.3g}") for each in verdict.effects),
+                ("held-out error, calibrated [standard deviations]", f"{verdict.baseline.held_out_error:.3g}"),
+                *((f"held-out error with {each.name}", f"{each.held_out_error:.3g}") for each in verdict.effects),
             ),
         ),
         calibrated=found.calibrated,
@@ -318,14 +318,15 @@ def _sections(found: DataDiagnosisResult) -> Iterator[Section]:
             table=Table(head=("quantity", "measured", "model", "difference [standard deviations]"), rows=rows, words=3),
         )
     rows = [
-        (each.name, _strength(each), f"{each.error:.3g}", f"{each.held_error:.3g}") for each in found.diagnosis.refits
+        (each.name, _strength(each), f"{each.error:.3g}", f"{each.held_out_error:.3g}")
+        for each in found.diagnosis.refits
     ]
     if rows:
-        before = found.diagnosis.before
+        baseline = found.diagnosis.baseline
         yield Section(
             title="Candidates",
-            text=f"Errors without any: {before.error:.3g}, held out {before.held_error:.3g} standard deviations. "
-            f"{found.tested[0].upper()}{found.tested[1:]}.",
+            text=f"Errors without any: {baseline.error:.3g}, held out {baseline.held_out_error:.3g} standard "
+            f"deviations. {found.tested[0].upper()}{found.tested[1:]}.",
             table=Table(
                 head=("effect", "strength", "error [standard deviations]", "held out [standard deviations]"), rows=rows,
                 words=2,

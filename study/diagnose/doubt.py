@@ -37,8 +37,8 @@ def list_doubts(result: Round) -> list[str]:
 
 def _unknown(result: Round) -> Iterator[str]:
     """Relative errors that nothing tells."""
-    before = result.diagnosis.before
-    if not (isfinite(before.error) and isfinite(before.held_error)):
+    baseline = result.diagnosis.baseline
+    if not (isfinite(baseline.error) and isfinite(baseline.held_out_error)):
         seen = result.diagnosis.arrangement.held_out.shares.any() and result.diagnosis.arrangement.train.shares.any()
         why = "the model has no steady state" if seen else "no motion stands out of the scatter between its repeats"
         yield f"The relative errors are unknown: {why}."
@@ -46,21 +46,21 @@ def _unknown(result: Round) -> Iterator[str]:
 
 def _harm(result: Round) -> Iterator[str]:
     """A calibration that makes the held-out data worse, by noise and stated errors."""
-    drawn, before = result.drawn, result.diagnosis.before
-    rise = (before.held_misfit - drawn.held_misfit) * before.n_held
-    larger = before.held_error / drawn.held_error if drawn.held_error else 1.0
+    uncalibrated, baseline = result.uncalibrated, result.diagnosis.baseline
+    rise = (baseline.held_out_reduced_chi2_by_noise - uncalibrated.held_out_reduced_chi2_by_noise) * baseline.n_held_out
+    larger = baseline.held_out_error / uncalibrated.held_out_error if uncalibrated.held_out_error else 1.0
     if larger > CLEARLY_WORSE or (rise > WORSE and larger > 1):
         what = "Calibration with the added effects" if result.setup.added else "Calibration"
         yield (
-            f"{what} makes the held-out error worse: {plain(100 * drawn.held_error, 3)} % as drawn, "
-            f"{plain(100 * before.held_error, 3)} % with it."
+            f"{what} makes the held-out error worse: {plain(100 * uncalibrated.held_out_error, 3)} % as drawn, "
+            f"{plain(100 * baseline.held_out_error, 3)} % with it."
         )
 
 
 def _left(result: Round) -> Iterator[str]:
     """A large error of the held-out data that an effect which is named leaves."""
     if result.best is not None and errs_on_held_out(result.best):
-        held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_error, result.best.error))
+        held_out, others = (f"{plain(100 * error)} %" for error in (result.best.held_out_error, result.best.error))
         yield (
             f"With {result.best.label} the model still errs by {held_out} on the held-out data ({others} on the "
             "others): more is missing, or it stands in for something else."
@@ -69,7 +69,7 @@ def _left(result: Round) -> Iterator[str]:
 
 def _jumps(result: Round) -> Iterator[str]:
     """Held-out jumps that the model has elsewhere: the held-out error does not contain them."""
-    jumps = (result.best or result.diagnosis.before).held_jumps
+    jumps = (result.best or result.diagnosis.baseline).held_out_jumps
     elsewhere = [jump for jump in jumps if abs(jump.frequency_error) > jump.frequency_deviation]
     if elsewhere:
         listed = "; ".join(describe_jump(jump, result.campaign.drive.unit) for jump in elsewhere)
@@ -81,7 +81,7 @@ def _jumps(result: Round) -> Iterator[str]:
 
 def _strayed(result: Round) -> Iterator[str]:
     """Calibration parameters at a bound, or far from where their priors put them."""
-    fit = (result.best or result.diagnosis.before).fit
+    fit = (result.best or result.diagnosis.baseline).fit
     for value, parameter in zip(fit.values.tolist(), result.diagnosis.arrangement.calibration, strict=False):
         (factor,) = parameter.parameters
         pull = abs(value - factor.vanishes) / parameter.deviation
@@ -96,7 +96,7 @@ def _strayed(result: Round) -> Iterator[str]:
 
 def _model_error(result: Round) -> Iterator[str]:
     """What the model errs by, beside what the case states: with the effect that passes, or without any."""
-    words = result.diagnosis.verdict.model_error.words
+    words = result.diagnosis.verdict.model_error_size.words
     if words:
         yield (
             f"Beside noise and the errors that the case states the model errs by {words} (standard deviations); "

@@ -25,7 +25,7 @@ from study.diagnose.report import LAW_FILE, choose_advice, describe_threshold, f
 from study.diagnose.resonance import describe_level_dependence, draw_resonances
 from study.diagnose.round import Round, summarise_errors
 from study.diagnose.stages import Stage, describe_fall, list_stages, make_waterfall
-from study.diagnose.table import ALIKE, format_interval, format_number, list_factors, list_rows, list_strengths
+from study.diagnose.table import MARKED_ALIKE, format_interval, format_number, list_factors, list_rows, list_strengths
 from study.page.html import embed, render_page, set_in_type
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -69,7 +69,7 @@ def make_files(result: Round, history: History, case: Path) -> dict[str, bytes]:
                 for row in listed
             ],
             threshold=result.diagnosis.thresholds.gain,
-            before=result.diagnosis.before.held_error,
+            before=result.diagnosis.baseline.held_out_error,
             title=title,
             subtitle="candidates, those named and fitted first; dashed: detection threshold "
             f"{result.diagnosis.thresholds.gain:.3g}",
@@ -132,9 +132,9 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         chain=" → ".join(stage.name for stage in listed),
         falls=describe_fall(falling),
         candidates=list_rows(result),
-        same=ALIKE,
+        same=MARKED_ALIKE,
         n_shown=SHOWN,
-        held_before=percent(result.diagnosis.before.held_error, 3),
+        held_out_before=percent(result.diagnosis.baseline.held_out_error, 3),
         is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
         places=[each for each in result.diagnosis.places if isinstance(each, Place)],
         swings=isinstance(result.diagnosis.verdict.place, Resonator),
@@ -145,7 +145,7 @@ def make_page(result: Round, history: History, shown_pictures: Mapping[str, str]
         next_step=result.next_step,
         calibration_parameters=[item for item in result.setup.calibration_parameters if item.is_of_case],
         in_case=result.setup.calibrated,
-        now=list_factors(result.setup, result.diagnosis.before),
+        now=list_factors(result.setup, result.diagnosis.baseline),
         then={} if result.best is None else list_factors(result.setup, result.best),
         pull=_pull,
         added=_added(result),
@@ -233,7 +233,7 @@ def _factor(estimate: tuple[float, float]) -> str:
 
 
 def _added(result: Round) -> list[dict[str, str]]:
-    now = list_strengths(result.setup, result.diagnosis.before)
+    now = list_strengths(result.setup, result.diagnosis.baseline)
     then = list_strengths(result.setup, result.best) if result.best is not None else []
     listed = []
     for number, (effect, strength, deviation) in enumerate(now):

@@ -30,9 +30,9 @@ from study.diagnose.table import (
     format_number,
     format_strength,
     frequency_shifts,
-    gains,
     list_factors,
     list_rows,
+    list_sensor_gains,
     list_strengths,
 )
 
@@ -120,7 +120,9 @@ def _name_effects(result: Round) -> str:
     listed = " or ".join(f"{row.effect.name} ({', '.join(_estimated(row, chance))})" for row in named)
     further = verdict.further
     missing = "is missing" if further is None else f"and {_tell(further)} are missing"
-    fall = describe_error_fall(*map(summarise_errors, (result.drawn, result.diagnosis.before, verdict.effects[0])))
+    fall = describe_error_fall(
+        *map(summarise_errors, (result.uncalibrated, result.diagnosis.baseline, verdict.effects[0]))
+    )
     if verdict.finding is Finding.MISSING:
         return f"{listed} {missing}: {fall}."
     if len(named) == 1:
@@ -206,7 +208,7 @@ def _document_effect(item: Refit) -> dict[str, Any]:
         **_estimate(item.strength, item.deviation),
         "unit": item.effect.parameters[0].unit,
         "gain": item.gain,
-        "held_out_gain": item.held_gain,
+        "held_out_gain": item.held_out_gain,
     }
 
 
@@ -220,7 +222,7 @@ def make_document(result: Round) -> dict[str, Any]:
         "verdict": format_headline(result),
         "doubts": list_doubts(result),
         "suspicions": [str(each) for each in result.suspicions],
-        "model_error": vars(diagnosis.verdict.model_error),
+        "model_error": vars(diagnosis.verdict.model_error_size),
         "effects": [item.effect.name for item in diagnosis.verdict.effects if item.effect is not None],
         "probabilities": [*diagnosis.verdict.probabilities],
         "alike": [*diagnosis.verdict.alike],
@@ -228,14 +230,17 @@ def make_document(result: Round) -> dict[str, Any]:
         "further": None if further is None else _document_effect(further),
         "threshold": diagnosis.verdict.threshold,
         "thresholds": vars(diagnosis.thresholds),
-        "errors": {**_case_errors(result), "before": summarise_errors(diagnosis.before).document},
+        "errors": {**_case_errors(result), "before": summarise_errors(diagnosis.baseline).document},
         "named": [_document_effect(item) for item in diagnosis.verdict.effects],
         "calibrated": {
             name: {**_estimate(factor, deviation, "factor"), "in_case": result.setup.calibrated.get(name)}
-            for name, (factor, deviation) in list_factors(result.setup, diagnosis.before).items()
+            for name, (factor, deviation) in list_factors(result.setup, diagnosis.baseline).items()
         },
-        "frequency_shifts": frequency_shifts(result.setup, diagnosis.before),
-        "gains": {name: _estimate(*numbers, "gain") for name, numbers in gains(result.setup, diagnosis.before).items()},
+        "frequency_shifts": frequency_shifts(result.setup, diagnosis.baseline),
+        "gains": {
+            name: _estimate(*numbers, "gain")
+            for name, numbers in list_sensor_gains(result.setup, diagnosis.baseline).items()
+        },
         "added": [
             {
                 "effect": effect.name,
@@ -244,7 +249,7 @@ def make_document(result: Round) -> dict[str, Any]:
                 "in_case": float(was.values[0]),
             }
             for (effect, strength, deviation), was in zip(
-                list_strengths(result.setup, diagnosis.before), result.setup.added, strict=True
+                list_strengths(result.setup, diagnosis.baseline), result.setup.added, strict=True
             )
         ],
         "candidates": [_row_document(row) for row in list_rows(result)],
@@ -302,8 +307,8 @@ def _law_document(law: FittedLaw) -> dict[str, Any]:
         "law": law.refit.effect.kind,
         "in_words": law.words,
         "gain": law.gain,
-        "held_out_gain": law.held_gain,
-        "held_out_error": law.refit.held_error,
+        "held_out_gain": law.held_out_gain,
+        "held_out_error": law.refit.held_out_error,
         "values": {
             parameter.name: {**_estimate(float(value), float(deviation), "value"), "unit": parameter.unit}
             for parameter, value, deviation in numbers
@@ -359,16 +364,16 @@ def _resonances(result: Round) -> Iterator[str]:
 
 
 def _fitted(result: Round) -> Iterator[str]:
-    before, in_case = result.diagnosis.before, result.setup.calibrated
-    yield f"Calibrated: {_name_factors(result, before) or 'the case has no calibration parameters'}"
+    baseline, in_case = result.diagnosis.baseline, result.setup.calibrated
+    yield f"Calibrated: {_name_factors(result, baseline) or 'the case has no calibration parameters'}"
     if result.best is not None and (named := _name_factors(result, result.best)):
         yield f"Calibrated with {result.best.label}: {named}"
-    if found := [describe_gain(name, *numbers) for name, numbers in gains(result.setup, before).items()]:
+    if found := [describe_gain(name, *numbers) for name, numbers in list_sensor_gains(result.setup, baseline).items()]:
         yield f"Gains that nobody stated, fitted to the training data: {', '.join(found)}"
-    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, before).items()]:
+    if shifts := [f"{name} {100 * shift:+.2g} %" for name, shift in frequency_shifts(result.setup, baseline).items()]:
         yield f"Errors of the mesh that the fit found: {', '.join(shifts)}"
     for (effect, strength, deviation), was in zip(
-        list_strengths(result.setup, before), result.setup.added, strict=True
+        list_strengths(result.setup, baseline), result.setup.added, strict=True
     ):
         parameter = effect.parameters[0]
         now = format_interval(strength, deviation, parameter)

@@ -10,7 +10,6 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import EffectError
-from diagnosis.decision.evidence import compute_stated
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -56,7 +55,7 @@ class Round(Tabular):
         Measurements.
     diagnosis
         Its result.
-    drawn
+    uncalibrated
         The case without anything that was calibrated or added.
     run_step
         Looks up or computes further steps of this round.
@@ -73,7 +72,7 @@ class Round(Tabular):
     setup: Setup
     campaign: Campaign
     diagnosis: Diagnosis[Arrangement]
-    drawn: Refit
+    uncalibrated: Refit
     run_step: RunStep
     remarks: Sequence[str] = ()
     law: RecoveredLaw | None = None
@@ -161,12 +160,12 @@ def diagnose_case(
             run_step=watch_steps(watch, shown.watched(run_step)),
             report=shown.report,
         )
-        drawn = run_step("as drawn", lambda: diagnosis.arrangement.tested_as_drawn(setup.model))
+        uncalibrated = run_step("as drawn", lambda: diagnosis.arrangement.test_uncalibrated(setup.model))
         law = run_step("missing law", lambda: find_missing_law(diagnosis.arrangement, diagnosis.verdict))
         next_step = run_step("next test", lambda: find_next_step(campaign, diagnosis, law))
     return Round(
-        setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step, remarks=remarks,
-        law=describe_law(law), next_step=next_step,
+        setup=setup, campaign=campaign, diagnosis=diagnosis, uncalibrated=uncalibrated, run_step=run_step,
+        remarks=remarks, law=describe_law(law), next_step=next_step,
         suspicions=merge_suspicions(campaign.suspicions) if suspicions is None else suspicions,
     )  # fmt: skip
 
@@ -264,9 +263,9 @@ def summarise_errors(refit: Refit) -> Errors:
     """Errors of a fitted model."""
     return Errors(
         training=refit.error,
-        held_out=refit.held_error,
-        training_chi2=compute_stated(refit),
-        held_out_chi2=refit.held_misfit,
+        held_out=refit.held_out_error,
+        training_chi2=refit.reduced_chi2_by_noise,
+        held_out_chi2=refit.held_out_reduced_chi2_by_noise,
     )
 
 

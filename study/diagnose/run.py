@@ -185,7 +185,7 @@ def record_diagnosis(result: Round, case: Path, campaign: Path, key: str = "") -
         Hash of the case as it was diagnosed; of the file as it is by default.
     """
     history, key = history_of(case), key or case_key(read_text(case))
-    before, drawn = summarise_errors(result.diagnosis.before), summarise_errors(result.drawn)
+    before, drawn = summarise_errors(result.diagnosis.baseline), summarise_errors(result.uncalibrated)
     added = {item.effect.name for item in result.setup.added}
     # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
     earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign.resolve())]

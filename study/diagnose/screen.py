@@ -31,7 +31,7 @@ class ScreeningResult:
         Measurements beside the model, with the fit of the calibration parameters and the added effects.
     scores
         Scores of all candidates, best first.
-    drawn, before
+    uncalibrated, baseline
         The case without anything that was calibrated or added, and the fit of the arrangement, both tested on the
         held-out data.
     """
@@ -39,8 +39,8 @@ class ScreeningResult:
     setup: Setup
     arrangement: Arrangement
     scores: Sequence[Score]
-    drawn: Refit
-    before: Refit
+    uncalibrated: Refit
+    baseline: Refit
 
 
 class _EnoughError(Exception):
@@ -81,6 +81,8 @@ def screen_case(
     run_step = Steps(store, own, campaign, tuple(sorted({*own.without, *without})))
     arrangement: Arrangement = found.get("branches", found["arrangement"])
     with progress.step("test of the calibration", expected=3):
-        before = run_step("calibrated", lambda: baseline_fit(arrangement))
-        drawn = run_step("as drawn", lambda: arrangement.tested_as_drawn(own.model))
-    return ScreeningResult(setup=own, arrangement=arrangement, scores=found[LAST], drawn=drawn, before=before)
+        baseline = run_step("calibrated", lambda: baseline_fit(arrangement))
+        uncalibrated = run_step("as drawn", lambda: arrangement.test_uncalibrated(own.model))
+    return ScreeningResult(
+        setup=own, arrangement=arrangement, scores=found[LAST], uncalibrated=uncalibrated, baseline=baseline
+    )

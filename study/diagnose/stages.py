@@ -34,15 +34,15 @@ def list_stages(result: Round) -> list[Stage]:
 
     Each is tested on the held-out data in the same way, with the covariance of this round.
     """
-    before, best = result.diagnosis.before, result.best
-    listed = [Stage(name="as drawn", refit=result.drawn)]
+    baseline, best = result.diagnosis.baseline, result.best
+    listed = [Stage(name="as drawn", refit=result.uncalibrated)]
     if result.setup.added or result.setup.calibrated:
         as_it_is = result.run_step(
-            "as it is", lambda: result.diagnosis.arrangement.tested_as_drawn(result.setup.complete)
+            "as it is", lambda: result.diagnosis.arrangement.test_uncalibrated(result.setup.complete)
         )
-        listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=before)]
+        listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=baseline)]
     else:
-        listed.append(Stage(name="calibrated", refit=before))
+        listed.append(Stage(name="calibrated", refit=baseline))
     if best is not None and best.effect is not None:
         listed.append(Stage(name=f"with {best.label}", refit=best))
     return listed
@@ -61,7 +61,7 @@ def make_waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
     best, present = result.best, [item.effect.name for item in result.setup.added]
     steps = list_known_errors(
-        history, present, summarise_errors(result.drawn), summarise_errors(result.diagnosis.before)
+        history, present, summarise_errors(result.uncalibrated), summarise_errors(result.diagnosis.baseline)
     )
     if best is not None and best.effect is not None:
         steps.append(make_step(f"+ {best.label}", summarise_errors(best), proposed=True))

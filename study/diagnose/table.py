@@ -19,8 +19,8 @@ from study.diagnose.edit import Written
 from study.diagnose.history import Errors
 from study.diagnose.round import Round, summarise_errors
 
-#: Cosine of two effects' changes above which a table calls them alike.
-ALIKE = 0.95
+#: Cosine of two effects' changes above which a table marks them as alike; a verdict names them above 0.99.
+MARKED_ALIKE = 0.95
 #: Where half an interval is so many times a value, no digit of the value counts [-].
 UNTOLD = 100.0
 
@@ -147,7 +147,7 @@ def list_factors(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     return {item.name: (a, b) for item, a, b in _calibrated(setup, refit) if item.is_of_case}
 
 
-def gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
+def list_sensor_gains(setup: Setup, refit: Refit) -> dict[str, tuple[float, float]]:
     """Gains that nobody stated, as fitted, with their standard deviations, by name."""
     fitted = _calibrated(setup, refit)
     return {item.name: (item.start * a, item.start * b) for item, a, b in fitted if isinstance(item, UnknownGain)}

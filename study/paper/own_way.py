@@ -111,7 +111,7 @@ def write_case(model: PaperModel, parameters: RigParameters) -> str:
 
 def _told(result: Round) -> OwnRound:
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
-    before = summarise_errors(result.diagnosis.before)
+    before = summarise_errors(result.diagnosis.baseline)
     return OwnRound(
         sentence=format_headline(result), held_before=before.held_out,
         held_after=(before if best is None else summarise_errors(best)).held_out,
@@ -129,7 +129,7 @@ def read_values(result: Round, start: RigParameters) -> tuple[tuple[Interval, ..
         Parameters whose multiples calibration parameters are.
     """
     best = result.best if result.diagnosis.verdict.finding in NAMED else None
-    refit = result.diagnosis.verdict.before if best is None else best
+    refit = result.diagnosis.verdict.baseline if best is None else best
     scaled = list_factors(result.setup, refit)
     values = [
         _interval(name, getattr(start, name), 0.0, scaled[factor])

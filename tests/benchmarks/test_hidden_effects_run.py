@@ -208,7 +208,7 @@ def test_the_floor_is_the_error_of_the_true_model() -> None:
             squares[name] += float(np.mean(np.abs(reading / VALUE - 1)[chosen] ** 2)) / n
     expected = (math.sqrt(squares["all"]), math.sqrt(squares["noise"]))
     # 4000 draws of some ten numbers: 1 % is three standard deviations of the mean.
-    assert floors(SimpleNamespace(settled=held)) == pytest.approx(expected, rel=0.02)  # type: ignore[arg-type]
+    assert floors(SimpleNamespace(held_out_without_jitter=held)) == pytest.approx(expected, rel=0.02)  # type: ignore[arg-type]
 
 
 POINTS_TO_MEASURE = CampaignPoints(levels=(1.0, 5.0), frequencies=(472.0,), free_frequencies=(90.0,), n_repeat=4)
@@ -225,7 +225,7 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     before = refit(None, chi2=900.0, held_error=0.02)
     best = refit(effect, chi2=800.0, held_error=0.011)
     verdict = Verdict(
-        finding=Finding.MISSING, effects=(best,), before=before, threshold=12.0, detectable={}, units={}
+        finding=Finding.MISSING, effects=(best,), baseline=before, threshold=12.0, detectable={}, units={}
     )  # fmt: skip
     place = Place(
         name="tip", gain=9.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
@@ -234,8 +234,8 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     )  # fmt: skip
     scores = (SimpleNamespace(effect=effect, gain=99.0),)
     return Diagnosis(
-        arrangement=SimpleNamespace(settled=comparison()), catalogue=names, scores=scores,  # type: ignore[arg-type]
-        before=before, refits=(best,), places=(place,), thresholds=None, verdict=verdict,  # type: ignore[arg-type]
+        arrangement=SimpleNamespace(held_out_without_jitter=comparison()), catalogue=names, scores=scores,  # type: ignore[arg-type]
+        baseline=before, refits=(best,), places=(place,), thresholds=None, verdict=verdict,  # type: ignore[arg-type]
     )  # fmt: skip
 
 
@@ -244,9 +244,9 @@ def refit(effect: Any, chi2: float, held_error: float) -> Refit:
     return Refit(
         effect=effect,
         fit=fit,
-        held_chi2=1.0,
+        held_out_reduced_chi2=1.0,
         error=0.01,
-        held_error=held_error,
+        held_out_error=held_error,
         gain=900.0 - chi2,  # type: ignore[arg-type]
     )
 

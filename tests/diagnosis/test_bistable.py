@@ -87,7 +87,7 @@ def test_the_cubic_is_named_with_its_strength(found: Diagnosis[Arrangement]) -> 
 def test_the_held_out_level_is_predicted_with_its_jumps(found: Diagnosis[Arrangement]) -> None:
     (best,) = found.verdict.effects
     # Of the error that is left, some is a point or two between a measured and a predicted jump.
-    assert best.held_error < 0.1 < found.before.held_error
+    assert best.held_out_error < 0.1 < found.baseline.held_out_error
 
 
 def test_points_on_the_other_branch_are_found() -> None:

@@ -14,7 +14,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect
-from diagnosis.decision.evidence import support
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.added import AddedEffect
@@ -108,7 +108,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
     assert best.deviation < 0.04 * MASS
     # The noise of single readings, of 1e-3 in each part.
-    assert best.held_error < 0.003 < heavy.before.held_error
+    assert best.held_out_error < 0.003 < heavy.baseline.held_out_error
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
 
 
@@ -118,16 +118,16 @@ def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench) -> None:
     campaign = bench.campaign((WHERE, 6e-4), n_repeat=8, held=(8,))
     found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload", *FRICTION])
     assert WHERE in names(found)
-    assert found.refits[0].held_gain < 0.25 * found.refits[0].gain
+    assert found.refits[0].held_out_gain < 0.25 * found.refits[0].gain
 
 
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
-    found = [support(each) for each in heavy.refits]
+    found = [compute_log_density(each) for each in heavy.refits]
     assert found
     assert found == sorted(found, reverse=True)
     for each in heavy.refits:
         assert each.fit.chi2 < heavy.arrangement.fit.chi2
-        assert each.held_gain < each.gain
+        assert each.held_out_gain < each.gain
 
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
@@ -314,7 +314,7 @@ def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
     added = [AddedEffect(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
     found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
     assert found.verdict.finding is Finding.NOTHING
-    assert found.before.fit.values[3] == pytest.approx(MASS, abs=4 * found.before.fit.deviation[3])
+    assert found.baseline.fit.values[3] == pytest.approx(MASS, abs=4 * found.baseline.fit.deviation[3])
 
 
 def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis) -> None:

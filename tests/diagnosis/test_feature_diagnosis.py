@@ -8,7 +8,7 @@ from correlation.data_type.mode import MeasuredMode
 from correlation.model import Dof, Model, Sensor
 from diagnosis.decision.verdict import Finding
 from diagnosis.feature.arrangement import arrange_features
-from diagnosis.feature.diagnose import FeatureGate, FeatureResult, diagnose_features, list_indications
+from diagnosis.feature.diagnose import FeatureResult, FeatureTest, diagnose_features, list_indications
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from fe.dense_modes import compute_dense_modes
 from reduction.jointed_system import JointedSystem, along
@@ -80,7 +80,7 @@ def test_noise_alone_is_nothing(seed: int) -> None:
 def test_a_calibration_parameter_is_no_effect() -> None:
     found = diagnose(chain(modulus=1.02), 5).diagnosis
     assert found.verdict.finding is Finding.NOTHING
-    assert found.before.fit.values[1] == pytest.approx(1.02, abs=2e-3)
+    assert found.baseline.fit.values[1] == pytest.approx(1.02, abs=2e-3)
 
 
 def test_a_model_that_is_far_off_is_said_so() -> None:
@@ -110,8 +110,8 @@ def test_an_effect_that_leaves_a_sign_explains_nothing(monkeypatch: pytest.Monke
 
     def explains(before: float, after: float) -> bool:
         monkeypatch.setattr("diagnosis.feature.diagnose.list_indications", lambda *_: (indication(after),))
-        gate = FeatureGate(before=found.before, floor=np.ones(1), data=(), indications=(indication(before),))
-        return gate.explains(found.refits[0])
+        test = FeatureTest(baseline=found.baseline, floor=np.ones(1), data=(), indications=(indication(before),))
+        return test.explains(found.refits[0])
 
     assert explains(-40.0, -15.0)
     assert not explains(-40.0, -30.0)

@@ -22,7 +22,7 @@ from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.time_record.arrangement import arrange_records, stretch
 from diagnosis.time_record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
-from diagnosis.time_record.gate import named_unit
+from diagnosis.time_record.held_out import named_unit
 from reduction.jointed_system import JointedSystem, along
 from tests.slow import slow
 
@@ -116,7 +116,7 @@ def test_the_hidden_effect_is_named_and_measured(
     assert best.strength == pytest.approx(strength, rel=0.04)
     assert abs(best.strength - strength) < 3.3 * best.deviation
     # Down to the noise: of two channels with 1 % each.
-    assert best.held_error == pytest.approx(NOISE, rel=0.15)
+    assert best.held_out_error == pytest.approx(NOISE, rel=0.15)
     # What was fitted with it is right as well, and nothing is left.
     np.testing.assert_allclose(best.fit.values[:3], [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
     assert rest[0].verdict.finding is Finding.NOTHING, rest[0].verdict.sentence
@@ -126,13 +126,13 @@ def test_the_hidden_effect_is_named_and_measured(
 def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[TimeRecord]]) -> None:
     found = diagnosed(records["nothing"])
     assert found.verdict.finding is Finding.NOTHING
-    assert found.before.held_error == pytest.approx(NOISE, rel=0.15)
+    assert found.baseline.held_out_error == pytest.approx(NOISE, rel=0.15)
     assert "Nothing passes the gate" in found.verdict.sentence
-    np.testing.assert_allclose(found.before.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
+    np.testing.assert_allclose(found.baseline.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
 
 
 def test_deviations_hold_the_truth_though_the_noise_is_coloured(records: dict[str, list[TimeRecord]]) -> None:
-    fit = diagnosed(records["nothing"]).before.fit
+    fit = diagnosed(records["nothing"]).baseline.fit
     away = np.abs(fit.values - [TRUE_ZETA, TRUE_E, TRUE_GAIN]) / fit.deviation
     assert away.max() < 4.0
     assert fit.deviation.max() < 0.02
@@ -153,7 +153,7 @@ def test_the_size_of_an_effect_is_the_error_that_it_makes(records: dict[str, lis
     found = diagnosed(records["mass"])
     score = found.scores[0]
     assert score.effect.name == "mass at tip"
-    made = np.sqrt(found.before.error**2 - found.refits[0].error ** 2)
+    made = np.sqrt(found.baseline.error**2 - found.refits[0].error ** 2)
     # Linear in the strength, but for the shift of the resonance.
     by_strength = 0.02 / score.detectable / np.sqrt(found.arrangement.fit.n_number)
     assert by_strength == pytest.approx(made, rel=0.1)

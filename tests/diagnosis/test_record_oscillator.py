@@ -84,10 +84,10 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     runs.append(ring_down(0.2, 2.0, held_out=True))
     found = diagnose_records(base, runs, list_calibration_parameters(base))
     # Without a force the march is exact: the fit ends when it gains no more than 1e-7 of the squared error.
-    np.testing.assert_allclose(matrices(found.before.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
+    np.testing.assert_allclose(matrices(found.baseline.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
     # Each has a start of its own, the held-out one as well.
-    assert found.before.held_error < 1e-5
-    starts = found.before.fit.starts[::2] / np.sqrt(MASS)  # of the modal displacements, alternating with velocities
+    assert found.baseline.held_out_error < 1e-5
+    starts = found.baseline.fit.starts[::2] / np.sqrt(MASS)  # of the modal displacements, alternating with velocities
     np.testing.assert_allclose(starts, [0.1 * np.cos(0.3), 0.05 * np.cos(-1.0)], rtol=1e-5)
 
 

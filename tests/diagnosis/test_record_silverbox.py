@@ -72,11 +72,11 @@ def test_a_cubic_spring_comes_first(rounds: list[RecordDiagnosis]) -> None:
 
 
 def test_the_held_out_error_falls_at_least_five_times(rounds: list[RecordDiagnosis]) -> None:
-    before, after = rounds[0].before, rounds[0].verdict.effects[0]
+    before, after = rounds[0].baseline, rounds[0].verdict.effects[0]
     # In the other multisine, and in the arrow, which goes beyond the amplitudes of the training.
-    assert (after.held_errors < before.held_errors / 5).all()
+    assert (after.held_out_errors < before.held_out_errors / 5).all()
     # Measured 0.59 and 0.79 %: a simulation, no prediction from the last sample.
-    assert (after.held_errors < 0.01).all()
+    assert (after.held_out_errors < 0.01).all()
 
 
 def test_other_effects_hardly_help(rounds: list[RecordDiagnosis]) -> None:
@@ -97,13 +97,13 @@ def test_nothing_further_passes_the_gate(rounds: list[RecordDiagnosis]) -> None:
     assert len(rounds) == 2
     last = rounds[1]
     assert last.verdict.finding is Finding.NOTHING
-    # The best of the rest, drag, takes 18 % of the error off: just less than the gate asks for.
+    # The best of the rest, drag, takes 18 % of the error off: just less than the test asks for.
     assert last.refits[0].effect is not None
     assert last.refits[0].effect.kind == "air damping"
-    assert last.refits[0].held_error > 0.8 * last.before.held_error
+    assert last.refits[0].held_out_error > 0.8 * last.baseline.held_out_error
 
 
 def test_the_numerical_error_is_far_below_what_is_left(rounds: list[RecordDiagnosis]) -> None:
     arrangement = rounds[1].arrangement
     error = estimate_numerical_error(arrangement.fit.model, arrangement.train.drives[0])
-    assert error < 0.1 * rounds[1].before.held_error
+    assert error < 0.1 * rounds[1].baseline.held_out_error

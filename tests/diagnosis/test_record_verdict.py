@@ -1,4 +1,4 @@
-"""The gate: what the held-out error must do before an effect is named."""
+"""The test: what the held-out error must do before an effect is named."""
 
 from types import SimpleNamespace
 
@@ -10,7 +10,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
-from diagnosis.time_record.gate import RATIO, judge_records
+from diagnosis.time_record.held_out import RATIO, judge_records
 
 QUIET = np.zeros(1)
 LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)
@@ -23,8 +23,9 @@ def refit(name: str, blocks: NDArray[np.float64]) -> Refit:
     fit = SimpleNamespace(values=np.array([99.0, 0.0123]), deviation=np.array([77.0, 0.0005]), n_number=3)
     error = np.sqrt(blocks.mean(keepdims=True))
     return Refit(
-        effect=effect, fit=fit, held_chi2=float(error[0] ** 2), error=float(error[0]), held_error=float(error[0]),  # type: ignore[arg-type]
-        held_errors=error, held_names=("arrow",), blocks=blocks,
+        effect=effect, fit=fit, held_out_reduced_chi2=float(error[0] ** 2),  # type: ignore[arg-type]
+        error=float(error[0]), held_out_error=float(error[0]), held_out_errors=error, held_out_names=("arrow",),
+        blocks=blocks,
     )  # fmt: skip
 
 
@@ -40,7 +41,7 @@ def test_an_error_that_falls_everywhere_names_its_effect() -> None:
     assert verdict.finding is Finding.MISSING
     assert verdict.sentence == (
         "mass at tip (0.0123 kg +- 0.00098) is missing; the held-out error falls from "
-        f"{100 * BEFORE.held_error:.2g} to {50 * BEFORE.held_error:.2g} % in arrow."
+        f"{100 * BEFORE.held_out_error:.2g} to {50 * BEFORE.held_out_error:.2g} % in arrow."
     )
 
 
@@ -52,7 +53,7 @@ def test_an_error_that_hardly_falls_names_nothing() -> None:
     assert "Nothing passes the gate" in verdict.sentence
     assert "the best candidate, mass at tip, leaves" in verdict.sentence
     assert "no candidate would lower it" in judged().sentence
-    assert "beyond the noise" in judged(floor=np.array([BEFORE.held_error])).sentence
+    assert "beyond the noise" in judged(floor=np.array([BEFORE.held_out_error])).sentence
 
 
 def test_an_error_that_falls_in_few_blocks_names_nothing() -> None:
@@ -62,7 +63,7 @@ def test_an_error_that_falls_in_few_blocks_names_nothing() -> None:
     after = np.array(loud)
     after[:2] /= 100
     one = refit("mass at tip", after)
-    assert one.held_error < 0.5 * before.held_error
+    assert one.held_out_error < 0.5 * before.held_out_error
     assert judge_records(before, [one], QUIET).finding is Finding.NOTHING
 
 
@@ -78,7 +79,7 @@ def test_two_effects_that_do_as_well_cannot_be_told_apart() -> None:
 
 def test_the_gate_counts_what_is_above_the_noise() -> None:
     # Of 100 parts 64 are noise: a fall to 80 is one of the excess by 0.56.
-    floor = np.array([0.8 * BEFORE.held_error])
+    floor = np.array([0.8 * BEFORE.held_out_error])
     after = refit("mass at tip", 0.75 * BEFORE.blocks)
     assert judged(after).finding is Finding.NOTHING
     assert judged(after, floor=floor).finding is Finding.MISSING
@@ -87,11 +88,11 @@ def test_the_gate_counts_what_is_above_the_noise() -> None:
 def test_a_stand_in_leaves_too_much_above_a_known_noise() -> None:
     after = refit("mass at tip", 0.36 * BEFORE.blocks)
     assert judged(after).finding is Finding.MISSING
-    verdict = judged(after, floor=np.array([0.1 * BEFORE.held_error]))
+    verdict = judged(after, floor=np.array([0.1 * BEFORE.held_out_error]))
     assert verdict.finding is Finding.UNKNOWN
     assert "none of the known effects" in verdict.sentence
     # Where nothing passes, but more is left than noise, that is said as well.
-    assert judged(floor=np.array([0.1 * BEFORE.held_error])).finding is Finding.UNKNOWN
+    assert judged(floor=np.array([0.1 * BEFORE.held_out_error])).finding is Finding.UNKNOWN
 
 
 def test_a_refit_that_runs_away_is_never_named() -> None:
@@ -114,7 +115,7 @@ def test_strengths_that_would_have_passed_are_told() -> None:
         for size in (30.0, 0.0)
     ]  # fmt: skip
     verdict = judge_records(BEFORE, [], QUIET, scores[:1])
-    assert verdict.detectable == {"mass at tip": pytest.approx(0.75 * BEFORE.held_error / 30.0)}
+    assert verdict.detectable == {"mass at tip": pytest.approx(0.75 * BEFORE.held_out_error / 30.0)}
     assert verdict.units == {"mass at tip": "kg"}
     assert "mass at tip 0.0025 kg" in verdict.smallest
     # One that is absorbed would never have passed.

@@ -14,7 +14,7 @@ from diagnosis.error_share import list_weights
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.resonator import DAMPING, Resonator, find_resonators, list_tunings
-from diagnosis.unknown_force import find_unknown_forces, misfit
+from diagnosis.unknown_force import compute_excess_gain, find_unknown_forces
 from reduction.jointed_system import along
 from tests.slow import slow
 
@@ -100,7 +100,7 @@ def test_without_one_the_best_gains_what_chance_does(small: Model, paper: Module
     n_tried = sum(len(list_tunings(np.array(grid))) * 2 for grid in paper.GRID.values())
     # The best of so many squares of normals, each of its own: exceeded once in a thousand at twice that much, as in
     # the test of forces without one.
-    assert max(misfit(each) for each in found_in(arrangement)) < 4 * np.log(1e3 * n_tried)
+    assert max(compute_excess_gain(each) for each in found_in(arrangement)) < 4 * np.log(1e3 * n_tried)
 
 
 def test_tunings_cover_the_band_more_densely_than_resonances_are_wide() -> None:

@@ -76,10 +76,10 @@ def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[
     assert (before.strength, before.deviation) == (0.0, 0.0)
     # What the screening promises is what chi^2 falls by, but for curvature.
     assert heavy.fit.chi2 - after.fit.chi2 == pytest.approx(scores[0].gain, rel=0.25)
-    assert after.held_chi2 < before.held_chi2
-    assert after.held_error < before.held_error
+    assert after.held_out_reduced_chi2 < before.held_out_reduced_chi2
+    assert after.held_out_error < before.held_out_error
     # A single reading's noise of 1e-3 in each part, and its floor.
-    assert after.held_error < 0.01
+    assert after.held_out_error < 0.01
 
 
 def test_when_nothing_is_missing_nothing_stands_out(complete: Arrangement, listed: Catalogue) -> None:

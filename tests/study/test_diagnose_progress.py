@@ -5,13 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from diagnosis.diagnose import LONG, USUAL
+from diagnosis.diagnose import LONG_PROGRESS, USUAL_PROGRESS
 from pipeline.progress import LineProgress
 from pipeline.store import Store
 from study.diagnose.progress import phases
 from study.diagnose.round import step
 
-PARTS = ("screening", "fits", "tests", "left", "intervals")
+PARTS = ("screening", "fits", "tests", "explanation", "intervals")
 
 
 class Clock:
@@ -94,8 +94,8 @@ def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path:
 
 
 def test_shares_of_a_round_rise() -> None:
-    for shares in (USUAL, LONG):
-        values = [getattr(shares, part) for part in PARTS]
+    for progress in (USUAL_PROGRESS, LONG_PROGRESS):
+        values = [getattr(progress, part) for part in PARTS]
         assert values == sorted(values)
         assert 0 < values[0] < values[-1] < 1
-        assert shares.between("fits", "tests", 0.5) == (shares.fits + shares.tests) / 2
+        assert progress.between("fits", "tests", 0.5) == (progress.fits + progress.tests) / 2

@@ -54,7 +54,8 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     # What counts here is fitted whatever is a candidate.
     later = diagnose_case(held, campaign, without=["spring", "dashpot", "cubic"])
     words = format_report(later)
-    assert later.diagnosis.before.fit.values[len(later.setup.calibration_parameters)] == pytest.approx(0.006, rel=0.02)
+    first_added = len(later.setup.calibration_parameters)
+    assert later.diagnosis.baseline.fit.values[first_added] == pytest.approx(0.006, rel=0.02)
     assert "(case: 5.5 g)" in words
     assert f"(case: {setup.calibrated['zeta']:.5g})" in words
     assert "Every diagnosis fits all of these values anew" in words
@@ -86,7 +87,7 @@ def test_a_law_that_the_force_may_have_as_well_is_told_in_words_and_numbers(
     result = diagnose_case(read_case(case, campaign).setup, campaign, store=kept_rounds)
     assert make_document(result)["laws"] == []
     (best,) = result.diagnosis.verdict.effects
-    law = FittedLaw(refit=best, gain=-3.0, held_gain=1.0, words="another force", is_distinct=True)
+    law = FittedLaw(refit=best, gain=-3.0, held_out_gain=1.0, words="another force", is_distinct=True)
     verdict = replace(result.diagnosis.verdict, finding=Finding.AMBIGUOUS, laws=[law])
     doubtful = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert "is missing, or another force at its place: the held-out error falls" in format_headline(doubtful)
@@ -115,7 +116,7 @@ def test_two_missing_effects_are_told_with_their_strengths(two_masses: TwoMasses
     together, further = replace(together, fit=fit), replace(further, fit=fit)
     assert together.strength == best.strength
     first, second = (Finalist(refit=each, arrangement=result.diagnosis.arrangement) for each in (together, further))
-    pair = Pair(first=first, second=second, alone=second, rivals=(), force=0.0)
+    pair = Pair(first=first, second=second, alone=second, alternatives=(), force=0.0)
     verdict = replace(result.diagnosis.verdict, effects=(together,), pair=pair)
     two = replace(result, diagnosis=replace(result.diagnosis, verdict=verdict))
     assert re.match(

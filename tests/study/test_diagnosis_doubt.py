@@ -26,14 +26,15 @@ def result(
     calibration = tuple(parameter for _ in values)
     fit = SimpleNamespace(values=np.array(values))
     return SimpleNamespace(
-        drawn=SimpleNamespace(held_misfit=1.0, held_error=drawn), best=best, setup=SimpleNamespace(added=()),
-        remarks=(), wrong=wrong,
+        uncalibrated=SimpleNamespace(held_out_reduced_chi2_by_noise=1.0, held_out_error=drawn), best=best,
+        setup=SimpleNamespace(added=()), remarks=(), wrong=wrong,
         diagnosis=SimpleNamespace(
-            before=SimpleNamespace(
-                held_misfit=1.0 + chi2, held_error=before, error=before, fit=fit, n_held=100, held_jumps=(),
+            baseline=SimpleNamespace(
+                held_out_reduced_chi2_by_noise=1.0 + chi2, held_out_error=before, error=before, fit=fit, n_held_out=100,
+                held_out_jumps=(),
             ),
             arrangement=SimpleNamespace(calibration=calibration, train=SHARES, held_out=SHARES),
-            verdict=SimpleNamespace(model_error=error),
+            verdict=SimpleNamespace(model_error_size=error),
         ),
     )  # fmt: skip
 
@@ -72,7 +73,7 @@ def test_a_held_out_jump_that_the_model_has_elsewhere_is_said() -> None:
     )
     found = result()
     found.campaign = SimpleNamespace(drive=SimpleNamespace(unit="V"))
-    found.diagnosis.before.held_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
+    found.diagnosis.baseline.held_out_jumps = (jump, replace(jump, level=1.0, predicted_frequency=42.31))
     (doubt,) = list_doubts(found)
     assert "2 V, up-sweep: jumps down at 42.3 Hz, the model at 42.6 Hz (+0.3 Hz). Between" in doubt
     # Within the step of the sweep the jump is where it was measured.
@@ -87,20 +88,20 @@ def test_what_the_model_errs_by_is_said() -> None:
 def test_a_large_held_out_error_that_is_left_is_said() -> None:
     fit = SimpleNamespace(values=np.array([1.0]))
     best = SimpleNamespace(
-        held_misfit=30.0,
-        held_error=0.33,
+        held_out_reduced_chi2_by_noise=30.0,
+        held_out_error=0.33,
         error=0.12,
         name="density of all",
         label="density of all",
         fit=fit,
-        held_jumps=(),
+        held_out_jumps=(),
     )
     (doubt,) = list_doubts(result(drawn=5.0, before=4.8, best=best))
     assert doubt.startswith(
         "With density of all the model still errs by 33 % on the held-out data (12 % on the others)"
     )
     # Noise may be as large.
-    best.held_misfit = 1.1
+    best.held_out_reduced_chi2_by_noise = 1.1
     assert list_doubts(result(drawn=5.0, before=4.8, best=best)) == []
 
 

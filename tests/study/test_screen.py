@@ -43,8 +43,8 @@ def test_a_screening_has_the_scores_and_errors_of_the_diagnosis(
     assert [(score.effect.name, score.gain) for score in screened.scores] == [
         (score.effect.name, score.gain) for score in whole.diagnosis.scores
     ]
-    assert summarise_errors(screened.before) == summarise_errors(whole.diagnosis.before)
-    assert summarise_errors(screened.drawn) == summarise_errors(whole.drawn)
+    assert summarise_errors(screened.baseline) == summarise_errors(whole.diagnosis.baseline)
+    assert summarise_errors(screened.uncalibrated) == summarise_errors(whole.uncalibrated)
 
 
 @slow
@@ -76,7 +76,7 @@ def test_a_calibration_writes_the_fit_of_the_diagnosis_and_undo_takes_it_back(tw
     # Six digits are written, and a fit from its own result stays there within what a fit calls enough.
     assert written.keys() == {item.name for item in screened.setup.calibration_parameters}
     np.testing.assert_allclose(written["zeta"], 1.1, rtol=0.02)
-    for name, (value, deviation) in list_factors(screened.setup, screened.before).items():
+    for name, (value, deviation) in list_factors(screened.setup, screened.baseline).items():
         assert abs(written[name] - value) < 0.5 * deviation
     assert step.after is not None
     assert step.before is not None

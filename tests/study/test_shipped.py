@@ -107,6 +107,6 @@ def test_the_relaxed_clamp_of_every_mesh_is_the_full_one_with_the_same_share_fre
     case = load_case(path, Table1Case)
     for asked in case.model:
         if asked.model in (2, 10):
-            mesh, _, n_held = clamped(make_row_inputs(case, asked))
+            mesh, _, n_held_out = clamped(make_row_inputs(case, asked))
             vertices = np.intersect1d(mesh.nodes("clamp"), mesh.corner_nodes())
-            assert n_held == len(vertices) - len(vertices) // case.root.drop_every
+            assert n_held_out == len(vertices) - len(vertices) // case.root.drop_every

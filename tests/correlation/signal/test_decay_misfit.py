@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.signal.decay_flow import fit_flows
-from correlation.signal.decay_misfit import Misfit, find_fault, measure_misfit
+from correlation.signal.decay_misfit import DecayMisfit, find_fault, measure_misfit
 from correlation.signal.release import find_decay, first_guess
 from correlation.signal.ring_down import analyse_ring_down
 from tests.slow import slow
@@ -105,7 +105,7 @@ def test_a_record_that_no_mode_describes_is_refused_with_the_remedy() -> None:
 def test_what_is_no_mode_is_said(
     frequency: tuple[float, float], damping: tuple[float, float], deviation: float, share: float, word: str
 ) -> None:
-    misfit = Misfit(time=np.array([0.0, 1.0]), share=np.array([0.0, share]), excess=np.ones(2))
+    misfit = DecayMisfit(time=np.array([0.0, 1.0]), share=np.array([0.0, share]), excess=np.ones(2))
     lines = [np.linspace(*ends, 12) for ends in (frequency, damping)]
     fault = find_fault(misfit, *lines, np.full(12, deviation))
     assert word in fault

@@ -11,7 +11,7 @@ from correlation.noise.covariance import Whitening
 from correlation.prediction import Points
 from diagnosis.fit import arrangement
 from diagnosis.fit.arrangement import ASTRAY
-from diagnosis.fit.comparison import FAINT, Comparison
+from diagnosis.fit.comparison import EXCLUDED_FACTOR, Comparison
 
 N = 100
 LEVEL = np.array([0.1, 1.0, 3.0, 10.0])
@@ -56,5 +56,5 @@ def test_one_that_goes_astray_begins_where_the_lowest_level_leads(
     assert found.chi2 == best
     assert [start for _, start in asked] == ["start", "start", "end of 2"]
     whole, lowest, again = (deviation for deviation, _ in asked)
-    np.testing.assert_array_equal(lowest / whole, np.where(HIGHER, FAINT, 1.0))
+    np.testing.assert_array_equal(lowest / whole, np.where(HIGHER, EXCLUDED_FACTOR, 1.0))
     np.testing.assert_array_equal(again, whole)

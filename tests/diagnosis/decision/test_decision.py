@@ -10,26 +10,26 @@ import pytest
 
 from correlation.noise.error_size import NO_ERROR, ErrorSize
 from diagnosis.candidate.effect import EffectParameter
-from diagnosis.decision.chance_gate import CREDIBLE, KNOWN, STAND_IN
-from diagnosis.decision.evidence import DECISIVE, passes, support
+from diagnosis.decision.evidence import DECISIVE, compute_log_density, passes
 from diagnosis.decision.law_of_force import FittedLaw
-from diagnosis.decision.leftover import Leftover
+from diagnosis.decision.likelihood_ratio import CREDIBLE, KNOWN, STAND_IN
 from diagnosis.decision.pair import Pair
-from diagnosis.decision.rules import decide, find_untestable
+from diagnosis.decision.residual_explanation import ResidualExplanation
+from diagnosis.decision.rules import Criteria, decide, find_untestable
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from diagnosis.threshold.detection_threshold import Thresholds
-from diagnosis.unknown_force import misfit
+from diagnosis.unknown_force import compute_excess_gain
 
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0
 LIMITS = Thresholds(gain=20.0, misfit=30.0)
 
 
-NO_EFFECT = Leftover(gain=0.0, name="", places=(), known=0.0)
+NO_EFFECT = ResidualExplanation(gain=0.0, effect_name="", places=(), known_effect_gain=0.0)
 
 
 def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, strength: float = 1.0) -> Refit:
@@ -49,7 +49,14 @@ def refit(name: str, fall: float, held_fall: float, n_number: int = 1000, streng
     )
     held = (HELD_CHI2 - held_fall) / N_HELD
     return Refit(
-        effect=effect, fit=fit, held_chi2=held, n_held=N_HELD, error=0.1, held_error=0.1, gain=fall, held_gain=held_fall
+        effect=effect,
+        fit=fit,
+        held_out_reduced_chi2=held,
+        n_held_out=N_HELD,
+        error=0.1,
+        held_out_error=0.1,
+        gain=fall,
+        held_out_gain=held_fall,
     )
 
 
@@ -67,10 +74,10 @@ def place(fall: float, n_number: int = 6) -> Place:
 def decided(
     *refits: Refit,
     places: tuple[Place, ...] = (),
-    rest: Leftover = NO_EFFECT,
+    rest: ResidualExplanation = NO_EFFECT,
     asked: list[str] | None = None,
     scores: tuple[Score, ...] = (),
-    before: Refit = BEFORE,
+    baseline: Refit = BEFORE,
     left: ErrorSize = NO_ERROR,
     laws: Sequence[FittedLaw] = (),
     held_back: Sequence[str] = (),
@@ -85,13 +92,14 @@ def decided(
         return list(laws) if name.startswith("other laws") else rest
 
     model = SimpleNamespace(system=SimpleNamespace(joints=[object()]))
-    arrangement = SimpleNamespace(left=left, fit=SimpleNamespace(model=model))
+    arrangement = SimpleNamespace(model_error_size=left, fit=SimpleNamespace(model=model))
     ranked: list[Any] = [
         SimpleNamespace(name=each.name, refit=each, arrangement=arrangement)
-        for each in sorted(refits, key=lambda each: -support(each))
+        for each in sorted(refits, key=lambda each: -compute_log_density(each))
     ]
     catalogue: Any = SimpleNamespace(candidates=())
-    return decide(catalogue, scores, before, ranked, places, LIMITS, run_step, left, None, held_back)
+    criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=LIMITS)
+    return decide(criteria, baseline, ranked, places, run_step, left, held_back)
 
 
 def named(verdict: Verdict) -> list[str]:
@@ -103,7 +111,7 @@ def test_one_effect_that_explains_is_missing() -> None:
     assert verdict.finding is Finding.MISSING
     assert named(verdict) == ["mass"]
     assert verdict.threshold == LIMITS.gain
-    assert verdict.before is BEFORE
+    assert verdict.baseline is BEFORE
 
 
 @pytest.mark.parametrize(
@@ -174,16 +182,18 @@ def test_no_candidate_means_nothing_or_something_unknown() -> None:
 )
 def test_what_the_held_out_data_alone_show_is_not_nothing(error: float, stated: float, finding: Finding) -> None:
     """A stop that is reached at the highest level alone; but noise may be as large."""
-    before = replace(BEFORE, held_error=error, error=0.03, held_stated_chi2=stated)
-    verdict = decided(before=before)
+    baseline = replace(BEFORE, held_out_error=error, error=0.03, held_out_reduced_chi2_without_model_error=stated)
+    verdict = decided(baseline=baseline)
     assert verdict.finding is finding
     assert ("errs by 17 % there and by 3 % on the others" in verdict.sentence) is (finding is Finding.UNKNOWN)
 
 
 @pytest.mark.parametrize(("stated", "alone"), [(1.1, True), (4680.0, False)])
 def test_held_out_data_show_it_alone_only_where_the_others_are_explained(stated: float, alone: bool) -> None:
-    before = replace(BEFORE, held_error=0.41, error=0.41 if not alone else 0.03, held_stated_chi2=9.0)
-    verdict = decided(before=replace(before, stated_chi2=stated))
+    baseline = replace(
+        BEFORE, held_out_error=0.41, error=0.41 if not alone else 0.03, held_out_reduced_chi2_without_model_error=9.0
+    )
+    verdict = decided(baseline=replace(baseline, reduced_chi2_without_model_error=stated))
     assert verdict.finding is Finding.UNKNOWN
     assert ("alone show" in verdict.sentence) is alone
     assert "41 %" in verdict.sentence
@@ -213,11 +223,17 @@ def test_many_that_explain_a_little_worse_are_named_until_their_probability_is_c
 
 def test_an_effect_that_leaves_next_to_nothing_is_no_stand_in() -> None:
     """Model error as large as the responses explains much without it, so that its gain is small beside what is left."""
-    rest = Leftover(gain=0.0, name="", places=(place(LIMITS.misfit + 50),), known=0.0)
-    cubic, lost = replace(refit("cubic", 90, 70), stated_chi2=5.0), replace(BEFORE, stated_chi2=7000.0)
+    rest = ResidualExplanation(gain=0.0, effect_name="", places=(place(LIMITS.misfit + 50),), known_effect_gain=0.0)
+    cubic, lost = (
+        replace(refit("cubic", 90, 70), reduced_chi2_without_model_error=5.0),
+        replace(BEFORE, reduced_chi2_without_model_error=7000.0),
+    )
     assert decided(cubic, rest=rest).finding is Finding.UNKNOWN
-    assert decided(cubic, rest=rest, before=lost).finding is Finding.MISSING
-    assert decided(cubic, rest=rest, before=replace(BEFORE, stated_chi2=50.0)).finding is Finding.UNKNOWN
+    assert decided(cubic, rest=rest, baseline=lost).finding is Finding.MISSING
+    assert (
+        decided(cubic, rest=rest, baseline=replace(BEFORE, reduced_chi2_without_model_error=50.0)).finding
+        is Finding.UNKNOWN
+    )
 
 
 def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
@@ -243,7 +259,7 @@ def test_what_the_held_out_data_do_not_refute_stays_a_rival() -> None:
 def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
     left: float, n_number: int, unknown: bool
 ) -> None:
-    rest = Leftover(gain=0.0, name="", places=(place(left, n_number),), known=left)
+    rest = ResidualExplanation(gain=0.0, effect_name="", places=(place(left, n_number),), known_effect_gain=left)
     there = place(300)
     verdict = decided(refit("mass", 200, 150), places=(there,), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
@@ -258,7 +274,10 @@ def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
     ("left", "unknown"), [(STAND_IN * 200 + LIMITS.gain + 1, True), (STAND_IN * 200 + LIMITS.gain - 1, False)]
 )
 def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unknown: bool) -> None:
-    verdict = decided(refit("mass", 200, 150), rest=Leftover(gain=left, name="gap", places=(), known=left))
+    verdict = decided(
+        refit("mass", 200, 150),
+        rest=ResidualExplanation(gain=left, effect_name="gap", places=(), known_effect_gain=left),
+    )
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
         assert "no known effect alone explains it: mass explains most, and gap much" in verdict.sentence
@@ -266,10 +285,10 @@ def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unkn
 
 def beside(further: Refit, *first: Refit, force: float = 0.0) -> dict[str, Any]:
     """What is left by the first effect, and fits of it, or of others in its place, with a further one."""
-    arrangement: Any = SimpleNamespace(left=NO_ERROR)
+    arrangement: Any = SimpleNamespace(model_error_size=NO_ERROR)
     both = [Finalist(refit=each, arrangement=arrangement) for each in (*first, further)]
-    rest = Leftover(gain=150, name=further.name, places=(), known=150, further=further)
-    pair = Pair(first=both[0], second=both[-1], alone=both[-1], rivals=tuple(both[1:-1]), force=force)
+    rest = ResidualExplanation(gain=150, effect_name=further.name, places=(), known_effect_gain=150, refit=further)
+    pair = Pair(first=both[0], second=both[-1], alone=both[-1], alternatives=tuple(both[1:-1]), force=force)
     return {"rest": rest, "pair": pair}
 
 
@@ -352,15 +371,21 @@ def test_two_effects_of_which_the_held_out_data_refute_each_alone(held: float, f
 def test_held_out_data_confirm_nothing_that_makes_them_worse(
     misfit_after: float, error_after: float, finding: Finding
 ) -> None:
-    before = replace(BEFORE, held_stated_chi2=2.0)
-    better = replace(refit("mass", 100, 50), held_stated_chi2=misfit_after, held_error=error_after)
-    assert decided(better, before=before).finding is finding
-    good = replace(refit("mass", 100, 50), held_stated_chi2=1.5, held_error=0.08)
+    baseline = replace(BEFORE, held_out_reduced_chi2_without_model_error=2.0)
+    better = replace(
+        refit("mass", 100, 50), held_out_reduced_chi2_without_model_error=misfit_after, held_out_error=error_after
+    )
+    assert decided(better, baseline=baseline).finding is finding
+    good = replace(refit("mass", 100, 50), held_out_reduced_chi2_without_model_error=1.5, held_out_error=0.08)
     # Nor two effects of which the first does so alone, or both do together.
     for first, other in ((good, better), (better, good)):
-        further = replace(refit("gap", 150, 60), held_stated_chi2=other.held_stated_chi2, held_error=other.held_error)
+        further = replace(
+            refit("gap", 150, 60),
+            held_out_reduced_chi2_without_model_error=other.held_out_reduced_chi2_without_model_error,
+            held_out_error=other.held_out_error,
+        )
         both = replace(further, effect=first.effect, gain=400)
-        assert decided(first, before=before, **beside(further, both)).finding is finding
+        assert decided(first, baseline=baseline, **beside(further, both)).finding is finding
 
 
 @pytest.mark.parametrize(("name", "finding"), [("mass", Finding.AMBIGUOUS), ("cubic", Finding.MISSING)])
@@ -385,10 +410,14 @@ def test_what_needs_a_parameter_at_the_end_of_its_prior_is_named_with_doubt() ->
 def test_what_chance_leaves_makes_no_stand_in() -> None:
     """A weak effect explains 25; others may leave more than a third of it by chance, up to the limits."""
     weak = refit("mass", 25, 20)
-    chance = Leftover(gain=LIMITS.gain - 1, name="gap", places=(place(LIMITS.misfit + 5),), known=0.0)
+    chance = ResidualExplanation(
+        gain=LIMITS.gain - 1, effect_name="gap", places=(place(LIMITS.misfit + 5),), known_effect_gain=0.0
+    )
     assert chance.gain > STAND_IN * 25
     assert decided(weak, rest=chance).finding is Finding.MISSING
-    beyond = Leftover(gain=STAND_IN * 25 + LIMITS.gain + 1, name="gap", places=(), known=0.0)
+    beyond = ResidualExplanation(
+        gain=STAND_IN * 25 + LIMITS.gain + 1, effect_name="gap", places=(), known_effect_gain=0.0
+    )
     assert decided(weak, rest=beyond).finding is Finding.UNKNOWN
 
 
@@ -407,9 +436,9 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
 ) -> None:
     """Where a frequency is 5 % off, as a slider's is that sticks at low levels, what mends that gains thousands."""
     left = LIMITS.misfit + more
-    rest = Leftover(gain=0.0, name="gap", places=(place(left),), known=known * left)
+    rest = ResidualExplanation(gain=0.0, effect_name="gap", places=(place(left),), known_effect_gain=known * left)
     assert left < STAND_IN * 10000
-    verdict = decided(replace(refit(name, 10000, 50), stated_chi2=stated), rest=rest)
+    verdict = decided(replace(refit(name, 10000, 50), reduced_chi2_without_model_error=stated), rest=rest)
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
     if unknown:
         assert "mass explains most, but leaves near tip" in verdict.sentence
@@ -418,7 +447,7 @@ def test_a_linear_effect_that_leaves_a_force_of_no_known_effect_stands_in_howeve
 @pytest.mark.parametrize(("more", "finding"), [(1, Finding.UNKNOWN), (-1, Finding.NOTHING)])
 def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: float, finding: Finding) -> None:
     there = place(LIMITS.misfit + 6 + more)
-    assert misfit(there) == LIMITS.misfit + more
+    assert compute_excess_gain(there) == LIMITS.misfit + more
     weak = refit("mass", LIMITS.gain - 5, 10)
     verdict = decided(weak, places=(there, place(1)))
     assert verdict.finding is finding
@@ -454,11 +483,13 @@ def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> Non
     assert asked == [f"what is left beside mass of 1, limit {LIMITS.gain:.6g}"]
 
 
-def make_law(gain: float, held_gain: float = 0.0, kind: str = "clearance", *, is_distinct: bool = True) -> FittedLaw:
+def make_law(
+    gain: float, held_out_gain: float = 0.0, kind: str = "clearance", *, is_distinct: bool = True
+) -> FittedLaw:
     """A law in place of that of a cubic spring."""
-    law = replace(refit(f"{kind} for cubic at tip", 0.0, 0.0), held_error=0.05)
+    law = replace(refit(f"{kind} for cubic at tip", 0.0, 0.0), held_out_error=0.05)
     words = f"a force of the kind {kind}"
-    return FittedLaw(refit=law, gain=gain, held_gain=held_gain, words=words, is_distinct=is_distinct)
+    return FittedLaw(refit=law, gain=gain, held_out_gain=held_out_gain, words=words, is_distinct=is_distinct)
 
 
 @pytest.mark.parametrize(
@@ -488,10 +519,10 @@ def test_of_laws_that_cannot_be_told_apart_the_best_of_each_kind_is_told() -> No
     assert [law.words for law in verdict.laws] == ["a force of the kind clearance", "a force of the kind power"]
 
 
-@pytest.mark.parametrize(("held_gain", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
-def test_an_effect_that_held_out_data_refute_may_have_another_law(held_gain: float, finding: Finding) -> None:
+@pytest.mark.parametrize(("held_out_gain", "finding"), [(45.0, Finding.UNKNOWN), (35.0, Finding.NOTHING)])
+def test_an_effect_that_held_out_data_refute_may_have_another_law(held_out_gain: float, finding: Finding) -> None:
     refuted = refit("cubic at tip", 100, -40)
-    assert decided(refuted, laws=[make_law(50.0, held_gain)]).finding is finding
+    assert decided(refuted, laws=[make_law(50.0, held_out_gain)]).finding is finding
 
 
 def test_gains_count_over_what_a_fit_leaves() -> None:
@@ -503,7 +534,7 @@ def test_gains_count_over_what_a_fit_leaves() -> None:
     there = place(4 * LIMITS.misfit + 5)
     twice.chi2 += there.gain
     assert decided(places=(there,)).finding is Finding.UNKNOWN
-    assert decided(places=(there,), before=replace(BEFORE, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
+    assert decided(places=(there,), baseline=replace(BEFORE, fit=twice)).finding is Finding.NOTHING  # type: ignore[arg-type]
 
 
 def test_effects_with_covariances_of_their_own_are_ranked_by_the_density_of_all_data() -> None:

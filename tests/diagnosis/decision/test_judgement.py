@@ -12,14 +12,14 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
 from diagnosis.decision.evidence import passes
-from diagnosis.decision.judgement import Criteria, judge
+from diagnosis.decision.rules import Criteria, judge
 from diagnosis.decision.verdict import Finding
 from diagnosis.error_share import rank_by_suited_gains
 from diagnosis.fit import finalist
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from diagnosis.fit.finalist import Finalist, weigh, weigh_each
+from diagnosis.fit.finalist import Finalist, refit_by_own_covariance, refit_each_by_own_covariance
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.weighting import leave_out_model_error
@@ -57,7 +57,9 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
 
 def weighed(campaign: Any, arrangement: Arrangement, before: Refit, refits: list[Refit]) -> list[Finalist]:
     listed = partial(list_campaign_effects, campaign)
-    return weigh_each(arrangement, refits, partial(weigh, campaign, arrangement, before, listed, arrangement.train))
+    return refit_each_by_own_covariance(
+        arrangement, refits, partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -105,10 +107,11 @@ def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_wel
     by_name = {score.effect.name: score for score in scores}
     before = baseline_fit(arrangement)
     stand_in = weighed(campaign, arrangement, before, [refit(arrangement, by_name[FALSE])])
+    own = partial(refit_by_own_covariance, campaign, arrangement, before, partial(list_campaign_effects, campaign))
     listed = list_campaign_effects(campaign, small)
     criteria = Criteria(
         catalogue=listed, scores=scores, thresholds=compute_linear_thresholds(scores),
-        weigh=partial(weigh, campaign, arrangement, before, partial(list_campaign_effects, campaign)),
+        refit_by_own_covariance=own,
     )  # fmt: skip
     nothing, places = Finalist(refit=before, arrangement=arrangement), find_unknown_forces(arrangement)
     ranked, verdict = judge(nothing, stand_in, places, criteria, compute_step)
@@ -116,7 +119,7 @@ def test_what_explains_alone_what_a_stand_in_and_it_do_together_is_judged_as_wel
     assert [each.name for each in verdict.effects] == [TRUE]
     assert [each.name for each in ranked] == [TRUE, FALSE]
     # Without a way to fit it to the end it is told as something that the stand-in leaves.
-    unable = judge(nothing, stand_in, places, replace(criteria, weigh=None), compute_step)[1]
+    unable = judge(nothing, stand_in, places, replace(criteria, refit_by_own_covariance=None), compute_step)[1]
     assert unable.finding is Finding.UNKNOWN
     assert unable.instead is not None
     assert unable.instead.name == TRUE
@@ -144,10 +147,10 @@ def test_an_effect_leaves_less_model_error(
     true = next(score for score in scores if score.effect.name == TRUE)
     before, first = baseline_fit(without), refit(without, true)
     (found,) = weighed(campaign, without, before, [first])
-    faded = [each.train.faded for each in (without, found.arrangement)]
-    np.testing.assert_array_equal(*faded)
-    assert found.arrangement.left.frequency < 0.2 * without.left.frequency
-    assert found.arrangement.left.shape < 0.5 * without.left.shape
+    deviation_factor = [each.train.deviation_factor for each in (without, found.arrangement)]
+    np.testing.assert_array_equal(*deviation_factor)
+    assert found.arrangement.model_error_size.frequency < 0.2 * without.model_error_size.frequency
+    assert found.arrangement.model_error_size.shape < 0.5 * without.model_error_size.shape
     # By the covariance with this error the mass seems to gain less than with a model error that suits it.
     (seen,) = screen(without, [true.effect])
     (suited,) = rank_by_suited_gains(without, [seen])
@@ -174,7 +177,7 @@ def test_held_out_data_are_worse_by_their_misfit_or_by_a_much_larger_error(
     arrangement: Arrangement, misfit: tuple[float, float], error: tuple[float, float], worse: bool
 ) -> None:
     without, refit = (
-        replace(baseline_fit(arrangement), held_stated_chi2=chi2, held_error=size)
+        replace(baseline_fit(arrangement), held_out_reduced_chi2_without_model_error=chi2, held_out_error=size)
         for chi2, size in zip(misfit, error, strict=True)
     )
     assert finalist.is_worse(refit, without) is worse
@@ -187,4 +190,4 @@ def test_the_density_of_held_out_data_has_their_jitter_integrated_out(finalists:
     residual = whole.residual(whole.predictor.predict(fit.model, fit.prediction))
     exact = float(residual @ residual) + whole.whitening.log_determinant
     # The covariance has the slopes of the readings at the fit, where a fit of the jitter follows their curvature.
-    assert found.arrangement.tested(None, fit).held_cost == pytest.approx(exact, abs=1.0)
+    assert found.arrangement.tested(None, fit).held_out_cost == pytest.approx(exact, abs=1.0)

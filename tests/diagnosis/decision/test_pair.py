@@ -9,12 +9,12 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
-from diagnosis.decision.evidence import support
-from diagnosis.decision.leftover import find_leftover, with_effect
+from diagnosis.decision.evidence import compute_log_density
 from diagnosis.decision.pair import Pair, fit_pair
+from diagnosis.decision.residual_explanation import add_effect, explain_residual
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
-from diagnosis.fit.finalist import weigh
+from diagnosis.fit.finalist import refit_by_own_covariance
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 
@@ -38,12 +38,12 @@ def pair_of(campaign: Campaign, small: Model, first: str, further: str, *others:
     arrangement = arrange(campaign, small, tuple(free), Budget(frequency=0.0, compliance=0.0, model=1e-3))
     before, listed = baseline_fit(arrangement), partial(list_campaign_effects, campaign)
     scores = screen(arrangement, [listed(small).effect(name) for name in (first, *others)])
-    by_own = partial(weigh, campaign, arrangement, before, listed, arrangement.train)
+    by_own = partial(refit_by_own_covariance, campaign, arrangement, before, listed, arrangement.train)
     found = {score.effect.name: by_own(refit(arrangement, score)) for score in scores}
     own = found[first]
-    rest = find_leftover(with_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
-    assert rest.further is not None
-    return fit_pair(own.arrangement, before, own.refit, rest.further, [found[name].refit for name in others])
+    rest = explain_residual(add_effect(own.arrangement, own.refit), [listed(small).effect(further)], CHANCE)
+    assert rest.refit is not None
+    return fit_pair(own.arrangement, before, own.refit, rest.refit, [found[name].refit for name in others])
 
 
 @pytest.fixture(scope="module")
@@ -55,21 +55,21 @@ def test_both_are_found_with_their_strengths_and_each_gains_beside_the_other(pai
     for each in (pair.first.refit, pair.second.refit):
         assert each.strength == pytest.approx(HIDDEN[each.name], abs=3 * each.deviation)
         assert each.gain > CHANCE
-        assert each.held_gain > 0
+        assert each.held_out_gain > 0
     assert pair.first.refit.label == f"{MASS} and {GAIN}"
     assert pair.alone.name == GAIN
 
 
 def test_both_leave_no_model_error_that_an_unknown_force_would_seem_to_explain(pair: Pair) -> None:
-    assert pair.first.arrangement.left.shape < 0.1 * pair.alone.arrangement.left.shape
+    assert pair.first.arrangement.model_error_size.shape < 0.1 * pair.alone.arrangement.model_error_size.shape
     assert pair.force < CHANCE
 
 
 def test_what_is_hidden_explains_more_beside_the_further_effect_than_what_is_not(pair: Pair) -> None:
     assert [each.name for each in pair.ranked] == [MASS, OTHER]
-    (rival,) = pair.rivals
-    assert rival.refit.gain < pair.first.refit.gain
-    assert support(rival.refit) < support(pair.first.refit)
+    (other,) = pair.alternatives
+    assert other.refit.gain < pair.first.refit.gain
+    assert compute_log_density(other.refit) < compute_log_density(pair.first.refit)
 
 
 def test_an_effect_that_stood_in_for_the_further_one_gains_nothing_beside_it(

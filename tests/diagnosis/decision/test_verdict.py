@@ -21,11 +21,11 @@ def effect(name: str, parameter: EffectParameter) -> SimpleNamespace:
     return SimpleNamespace(name=name, parameters=(parameter,))
 
 
-def refit(what: SimpleNamespace | None, strength: float, deviation: float, held_error: float) -> Refit:
+def refit(what: SimpleNamespace | None, strength: float, deviation: float, held_out_error: float) -> Refit:
     # A calibration parameter comes first, whose numbers must not be told.
     numbers = [99.0] + ([] if what is None else [strength])
     fit = SimpleNamespace(values=np.array(numbers), deviation=np.array([77.0] + ([] if what is None else [deviation])))
-    return Refit(effect=what, fit=fit, held_chi2=1.0, error=held_error, held_error=held_error)  # type: ignore[arg-type]
+    return Refit(effect=what, fit=fit, held_out_reduced_chi2=1.0, error=held_out_error, held_out_error=held_out_error)  # type: ignore[arg-type]
 
 
 BEFORE = refit(None, 0.0, 0.0, 0.034)
@@ -39,7 +39,7 @@ def verdict(finding: Finding, *effects: Refit, place: Place | None = None) -> st
 
 def made(finding: Finding, *effects: Refit, place: Place | None = None) -> Verdict:
     return Verdict(
-        finding=finding, effects=effects, before=BEFORE, threshold=12.4,
+        finding=finding, effects=effects, baseline=BEFORE, threshold=12.4,
         detectable={"mass at tip z": 0.00123, "gap of left": 0.05, "unseen": float("inf")},
         units={"mass at tip z": "kg", "gap of left": "-", "unseen": "m"}, place=place,
     )  # fmt: skip
@@ -52,7 +52,7 @@ def test_one_effect_is_missing() -> None:
 
 
 def test_what_does_not_fall_is_not_said_to_fall() -> None:
-    weak = replace(TIP, held_error=0.035, held_chi2=0.812)
+    weak = replace(TIP, held_out_error=0.035, held_out_reduced_chi2=0.812)
     assert verdict(Finding.MISSING, weak) == (
         "mass at tip z (0.0123 kg +- 0.00098) is missing; held-out reduced chi-squared falls from 1 to 0.812."
     )
@@ -79,7 +79,7 @@ def test_an_effect_whose_wider_interval_holds_none_is_told_with_doubt(deviation:
 
 
 def test_another_law_of_the_force_is_told() -> None:
-    law = FittedLaw(refit=TIP, gain=-1.0, held_gain=0.0, words="a force of the kind clearance", is_distinct=True)
+    law = FittedLaw(refit=TIP, gain=-1.0, held_out_gain=0.0, words="a force of the kind clearance", is_distinct=True)
     one, both = (replace(made(Finding.AMBIGUOUS, *effects), laws=[law]) for effects in ((TIP,), (TIP, LINE)))
     assert one.sentence == (
         "mass at tip z (0.0123 kg +- 0.00098) is missing, or another force at its place; the held-out error falls from "

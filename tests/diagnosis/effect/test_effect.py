@@ -196,7 +196,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
     assert found.deviation < 0.2 * abs(strength - parameter.vanishes)
     # A promise to first order, at the strength that the screening tried.
     assert arrangement.fit.chi2 - found.fit.chi2 == pytest.approx(score.gain, rel=0.4)
-    assert found.held_chi2 < before.held_chi2
+    assert found.held_out_reduced_chi2 < before.held_out_reduced_chi2
 
 
 @pytest.mark.parametrize("kind", ["cubic", "air damping"])

@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import calibration
-from diagnosis.fit.calibration import ENOUGH, Search, calibrate, inverse
+from diagnosis.fit.calibration import ENOUGH, Ending, Search, calibrate, inverse
 from diagnosis.fit.fit_parameter import Unknowns
 
 #: Of the numbers of the valley, in standard deviations: a chi^2 of some hundreds at the start.
@@ -75,8 +75,8 @@ START = np.array([-0.5, 0.6])
 LEAST = 9.0
 
 
-def fit(of: Valley, *, start: np.ndarray = START, slopes: np.ndarray | None = None, exact: bool = False):
-    return calibrate(of, unknowns(), start, slopes=slopes, exact=exact)  # type: ignore[arg-type]
+def fit(of: Valley, *, start: np.ndarray = START, slopes: np.ndarray | None = None, ending: Ending = Ending.CONFIRMED):
+    return calibrate(of, unknowns(), start, slopes=slopes, ending=ending)  # type: ignore[arg-type]
 
 
 def test_updates_reach_the_minimum_that_exact_jacobians_reach(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,7 +125,7 @@ def test_a_jacobian_of_the_wrong_sign_does_not_end_a_fit() -> None:
 def test_a_fit_that_is_asked_to_be_exact_tells_the_jacobian_of_its_end(most: int) -> None:
     of = Valley(0.1)
     of.search = Search(steps=most)
-    found = fit(of, exact=True)
+    found = fit(of, ending=Ending.EXACT)
     np.testing.assert_array_equal(found.jacobian, jacobian(of, *found.values))
     np.testing.assert_allclose(found.covariance, np.linalg.inv(found.jacobian.T @ found.jacobian), rtol=1e-9)
 

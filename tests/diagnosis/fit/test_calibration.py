@@ -56,7 +56,10 @@ def test_the_fit_is_as_good_as_the_noise(arranged: Arrangement) -> None:
     # errors estimated from four repeats lower it.
     assert 0.3 < fit.chi2 / fit.n_number < 1.5
     settled = calibrate(
-        arranged.settled, u := Unknowns.from_effects(fit.model, arranged.jitter, ()), u.vanishing, fit.prediction
+        arranged.held_out_without_jitter,
+        u := Unknowns.from_effects(fit.model, arranged.jitter, ()),
+        u.vanishing,
+        fit.prediction,
     )
     assert 0.3 < settled.chi2 / settled.n_number < 1.6
 
@@ -170,9 +173,9 @@ def test_what_is_not_found_counts_as_far_off(arranged: Arrangement) -> None:
 def test_held_out_data_are_none_of_those_fitted(arranged: Arrangement) -> None:
     assert (arranged.train.observed.count == 3).all()
     assert (arranged.held_out.observed.count == 1).all()
-    np.testing.assert_array_equal(arranged.settled.measured, arranged.held_out.measured)
+    np.testing.assert_array_equal(arranged.held_out_without_jitter.measured, arranged.held_out.measured)
     # Without jitter in it, a covariance is smaller.
-    both = [each.whitening.modes for each in (arranged.held_out, arranged.settled)]
+    both = [each.whitening.modes for each in (arranged.held_out, arranged.held_out_without_jitter)]
     # Frequency and force of both tests, and two lines.
     assert both[0].shape[1] - both[1].shape[1] == 6
     assert {effect.kind for effect, _ in arranged.jitter} == {"jitter"}

@@ -5,7 +5,7 @@ import pytest
 
 from correlation.data_type.mode import MeasuredMode
 from correlation.model import Model, Sensor
-from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.feature_comparison import FeatureComparison, JoinedComparison, fit_together
 from diagnosis.fit.fit_parameter import Unknowns
@@ -56,7 +56,7 @@ def make_unknowns() -> Unknowns:
 def test_the_parameters_that_made_the_data_come_back(seed: int) -> None:
     unknowns = make_unknowns()
     data = FeatureComparison.of(make_modes(np.random.default_rng(seed)))
-    fit = calibrate(data, unknowns, unknowns.vanishing, data.predict(unknowns.base), exact=True)
+    fit = calibrate(data, unknowns, unknowns.vanishing, data.predict(unknowns.base), ending=Ending.EXACT)
     # Two numbers with five seeds: four standard deviations fail by chance once in 1600 such tests.
     error = (fit.values - [DAMPING, MODULUS]) / fit.deviation
     assert np.abs(error).max() < 4
@@ -68,8 +68,8 @@ def test_two_sets_of_data_are_fitted_as_one() -> None:
     unknowns, modes = make_unknowns(), make_modes(np.random.default_rng(7))
     whole = FeatureComparison.of(modes)
     halves = JoinedComparison(first=FeatureComparison.of(modes[:1]), second=FeatureComparison.of(modes[1:]))
-    fit = calibrate(whole, unknowns, unknowns.vanishing, whole.predict(unknowns.base), exact=True)
-    joined = calibrate(halves, unknowns, unknowns.vanishing, halves.predict(unknowns.base), exact=True)
+    fit = calibrate(whole, unknowns, unknowns.vanishing, whole.predict(unknowns.base), ending=Ending.EXACT)
+    joined = calibrate(halves, unknowns, unknowns.vanishing, halves.predict(unknowns.base), ending=Ending.EXACT)
     assert joined.values == pytest.approx(fit.values, rel=1e-9)
     assert joined.deviation == pytest.approx(fit.deviation, rel=1e-6)
 
@@ -86,10 +86,10 @@ def test_a_number_without_a_prediction_fits_badly() -> None:
 def test_a_fit_goes_on_with_more_data() -> None:
     unknowns, modes = make_unknowns(), make_modes(np.random.default_rng(7))
     first, whole = FeatureComparison.of(modes[:1]), FeatureComparison.of(modes)
-    alone = calibrate(first, unknowns, unknowns.vanishing, first.predict(unknowns.base), exact=True)
+    alone = calibrate(first, unknowns, unknowns.vanishing, first.predict(unknowns.base), ending=Ending.EXACT)
     assert fit_together(first, alone, []) is alone
     together = fit_together(first, alone, modes[1:])
-    expected = calibrate(whole, unknowns, unknowns.vanishing, whole.predict(unknowns.base), exact=True)
+    expected = calibrate(whole, unknowns, unknowns.vanishing, whole.predict(unknowns.base), ending=Ending.EXACT)
     # Both stop where a step gains less than 0.3 of chi^2, a third of a standard deviation at most.
     assert np.abs((together.values - expected.values) / expected.deviation).max() < 0.3
     assert (together.deviation < alone.deviation).all()

@@ -52,14 +52,14 @@ def test_a_finer_model_has_errors_of_its_own(heavy_campaign: Campaign, small: Mo
 
 def test_model_error_of_its_usual_size_hides_no_mass(heavy: Arrangement) -> None:
     usual = expect_usual_error(replace(heavy, budget=replace(heavy.budget, model=1e-3)))
-    assert usual.left.reading == 1e-3
+    assert usual.model_error_size.reading == 1e-3
     # The mass is far beyond an error of 0.1 %.
     assert usual.fit.chi2 > 2 * usual.fit.n_number
 
 
 def test_what_is_beyond_stated_errors_shows_again(heavy: Arrangement) -> None:
     train, fit = heavy.train, heavy.fit
-    wide = allow_model_error(train, fit.model, fit.prediction, 1e-3, replace(heavy.left, reading=0.1))
+    wide = allow_model_error(train, fit.model, fit.prediction, 1e-3, replace(heavy.model_error_size, reading=0.1))
     assert np.linalg.norm(wide.residual(fit.prediction)) < 0.5 * np.linalg.norm(train.residual(fit.prediction))
     again = leave_out_model_error(wide).residual(fit.prediction)
     np.testing.assert_array_equal(again, train.residual(fit.prediction))

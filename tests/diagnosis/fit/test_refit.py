@@ -9,6 +9,7 @@ import pytest
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.effect import EFFECTS
 from diagnosis.fit import refit as refits
+from diagnosis.fit.calibration import Ending
 from diagnosis.fit.problem import Effort
 from diagnosis.fit.refit import (
     KEPT,
@@ -62,10 +63,10 @@ class Calibrations:
         self.chi2, self.starts, self.slopes = list(chi2), [], []  # type: ignore[var-annotated]
 
     def __call__(
-        self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None, quick: bool = False
+        self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None, ending: object = None
     ) -> Any:
         del train, unknowns
-        assert quick
+        assert ending is Ending.QUICK
         self.starts.append(np.array(start))
         self.slopes.append(slopes)
         return SimpleNamespace(chi2=self.chi2.pop(0))

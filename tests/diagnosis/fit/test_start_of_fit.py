@@ -8,7 +8,7 @@ import pytest
 
 import diagnosis.fit.arrangement
 from correlation.noise.error_size import NO_ERROR, ErrorSize
-from diagnosis.fit.arrangement import _fit_with_model_error
+from diagnosis.fit.arrangement import _fit_from_fit
 
 LEFT = ErrorSize(damping=0.01)
 
@@ -25,17 +25,20 @@ def test_a_fit_that_is_decided_by_begins_with_and_without_model_error(
 
     def calibrate(comparison: Any, *_: object, **__: object) -> Any:
         cost = chi2[comparison.model_error.size]
-        return SimpleNamespace(chi2=cost, n_number=1000, values=np.zeros(1), prediction=None, jacobian=None)
+        return SimpleNamespace(
+            unknowns=None, chi2=cost, n_number=1000, values=np.zeros(1), prediction=None, jacobian=None
+        )
 
     for name, stand_in in {
         "allow_model_error": lambda *_: compare(NO_ERROR),
         "update_model_error": lambda *_: compare(LEFT),
         "calibrate": calibrate,
-        "_settle": lambda comparison, fit: (comparison, fit),
+        "_alternate": lambda comparison, fit: (comparison, fit),
     }.items():
         monkeypatch.setattr(diagnosis.fit.arrangement, name, stand_in)
+    begin: Any = SimpleNamespace(unknowns=None, values=np.zeros(1), model=None, prediction=None)
     given: Any = None
-    comparison, fit = _fit_with_model_error(given, given, np.zeros(1), given, given, 1e-3, anew=False)
+    comparison, fit = _fit_from_fit(given, begin, 1e-3)
     assert fit.chi2 == 100.0
     assert comparison.model_error is not None
     assert chi2[comparison.model_error.size] == 100.0

@@ -11,10 +11,10 @@ from correlation.feature.observation import take_training_part
 from correlation.model import Model, Sensor
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Points, Predictor
-from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.calibration import Ending, calibrate
 from diagnosis.fit.fit_parameter import Unknowns
-from diagnosis.fit.unknown_gain import Gains, describe_gain, find_gains
-from diagnosis.fit.weighting import Measured, weighted
+from diagnosis.fit.unknown_gain import SensorGains, describe_gain, find_gains
+from diagnosis.fit.weighting import Measured, make_comparison
 from reduction.joint_law.cubic_spring import CubicSpring
 from reduction.jointed_system import JointedSystem
 
@@ -64,7 +64,7 @@ def measured(model: Model, drive: float, tip: float, *, known: bool, seed: int =
     )  # fmt: skip
 
 
-def found(model: Model, campaign: Campaign) -> tuple[Gains, dict[str, tuple[float, float]]]:
+def found(model: Model, campaign: Campaign) -> tuple[SensorGains, dict[str, tuple[float, float]]]:
     """Gains of the search, and after least squares with their deviations."""
     observed = take_training_part(campaign)
     gains = find_gains(model, campaign, observed, (1,))
@@ -72,9 +72,9 @@ def found(model: Model, campaign: Campaign) -> tuple[Gains, dict[str, tuple[floa
     sides = Measured.prepare(observed, (1,))
     prediction = sides.predictor.predict(start)
     budget = Budget(frequency=1e-6, compliance=1e-6, shares=1e-6)
-    comparison, _ = weighted(sides, start, prediction, budget, [], fitted=False)
+    comparison, _ = make_comparison(sides, start, prediction, budget, [], fitted=False)
     unknowns = Unknowns.from_effects(start, [(each, np.inf) for each in gains.parameters], ())
-    fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, exact=True)
+    fit = calibrate(comparison, unknowns, unknowns.vanishing, prediction, ending=Ending.EXACT)
     values = zip(gains.parameters, fit.values, fit.deviation, strict=True)
     return gains, {each.name: (each.start * a, each.start * b) for each, a, b in values}
 

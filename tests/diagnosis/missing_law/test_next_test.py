@@ -20,7 +20,7 @@ from tests.slow import slow
 @pytest.fixture(scope="module")
 def unknown(chain_with_play: Arrangement) -> Verdict:
     before = baseline_fit(chain_with_play)
-    return Verdict(finding=Finding.UNKNOWN, effects=[], before=before, detectable={}, units={})
+    return Verdict(finding=Finding.UNKNOWN, effects=[], baseline=before, detectable={}, units={})
 
 
 @pytest.fixture(scope="module")

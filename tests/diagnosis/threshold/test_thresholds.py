@@ -12,7 +12,7 @@ from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from diagnosis.step import compute_step
 from diagnosis.threshold.detection_threshold import (
-    LEAST_MISFIT,
+    LEAST_UNKNOWN_FORCE_GAIN,
     MARGIN,
     UNKNOWN_FORCE,
     Thresholds,
@@ -40,7 +40,7 @@ def test_the_gain_is_the_quantile_of_the_largest_of_independent_chi_squares(n: i
     exact = chi2.ppf((1 - false_alarms) ** (1 / n), 1)
     # A quantile of 20 000 draws: a standard deviation of some 2 % at 1 %.
     assert found.gain == pytest.approx(MARGIN * exact, rel=0.08)
-    assert found.misfit == pytest.approx(max(UNKNOWN_FORCE * found.gain, LEAST_MISFIT))
+    assert found.misfit == pytest.approx(max(UNKNOWN_FORCE * found.gain, LEAST_UNKNOWN_FORCE_GAIN))
     assert (found.false_alarms, found.n_trial) == (false_alarms, 0)
     assert MARGIN >= 1
 
@@ -60,7 +60,7 @@ def test_without_candidates_an_unknown_force_still_gains_by_chance() -> None:
     # Model error may hide all effects at first: one alone then gains what a single parameter does.
     assert found.gain == pytest.approx(MARGIN * chi2.ppf(0.99, 1))
     assert found.misfit == UNKNOWN_FORCE * found.gain
-    assert pytest.approx(chi2.ppf(0.99 ** (1 / 10), 8) - 8, rel=0.05) == LEAST_MISFIT
+    assert pytest.approx(chi2.ppf(0.99 ** (1 / 10), 8) - 8, rel=0.05) == LEAST_UNKNOWN_FORCE_GAIN
 
 
 def test_limits_travel() -> None:

@@ -33,7 +33,7 @@ def ended(finding: Finding) -> Any:
         calibration_parameters=tuple(map(calibration_parameter, names)), added=(SimpleNamespace(effect=earlier),)
     )
     return SimpleNamespace(
-        best=best, setup=setup, diagnosis=SimpleNamespace(verdict=SimpleNamespace(finding=finding, before=before))
+        best=best, setup=setup, diagnosis=SimpleNamespace(verdict=SimpleNamespace(finding=finding, baseline=before))
     )
 
 

@@ -1,4 +1,4 @@
-"""The gate of steady states: gains compared with what chance gives, in training and held-out data."""
+"""Likelihood-ratio test of effects by steady states: falls of -2 ln p against their detection thresholds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,22 +12,21 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.closeness import list_held_back
 from diagnosis.decision.evidence import (
     DECISIVE,
+    compute_birge_ratio,
+    compute_log_density,
     compute_probabilities,
-    compute_spread,
-    compute_stated,
-    gains,
+    exceeds_threshold,
     passes,
-    support,
 )
-from diagnosis.decision.law_of_force import FittedLaw, find_better, find_rivals, fit_other_laws, has_other_laws
-from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
+from diagnosis.decision.law_of_force import FittedLaw, find_alternatives, find_better, fit_other_laws, has_other_laws
 from diagnosis.decision.pair import Pair, fit_pair
-from diagnosis.effect import EFFECTS
+from diagnosis.decision.residual_explanation import ResidualExplanation, add_effect, explain_residual
+from diagnosis.effect import find_kind
 from diagnosis.fit.finalist import Finalist
 from diagnosis.fit.problem import UNEXPLAINED, Refit
 from diagnosis.step import RunStep
 from diagnosis.threshold.detection_threshold import Thresholds
-from diagnosis.unknown_force import UnknownForce, misfit
+from diagnosis.unknown_force import UnknownForce, compute_excess_gain
 
 #: Probability that one of the effects that are named is the true one, if one of those that pass is.
 CREDIBLE = 0.95
@@ -41,45 +40,45 @@ KNOWN = 0.5
 
 
 @dataclass(eq=False)
-class ChanceGate:
-    """Gains compared with the detection thresholds, in training and held-out data."""
+class LikelihoodRatioTest:
+    """Test of effects by their gains in training and held-out data, against the detection thresholds."""
 
     finalists: Mapping[str, Finalist]
-    """Effects that were fitted to the end, by name."""
+    """Effects by their own covariances, by name."""
     catalogue: Catalogue
     places: Sequence[UnknownForce]
     thresholds: Thresholds
     run_step: RunStep
-    before: Refit
+    baseline: Refit
     refuted: float
-    """Largest gain of an effect that the held-out data speak against: a force that gains no more is as wrong."""
-    left: dict[str, Leftover] = field(default_factory=dict)
-    """What is left beside effects that were asked for, by name."""
+    """Largest gain of an effect that the held-out data speak against: an unknown force of no more gain is as wrong."""
+    explanations: dict[str, ResidualExplanation] = field(default_factory=dict)
+    """What would explain the residual beside an effect, by the name of the effect; filled as effects are tested."""
     pair: Pair | None = None
-    """Two effects that are missing together, where the one that was asked for does not explain enough alone."""
+    """Two effects that are missing together, where the tested one does not explain enough alone."""
     instead: Finalist | None = None
-    """An effect beside which the one that was asked for does not pass: it is to be judged alone."""
+    """Effect beside which the tested one does not pass: it is to be judged alone."""
     fitted: dict[str, list[FittedLaw]] = field(default_factory=dict)
-    """Laws that were fitted in place of those of effects, by the names of these."""
+    """Laws that were fitted in place of the law of an effect, by the name of the effect."""
     laws: dict[str, FittedLaw] = field(default_factory=dict)
-    """Laws that forces turned out to have in place of those of effects, by the names of these."""
+    """Law that a force was found to have in place of the law of an effect, by the name of the effect."""
 
     def passes(self, refit: Refit) -> bool:
         """Whether an effect is significant."""
         return passes(refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
-        """Whether an effect leaves little enough, alone or with a further one, and has the law of its force."""
+        """Whether little is left beside an effect, or beside it and a further one, and its force has no other law."""
         law = self._find_another_law(refit)
         if law is not None:
             self.laws[refit.name] = law
             return False
-        rest = self._find_leftover(refit)
+        residual = self._explain_residual(refit)
         assert refit.effect is not None
         linear = is_linear(refit.effect, self.finalists[refit.name].arrangement.fit.model)
-        if not _stand_in(refit, self.before, rest, self.thresholds, linear):
+        if not _stand_in(refit, self.baseline, residual, self.thresholds, linear):
             return True
-        self.pair = self._find_pair(refit, rest.further)
+        self.pair = self._find_pair(refit, residual.refit)
         return self.pair is not None
 
     def finds_two(self, refits: Sequence[Refit]) -> bool:
@@ -87,11 +86,13 @@ class ChanceGate:
 
         Both leave no more than noise and stated errors explain: what each alone leaves is why it does not pass.
         """
-        first = max((each for each in refits if gains(each, self.thresholds)), key=support, default=None)
+        first = max(
+            (each for each in refits if exceeds_threshold(each, self.thresholds)), key=compute_log_density, default=None
+        )
         if first is None or self._find_another_law(first) is not None:
             return False
-        further = self._find_leftover(first).further
-        if further is None or compute_stated(further) > UNEXPLAINED:
+        further = self._explain_residual(first).refit
+        if further is None or further.reduced_chi2_by_noise > UNEXPLAINED:
             return False
         pair = self._find_pair(first, further)
         if pair is None or self._rises(pair.second.refit) or self._compute_held_gain(pair) < DECISIVE:
@@ -99,16 +100,16 @@ class ChanceGate:
         self.pair = pair
         return True
 
-    def _find_leftover(self, refit: Refit) -> Leftover:
-        """What an effect leaves."""
-        if refit.name not in self.left:
+    def _explain_residual(self, refit: Refit) -> ResidualExplanation:
+        """What would explain the residual that an effect leaves."""
+        if refit.name not in self.explanations:
             others = [each for each in self.catalogue.candidates if each.name != refit.name]
             limit = self.thresholds.gain
-            self.left[refit.name] = self.run_step(
+            self.explanations[refit.name] = self.run_step(
                 f"what is left beside {refit.name} of {refit.strength:.6g}, limit {limit:.6g}",
-                lambda: find_leftover(with_effect(self.finalists[refit.name].arrangement, refit), others, limit),
+                lambda: explain_residual(add_effect(self.finalists[refit.name].arrangement, refit), others, limit),
             )
-        return self.left[refit.name]
+        return self.explanations[refit.name]
 
     def _fit_other_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the force of an effect may have instead, fitted."""
@@ -118,51 +119,53 @@ class ChanceGate:
             arrangement = self.finalists[refit.name].arrangement
             self.fitted[refit.name] = self.run_step(
                 f"other laws of {refit.name} of {refit.strength:.6g}",
-                lambda: fit_other_laws(arrangement, with_effect(arrangement, refit).cost, refit),
+                lambda: fit_other_laws(arrangement, add_effect(arrangement, refit).cost, refit),
             )
         return self.fitted[refit.name]
 
     def _find_another_law(self, refit: Refit) -> FittedLaw | None:
-        """The law of a force, if it is another one than the effect's."""
-        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_spread(refit)
+        """The law of a force, if it differs from that of the effect; else None."""
+        chance = float(chdtri(1, self.thresholds.false_alarms)) * compute_birge_ratio(refit)
         return find_better(self._fit_other_laws(refit), chance)
 
     def is_confirmed(self, refit: Refit) -> bool:
-        """Whether the held-out data speak for an effect, or for it and the one that is missing as well.
+        """Whether the held-out data confirm an effect, or the pair of it and a further one.
 
-        They do by their density, if neither their misfit by noise and stated errors rises, nor their relative error
-        where noise does not explain it, be it with the first alone, which is added first, or with both; and of nothing
-        that takes mass or stiffness away, as errors of a model do, or that needs a calibration parameter at the end of
-        its prior.
+        Their density must rise decisively. Neither with the effect alone nor with the pair may their reduced
+        chi-squared by noise rise, nor their relative error where noise does not explain it. An effect that takes mass
+        or stiffness away is not confirmed, since errors of a model do so as well; nor is one whose fit has a
+        calibration parameter at a bound.
         """
         both = [refit] if self.pair is None else [refit, self.pair.second.refit]
-        held_gain = refit.held_gain if self.pair is None else self._compute_held_gain(self.pair)
+        held_out_gain = refit.held_out_gain if self.pair is None else self._compute_held_gain(self.pair)
         strained = list_held_back(refit.fit) or any(map(takes_away, both))
         rises = self._rises(refit) or self._rises(self.finalists[refit.name].refit)
-        return bool(held_gain >= DECISIVE and not rises and not strained)
+        return bool(held_out_gain >= DECISIVE and not rises and not strained)
 
     def _compute_held_gain(self, pair: Pair) -> float:
         """Fall of -2 ln p of the held-out data by two effects: by the first alone, and by the second beside it [-]."""
-        return self.finalists[pair.first.name].refit.held_gain + pair.second.refit.held_gain
+        return self.finalists[pair.first.name].refit.held_out_gain + pair.second.refit.held_out_gain
 
     def _rises(self, refit: Refit) -> bool:
         """Whether held-out data are further off with an effect; chi^2 within a standard deviation is noise."""
-        if refit.held_misfit <= 1 + np.sqrt(2 / max(refit.n_held, 1)):
+        if refit.held_out_reduced_chi2_by_noise <= 1 + np.sqrt(2 / max(refit.n_held_out, 1)):
             return False
-        larger = refit.held_error > (1 + ERROR_ROUNDED) * self.before.held_error
-        return bool(larger or refit.held_misfit > self.before.held_misfit)
+        larger = refit.held_out_error > (1 + ERROR_ROUNDED) * self.baseline.held_out_error
+        return bool(larger or refit.held_out_reduced_chi2_by_noise > self.baseline.held_out_reduced_chi2_by_noise)
 
-    def find_rival_laws(self, refit: Refit) -> list[FittedLaw]:
+    def find_alternative_laws(self, refit: Refit) -> list[FittedLaw]:
         """Laws that the data do not refute in place of that of an effect."""
-        return find_rivals(self._fit_other_laws(self.finalists[refit.name].refit), DECISIVE)
+        return find_alternatives(self._fit_other_laws(self.finalists[refit.name].refit), DECISIVE)
 
     def generalises_by_another_law(self, refits: Sequence[Refit]) -> bool:
         """Whether the best effect that gains lowers the held-out error by another law of its force alone."""
-        refit = next((each for each in refits if gains(each, self.thresholds)), None)
+        refit = next((each for each in refits if exceeds_threshold(each, self.thresholds)), None)
         law = None if refit is None else self._find_another_law(refit)
         if refit is None or law is None:
             return False
-        if not (refit.held_gain + law.held_gain > 0 and law.refit.held_error < self.before.held_error):
+        if not (
+            refit.held_out_gain + law.held_out_gain > 0 and law.refit.held_out_error < self.baseline.held_out_error
+        ):
             return False
         self.laws[refit.name] = law
         return True
@@ -187,7 +190,7 @@ class ChanceGate:
             return None
         if force > STAND_IN * (self.finalists[first.name].refit.gain + second.gain):
             return None
-        return replace(pair, rivals=tuple(each for each in pair.rivals if self._may_be_first(pair, each)))
+        return replace(pair, alternatives=tuple(each for each in pair.alternatives if self._may_be_first(pair, each)))
 
     def _fit_pair(self, refit: Refit, further: Refit) -> Pair:
         """Two effects fitted together, and other finalists in place of the first."""
@@ -196,14 +199,14 @@ class ChanceGate:
         numbers = f"{refit.strength:.6g} and {further.strength:.6g}"
         return self.run_step(
             f"{refit.name} and {further.name} of {numbers} together",
-            lambda: fit_pair(self.finalists[refit.name].arrangement, self.before, refit, further, others),
+            lambda: fit_pair(self.finalists[refit.name].arrangement, self.baseline, refit, further, others),
         )
 
     def _choose_first(self, pair: Pair) -> Finalist | None:
         """The most probable first effect of a pair; none if two at one place are far more probable than any others."""
-        apart = [each for each in (pair.first, *pair.rivals) if self._may_be_first(pair, each)]
-        best = max(apart, key=lambda each: support(each.refit), default=None)
-        if best is None or support(best.refit) < support(pair.first.refit) - DECISIVE:
+        apart = [each for each in (pair.first, *pair.alternatives) if self._may_be_first(pair, each)]
+        best = max(apart, key=lambda each: compute_log_density(each.refit), default=None)
+        if best is None or compute_log_density(best.refit) < compute_log_density(pair.first.refit) - DECISIVE:
             return None
         return best
 
@@ -212,7 +215,7 @@ class ChanceGate:
         return passes(first.refit, self.thresholds) and not _share_place(first.refit, pair.second.refit)
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
-        """The best effect, and others until one of them is the true one with the probability `CREDIBLE`."""
+        """The best effect, and others by falling probability until their sum is `CREDIBLE`."""
         ranked = self._rank(passed)
         shares = compute_probabilities(ranked).tolist()
         return ranked[: 1 + int(np.searchsorted(np.cumsum(shares), CREDIBLE))]
@@ -225,14 +228,14 @@ class ChanceGate:
         """The best of those that pass, then the others, the most probable first; of two effects those of the first."""
         if self.pair is not None:
             return [each.refit for each in self.pair.ranked]
-        return [passed[0], *sorted(passed[1:], key=lambda each: -support(each))]
+        return [passed[0], *sorted(passed[1:], key=lambda each: -compute_log_density(each))]
 
     def is_unexplained(self) -> bool:
         """Whether an unknown force explains more than chance does."""
         if not self.places:
             return False
-        left = compute_spread(self.before, self.places[0].gain)
-        return misfit(self.places[0]) - self.refuted > self.thresholds.misfit * left
+        left = compute_birge_ratio(self.baseline, self.places[0].gain)
+        return compute_excess_gain(self.places[0]) - self.refuted > self.thresholds.misfit * left
 
 
 def is_linear(effect: Effect, model: Model) -> bool:
@@ -244,8 +247,8 @@ def is_linear(effect: Effect, model: Model) -> bool:
 
 def takes_away(refit: Refit) -> bool:
     """Whether an effect takes a part away from the structure that the model has."""
-    kinds = {kind.name for kind in EFFECTS if kind.is_addition}
-    return refit.effect is not None and refit.effect.kind in kinds and refit.strength < 0
+    kind = None if refit.effect is None else find_kind(refit.effect)
+    return kind is not None and kind.is_addition and refit.strength < 0
 
 
 def _share_place(refit: Refit, other: Refit) -> bool:
@@ -259,20 +262,22 @@ def place_of(name: str) -> str:
     return name.partition(" at ")[2]
 
 
-def _stand_in(refit: Refit, before: Refit, rest: Leftover, thresholds: Thresholds, linear: bool) -> bool:
+def _stand_in(
+    refit: Refit, baseline: Refit, residual: ResidualExplanation, thresholds: Thresholds, linear: bool
+) -> bool:
     """Whether something else gains a good part of an effect's gain, or a linear one leaves what is no known one."""
-    unknown = misfit(rest.places[0]) - thresholds.misfit if rest.places else 0.0
-    beyond = max(rest.gain - thresholds.gain, unknown)
-    is_left = compute_stated(refit) > UNEXPLAINED
-    if linear and unknown > 0 and rest.known < KNOWN * rest.places[0].gain and is_left:
+    unknown = compute_excess_gain(residual.places[0]) - thresholds.misfit if residual.places else 0.0
+    beyond = max(residual.gain - thresholds.gain, unknown)
+    is_left = refit.reduced_chi2_by_noise > UNEXPLAINED
+    if linear and unknown > 0 and residual.known_effect_gain < KNOWN * residual.places[0].gain and is_left:
         return True
-    return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, before)
+    return beyond > STAND_IN * refit.gain and not _explains_nearly_all(refit, baseline)
 
 
-def _explains_nearly_all(refit: Refit, before: Refit) -> bool:
+def _explains_nearly_all(refit: Refit, baseline: Refit) -> bool:
     """Whether an effect leaves less than the share `STAND_IN` of an error that noise and stated errors do not explain.
 
     Without it, model error of the size of the responses may explain as much as the effect does, and gains are small.
     """
-    was, left = compute_stated(before), compute_stated(refit)
+    was, left = baseline.reduced_chi2_by_noise, refit.reduced_chi2_by_noise
     return was > UNEXPLAINED and left - 1 < STAND_IN**2 * (was - left)

@@ -1,4 +1,4 @@
-"""What is left beside an effect: the gain of further effects, and places of unknown forces."""
+"""What would explain the residual that is left beside an effect: further effects, and places of unknown forces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,31 +20,31 @@ CHECKED = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Leftover:
-    """Gain that remains beside an effect.
+class ResidualExplanation:
+    """Gains that further effects and unknown forces would have beside an effect.
 
     Parameters
     ----------
     gain
         Fall of chi^2 by the best further effect: linear, or by a fit where the linear one exceeds the threshold.
-    name
+    effect_name
         Name of this effect.
     places
         Places where an unknown force would explain the rest, best first.
-    known
+    known_effect_gain
         Largest gain of a known effect by the covariances of `places`, to first order.
-    further
+    refit
         That effect beside the first one, where it was fitted.
     """
 
     gain: float
-    name: str
+    effect_name: str
     places: tuple[UnknownForce, ...]
-    known: float
-    further: Refit | None = None
+    known_effect_gain: float
+    refit: Refit | None = None
 
 
-def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
+def add_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
     """Arrangement of the same measurements with an effect added to the model."""
     assert refit.effect is not None
     fit = refit.fit
@@ -53,38 +53,40 @@ def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
     return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
 
 
-def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
-    """Gain that remains once an effect is added, see `with_effect`.
+def explain_residual(
+    arrangement: Arrangement, effects: Sequence[Effect], threshold: float = np.inf
+) -> ResidualExplanation:
+    """What would explain the residual once an effect is added, see `add_effect`.
 
     Parameters
     ----------
     arrangement
         Arrangement with the effect.
     effects
-        Candidates; the best few whose linear gain exceeds `worth` are fitted, since the linear gain of an effect on
+        Candidates; the best few whose linear gain exceeds `threshold` are fitted, since the linear gain of an effect on
         contacts that begin to slip may be far too large.
-    worth
-        Gain that matters [-].
+    threshold
+        Linear gain above which an effect is fitted [-].
     """
     by_covariance = compute_suited_gains(arrangement, effects)
     gains, fits = by_covariance.max(axis=0, initial=0.0), dict[int, Fit]()
-    promising = [number for number in np.argsort(-gains).tolist() if gains[number] > worth]
+    promising = [number for number in np.argsort(-gains).tolist() if gains[number] > threshold]
     for place, number in enumerate(promising):
         if place < CHECKED:
             (score,) = screen(arrangement, [effects[number]])
             fits[number] = quick_fit(arrangement, score)
             gains[number] = arrangement.cost - arrangement.cost_with_error_left(fits[number])
         else:
-            gains[number] = worth
+            gains[number] = threshold
     best = int(np.argmax(gains)) if len(gains) else -1
-    further = None
+    refit = None
     if best in fits:
         tested = arrangement.tested(effects[best], fits[best])
-        further = compare(tested, arrangement.tested(None, arrangement.fit), float(gains[best]))
-    return Leftover(
+        refit = compare(tested, arrangement.tested(None, arrangement.fit), float(gains[best]))
+    return ResidualExplanation(
         gain=float(gains[best]) if best >= 0 else 0.0,
-        name=effects[best].name if best >= 0 else "",
+        effect_name=effects[best].name if best >= 0 else "",
         places=tuple(find_unknown_forces(arrangement)),
-        known=float(by_covariance.max(initial=0.0)),
-        further=further,
+        known_effect_gain=float(by_covariance.max(initial=0.0)),
+        refit=refit,
     )

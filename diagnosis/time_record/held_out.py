@@ -1,4 +1,4 @@
-"""Gate of time records: conditions on the held-out error for an effect to be named.
+"""Test of effects by the held-out error of time records: conditions for an effect to be named.
 
 The residual of a record is coloured, and mostly the model's own error, so that a nominal test would accept any effect.
 The excess of the held-out error over the noise must therefore fall to `RATIO`, throughout these records: each of their
@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.decision.gate import find
+from diagnosis.decision.naming import apply_test
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
@@ -36,18 +36,18 @@ SURE = 4.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HeldOutGate:
-    """Gate for effects that lower the held-out error of records, of which known shares are noise.
+class HeldOutTest:
+    """Test of effects that lower the held-out error of records, of which known shares are noise.
 
     Parameters
     ----------
-    before
+    baseline
         Fit of the calibration parameters and the added effects alone.
     floor
         Share of noise in each held-out record; 0 where it is not known [-].
     """
 
-    before: Refit
+    baseline: Refit
     floor: PerRecord
 
     @property
@@ -57,14 +57,14 @@ class HeldOutGate:
 
     def passes(self, refit: Refit) -> bool:
         """Whether the excess falls to `RATIO`, and significantly so."""
-        excess, left = self.before.held_error**2 - self.noise, refit.held_error**2 - self.noise
+        excess, left = self.baseline.held_out_error**2 - self.noise, refit.held_out_error**2 - self.noise
         falls = excess > NONE**2 and left <= RATIO**2 * excess
-        return bool(falls and self.is_surely_better(self.before, refit))
+        return bool(falls and self.is_surely_better(self.baseline, refit))
 
     def explains(self, refit: Refit) -> bool:
         """Whether the remaining error is mostly noise, as far as that is known."""
-        left = refit.held_error**2 - self.noise
-        return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_error**2 - self.noise))
+        left = refit.held_out_error**2 - self.noise
+        return not self._loud(refit) or bool(left <= PART**2 * (self.baseline.held_out_error**2 - self.noise))
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
         """The best, and others that explain as well where the best is not significantly better."""
@@ -77,25 +77,25 @@ class HeldOutGate:
 
     def is_unexplained(self) -> bool:
         """Whether the error without an effect is at least twice the noise in mean square."""
-        return self._loud(self.before)
+        return self._loud(self.baseline)
 
     def _loud(self, refit: Refit) -> bool:
         """Whether the error is at least twice the noise in mean square; false where the noise is not known."""
-        return bool(self.noise and refit.held_error**2 > 2 * self.noise)
+        return bool(self.noise and refit.held_out_error**2 > 2 * self.noise)
 
 
 def judge_records(
-    before: Refit,
+    baseline: Refit,
     refits: Sequence[Refit],
     floor: PerRecord,
     scores: Sequence[Score] = (),
     units: Mapping[str, str] | None = None,
 ) -> Verdict:
-    """Verdict of the gate.
+    """Verdict by the held-out error.
 
     Parameters
     ----------
-    before
+    baseline
         Fit of the calibration parameters and the added effects alone.
     refits
         Refits, best first.
@@ -106,17 +106,17 @@ def judge_records(
     units
         Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
-    gate = HeldOutGate(before=before, floor=floor)
-    finding, effects = find(gate, refits)
+    test = HeldOutTest(baseline=baseline, floor=floor)
+    finding, effects = apply_test(test, refits)
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
     # Squared error by an effect that is removed, in the units of its screening.
-    enough = (DOUBT * before.held_error) ** 2 * before.fit.n_number if seen else 0.0
+    enough = (DOUBT * baseline.held_out_error) ** 2 * baseline.fit.n_number if seen else 0.0
     return Verdict(
-        finding=finding, effects=effects, before=before, detectable=smallest_detectable(seen, enough),
+        finding=finding, effects=effects, baseline=baseline, detectable=smallest_detectable(seen, enough),
         units={name: named_unit(unit, units or {}) for name, unit in given.items()},
-        reason=_reason(finding, gate, refits),
+        reason=_reason(finding, test, refits),
     )  # fmt: skip
 
 
@@ -128,13 +128,13 @@ def named_unit(unit: str, names: Mapping[str, str]) -> str:
     return unit
 
 
-def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str:
+def _reason(finding: Finding, test: HeldOutTest, refits: Sequence[Refit]) -> str:
     """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
-        best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_error)} %"
-    error = f"the held-out error is {plain(100 * gate.before.held_error)} %, and {best}"
-    noise = 100 * np.sqrt(gate.noise)
+        best = f"the best candidate, {refits[0].name}, leaves {plain(100 * refits[0].held_out_error)} %"
+    error = f"the held-out error is {plain(100 * test.baseline.held_out_error)} %, and {best}"
+    noise = 100 * np.sqrt(test.noise)
     if finding is Finding.UNKNOWN:
         return f"Something is missing, and it is none of the known effects: the noise is {plain(noise)} %, {error}."
     if noise:

@@ -7,7 +7,7 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.fit.problem import Refit
 
 
-class Gate(Protocol):
+class NamingTest(Protocol):
     """Conditions for refits to be named, by the statistics of one kind of data."""
 
     def passes(self, refit: Refit) -> bool:
@@ -15,7 +15,7 @@ class Gate(Protocol):
         ...
 
     def explains(self, refit: Refit) -> bool:
-        """Whether an effect that passes leaves little enough, and stands in for no other."""
+        """Whether little is left beside an effect that passes, so that it stands in for no other."""
         ...
 
     def choose(self, passed: Sequence[Refit]) -> list[Refit]:
@@ -27,12 +27,12 @@ class Gate(Protocol):
         ...
 
 
-def find(gate: Gate, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
+def apply_test(test: NamingTest, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
     """Finding, and the effects that it names, from refits in order, best first."""
-    passed = [refit for refit in refits if gate.passes(refit)]
+    passed = [refit for refit in refits if test.passes(refit)]
     if not passed:
-        return (Finding.UNKNOWN if gate.is_unexplained() else Finding.NOTHING), []
-    if not gate.explains(passed[0]):
+        return (Finding.UNKNOWN if test.is_unexplained() else Finding.NOTHING), []
+    if not test.explains(passed[0]):
         return Finding.UNKNOWN, []
-    chosen = gate.choose(passed)
+    chosen = test.choose(passed)
     return (Finding.AMBIGUOUS if len(chosen) > 1 else Finding.MISSING), chosen

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision import leftover
-from diagnosis.decision.leftover import CHECKED, Leftover, find_leftover, with_effect
+from diagnosis.decision import residual_explanation
+from diagnosis.decision.residual_explanation import CHECKED, ResidualExplanation, add_effect, explain_residual
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, quick_fit, refit
 from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.detection_threshold import Thresholds, compute_linear_thresholds
-from diagnosis.unknown_force import misfit
+from diagnosis.unknown_force import compute_excess_gain
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"
@@ -31,8 +31,8 @@ def refits(heavy: Arrangement, scores: dict[str, Score]) -> dict[str, Refit]:
 
 
 @pytest.fixture(scope="module")
-def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dict[str, Leftover]:
-    return {name: find_leftover(with_effect(heavy, each), listed.candidates) for name, each in refits.items()}
+def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dict[str, ResidualExplanation]:
+    return {name: explain_residual(add_effect(heavy, each), listed.candidates) for name, each in refits.items()}
 
 
 @pytest.fixture(scope="module")
@@ -40,21 +40,21 @@ def limits(scores: dict[str, Score]) -> Thresholds:
     return compute_linear_thresholds(list(scores.values()))
 
 
-def test_after_the_right_effect_chance_alone_is_left(left: dict[str, Leftover], limits: Thresholds) -> None:
+def test_after_the_right_effect_chance_alone_is_left(left: dict[str, ResidualExplanation], limits: Thresholds) -> None:
     assert left[RIGHT].gain < limits.gain
-    assert misfit(left[RIGHT].places[0]) < limits.misfit
+    assert compute_excess_gain(left[RIGHT].places[0]) < limits.misfit
 
 
 def test_after_a_wrong_effect_a_good_part_is_left(
-    left: dict[str, Leftover], limits: Thresholds, heavy: Arrangement, refits: dict[str, Refit]
+    left: dict[str, ResidualExplanation], limits: Thresholds, heavy: Arrangement, refits: dict[str, Refit]
 ) -> None:
     rest = left[WRONG]
     # A mass elsewhere shifts the resonance as well, and cannot have the shape right.
     assert rest.gain > 10 * limits.gain
-    assert misfit(rest.places[0]) > 10 * limits.misfit
+    assert compute_excess_gain(rest.places[0]) > 10 * limits.misfit
     assert rest.places[0].name == "tip z"
     # It explains nearly all that an unknown force of a stiffness per level does.
-    assert rest.known > 0.8 * rest.places[0].gain
+    assert rest.known_effect_gain > 0.8 * rest.places[0].gain
     # What is left, put on top, is about what the right one explains in all; its share is linear and the rest is not.
     before = baseline_fit(heavy)
     whole = before.fit.chi2 - refits[RIGHT].fit.chi2
@@ -62,7 +62,7 @@ def test_after_a_wrong_effect_a_good_part_is_left(
 
 
 def test_the_accepted_effect_counts_as_added(heavy: Arrangement, refits: dict[str, Refit]) -> None:
-    accepting = with_effect(heavy, refits[RIGHT])
+    accepting = add_effect(heavy, refits[RIGHT])
     assert [each.name for each in accepting.added] == [RIGHT]
     assert accepting.fit.chi2 == refits[RIGHT].fit.chi2
     # Its Jacobian is that of the end, whatever updates the fit went by.
@@ -81,7 +81,7 @@ def test_the_accepted_effect_counts_as_added(heavy: Arrangement, refits: dict[st
 def test_the_accepted_effect_itself_has_nothing_more_to_give(
     heavy: Arrangement, refits: dict[str, Refit], listed: Catalogue
 ) -> None:
-    (more,) = compute_slope_gains(with_effect(heavy, refits[RIGHT]), [listed.effect(RIGHT)])
+    (more,) = compute_slope_gains(add_effect(heavy, refits[RIGHT]), [listed.effect(RIGHT)])
     # It is among what is projected out.
     assert more < 0.1
 
@@ -98,8 +98,8 @@ def test_gains_by_slope_are_those_of_screening_where_effects_are_weak(
 
 
 def test_without_candidates_no_effect_is_left(heavy: Arrangement, refits: dict[str, Refit]) -> None:
-    rest = find_leftover(with_effect(heavy, refits[RIGHT]), [])
-    assert (rest.gain, rest.name) == (0.0, "")
+    rest = explain_residual(add_effect(heavy, refits[RIGHT]), [])
+    assert (rest.gain, rest.effect_name) == (0.0, "")
     assert rest.places
 
 
@@ -138,19 +138,19 @@ def test_the_slope_of_a_score_is_the_derivative_at_none(
 
 
 def test_what_is_left_is_confirmed_by_a_fit(
-    heavy: Arrangement, refits: dict[str, Refit], left: dict[str, Leftover], listed: Catalogue
+    heavy: Arrangement, refits: dict[str, Refit], left: dict[str, ResidualExplanation], listed: Catalogue
 ) -> None:
-    accepting, right = with_effect(heavy, refits[WRONG]), listed.effect(RIGHT)
-    found = find_leftover(accepting, [right], worth=1.0)
+    accepting, right = add_effect(heavy, refits[WRONG]), listed.effect(RIGHT)
+    found = explain_residual(accepting, [right], threshold=1.0)
     (score,) = screen(accepting, [right])
     # The same fit again.
     assert found.gain == pytest.approx(accepting.fit.chi2 - quick_fit(accepting, score).chi2, rel=1e-9)
     # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
-    assert found.gain == pytest.approx(find_leftover(accepting, [right]).gain, rel=0.1)
-    assert found.gain != find_leftover(accepting, [right]).gain
+    assert found.gain == pytest.approx(explain_residual(accepting, [right]).gain, rel=0.1)
+    assert found.gain != explain_residual(accepting, [right]).gain
 
 
-def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[float], worth: float) -> Any:
+def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[float], threshold: float) -> Any:
     """What is found where effects gain by a fit what is given, and which were fitted."""
     chi2, asked = 500.0, []
 
@@ -158,20 +158,22 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(leftover, "compute_suited_gains", lambda *_: np.array([promised]))
-    monkeypatch.setattr(leftover, "screen", lambda _, effects: [each.number for each in effects])
-    monkeypatch.setattr(leftover, "quick_fit", fit)
-    monkeypatch.setattr(leftover, "find_unknown_forces", lambda _: [])
+    monkeypatch.setattr(residual_explanation, "compute_suited_gains", lambda *_: np.array([promised]))
+    monkeypatch.setattr(residual_explanation, "screen", lambda _, effects: [each.number for each in effects])
+    monkeypatch.setattr(residual_explanation, "quick_fit", fit)
+    monkeypatch.setattr(residual_explanation, "find_unknown_forces", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(
         fit=SimpleNamespace(chi2=chi2), cost=chi2, cost_with_error_left=lambda fit: fit.chi2,
-        tested=lambda effect, fit: Refit(effect=effect, fit=fit, held_chi2=1.0, error=0.1, held_error=0.1),
+        tested=lambda effect, fit: Refit(
+            effect=effect, fit=fit, held_out_reduced_chi2=1.0, error=0.1, held_out_error=0.1
+        ),
     )  # fmt: skip
-    return find_leftover(arrangement, effects, worth), asked
+    return explain_residual(arrangement, effects, threshold), asked
 
 
 @pytest.mark.parametrize(
-    ("promised", "kept", "worth", "asked", "name", "gain"),
+    ("promised", "kept", "threshold", "asked", "name", "gain"),
     [
         # The best promises what no fit keeps; the next one keeps more than it promised.
         ([40, 5, 70], [45, 0, 3], 20, [2, 0], "p 0", 45),
@@ -187,9 +189,9 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
 )
 def test_promises_that_matter_are_checked(
     monkeypatch: pytest.MonkeyPatch,
-    promised: list[float], kept: list[float], worth: float, asked: list[int], name: str, gain: float,
+    promised: list[float], kept: list[float], threshold: float, asked: list[int], name: str, gain: float,
 ) -> None:  # fmt: skip
-    found, fits = checked(monkeypatch, promised, kept, worth)
+    found, fits = checked(monkeypatch, promised, kept, threshold)
     assert CHECKED == 2
     assert fits == asked
-    assert (found.name, found.gain) == (name, gain)
+    assert (found.effect_name, found.gain) == (name, gain)
