@@ -13,6 +13,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.fit.added import AddedEffect
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
+from diagnosis.fit.scoped_parameter import make_scoped_parameter
 from study.case.added import apply_all, apply_by_name, read_added_effects
 from study.case.load_scale import find_scale_warning
 from study.case.model import model_of_case
@@ -171,7 +172,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             refined.append(finer if campaign is None else with_sensors(finer, campaign))
     known: tuple[CalibrationParameter, ...] = ()
     with mistakes.at("accepted"):
-        known = list_calibration_parameters(model, deviation=case.accepted.given, finer=refined)
+        known = _list_parameters(model, case.accepted.given, refined)
     mistakes.raise_if_any()
     files = tuple(folder / file for file in case.effects.files)
     added = read_added_effects(case, model, files, mistakes)
@@ -202,6 +203,15 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             apply_all(model, known, setup.calibrated, added[: number + 1])
     mistakes.raise_if_any()
     return setup
+
+
+def _list_parameters(
+    model: Model, deviation: Mapping[str, float], refined: list[Model]
+) -> tuple[CalibrationParameter, ...]:
+    """Calibration parameters: the common ones, and those of one line, joint or part, whose names have a dot."""
+    common = {name: value for name, value in deviation.items() if "." not in name}
+    scoped = [make_scoped_parameter(model, name, value) for name, value in deviation.items() if "." in name and value]
+    return (*list_calibration_parameters(model, deviation=common, finer=refined), *scoped)
 
 
 def _refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:

@@ -11,6 +11,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from casefile.quantity import Ratio
 from casefile.table import CaseModel
+from casefile.validation import did_you_mean
 from study.case.joint_table import LineTable, Name, NotNegative
 from study.case.load_table import DeadWeightTable, LoadTable, StaticLoadTable
 from study.case.place import PlaceTable
@@ -62,16 +63,36 @@ class HarmonicsTable(CaseModel):
 
 
 class ParameterTable(CaseModel):
-    """A number for each calibration parameter, or for some."""
+    """A number for each calibration parameter, or for some; those of one line, joint or part are keys with a dot."""
+
+    model_config = ConfigDict(extra="allow")
 
     @property
     def given(self) -> Mapping[str, float]:
         """Those that are given, by name [-]."""
         return {name: value for name, value in self.model_dump().items() if value is not None}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown(cls, data: Any) -> Any:
+        known = list(cls.model_fields)
+        for name, value in data.items() if isinstance(data, Mapping) else ():
+            if isinstance(value, Mapping):
+                key = f"{name}.{next(iter(value), 'key')}"
+                raise ValueError(f'{name} is a table here: write a key in quotes, such as "{key}"')
+            if name not in known and "." not in name:
+                hint = did_you_mean(name, known) or f"; known here: {', '.join(known)}"
+                example = f'"{name}.limit_force"'
+                raise ValueError(
+                    f"unknown key {name}{hint}, or a number of one line, joint or part in quotes, such as {example}"
+                )
+        return data
+
 
 class AcceptedTable(ParameterTable):
     """Relative standard deviations of what every fit calibrates; 0 leaves one out as known."""
+
+    __pydantic_extra__: dict[str, NotNegative] = Field(init=False)
 
     kt: NotNegative | None = None
     kn: NotNegative | None = None
@@ -120,6 +141,8 @@ class AddedTable(CaseModel):
 
 class CalibratedTable(ParameterTable):
     """Factors on what the case says, as a calibration fitted them."""
+
+    __pydantic_extra__: dict[str, Factor] = Field(init=False)
 
     kt: Factor | None = None
     kn: Factor | None = None

@@ -184,7 +184,7 @@ def _written(table: Any, header: str, values: Values) -> str:
         lines = [header]
         for key, (value, note) in values.items():
             text = f'"{_escaped(value)}"' if isinstance(value, str) else repr(value)
-            lines.append(f"{key} = {text}{f' # {_comment(note)}' if note else ''}")
+            lines.append(f"{_key(key)} = {text}{f' # {_comment(note)}' if note else ''}")
         return "\n" + "".join(f"{line}\n" for line in lines)
     for key, (value, note) in values.items():
         before = table[key].trivia.comment if key in table else ""
@@ -206,6 +206,11 @@ def _table_of(effect: str, tables: Iterable[Any]) -> Any:
     """The table of an effect; None if there is none."""
     names = [(" ".join(str(table.get("effect", "")).split()).casefold(), table) for table in tables]
     return dict(reversed(names)).get(" ".join(effect.split()).casefold())
+
+
+def _key(name: str) -> str:
+    """A key as TOML has it: in quotes with a dot, which would begin a table."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{_escaped(name)}"'
 
 
 def _escaped(text: str) -> str:

@@ -1,0 +1,147 @@
+"""Calibration parameters of one line, one joint or one part: a factor on one of its numbers.
+
+Their names are those of the case, such as "wall.friction_coefficient" or "lap.limit_force". Unlike the parameters that
+are common to all contacts, they are calibrated only where a case accepts them.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.model import LoadCell, Model
+from diagnosis.candidate.contact_line import find_contacts, scale_contacts
+from diagnosis.candidate.effect import EffectError, EffectParameter
+from diagnosis.effect.density import Density
+from diagnosis.fit.calibration_parameter import BOUNDS, MOST_PULLED, CalibrationParameter
+from reduction.joint_law.registry import Joint, LawParameter
+
+#: Numbers of a line and of a part that may be calibrated.
+OF_LINE = ("tangential_stiffness", "normal_stiffness", "friction_coefficient")
+OF_PART = ("E", "density")
+#: Bounds of a factor on a number of a joint: joints are known to an order of magnitude.
+JOINT_BOUNDS = (0.1, 10.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ScopedParameter(CalibrationParameter):
+    """A factor on one number of a line, a joint or a part.
+
+    Parameters
+    ----------
+    owner
+        Name of the line, joint or part.
+    key
+        Its number.
+    """
+
+    owner: str
+    key: str
+
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        """Model with the factor; a test without contacts has no line to change."""
+        (factor,) = values
+        if self.owner in model.lines:
+            return scale_contacts(model, {self.owner: factor}, self.key)
+        if joints := find_joints(model, self.owner):
+            return model.with_joints({joint.name: _scaled(joint, self.key, factor) for joint in joints})
+        if self.key == "density":
+            return Density(name=self.name, part=self.owner).apply(model, values)
+        (part,) = (part for part in model.parts if part.name == self.owner)
+        changed = model.with_system(stiffness=model.system.stiffness + (factor - 1) * part.stiffness)
+        if self.owner in model.elastic_bodies:
+            changed = changed.with_elastic_body(self.owner, model.elastic_bodies[self.owner].stiffer(factor))
+        return changed
+
+
+def make_scoped_parameter(model: Model, name: str, deviation: float) -> ScopedParameter:
+    """A calibration parameter by its name.
+
+    Parameters
+    ----------
+    model
+        Model.
+    name
+        Line, joint or part, a dot, and its number.
+    deviation
+        Standard deviation of the prior of the factor around 1 [-].
+
+    Raises
+    ------
+    EffectError
+        The model has nothing of that name, or it is zero, or cannot be scaled by itself.
+    """
+    owner, _, key = name.rpartition(".")
+    lower, upper = JOINT_BOUNDS
+    if owner in model.lines:
+        _require_key(name, key, OF_LINE)
+        size = max(abs(float(getattr(contact, key))) for contact in find_contacts(model, owner))
+    elif joints := find_joints(model, owner):
+        _require_key(name, key, [parameter.name for parameter in joints[0].parameters])
+        (parameter,) = (item for item in joints[0].parameters if item.name == key)
+        size = max(abs(value) for joint in joints for value in parameter.values(joint))
+        lower, upper = _bounds(parameter, joints)
+    elif owner in {part.name for part in model.parts}:
+        _require_key(name, key, OF_PART)
+        size = _part_size(model, owner, key)
+        lower, upper = BOUNDS["E"]
+    else:
+        owners = [*model.lines, *_joint_names(model), *(part.name for part in model.parts)]
+        raise EffectError(f'"{name}" is of no line, joint or part: there are {", ".join(owners)}')
+    if not size:
+        raise EffectError(f'"{name}" is zero in the case, and a factor leaves it so: leave it out, or give it a value')
+    lower, upper = max(lower, 1 - MOST_PULLED * deviation), min(upper, 1 + MOST_PULLED * deviation)
+    factor = EffectParameter(
+        name="factor", unit="-", lower=lower, upper=upper, typical=min(1 + deviation, upper), vanishes=1.0
+    )
+    return ScopedParameter(
+        name=name, physics=f"{key} of {owner}.", deviation=deviation, parameters=(factor,), owner=owner, key=key
+    )
+
+
+def find_joints(model: Model, name: str) -> list[Joint]:
+    """Joints of a table `[[joint]]`, which are several where its place has several nodes; none of a line."""
+    of_lines = {member for members in model.lines.values() for member in members}
+    pattern = re.compile(rf"{re.escape(name)}( \d+)?")
+    return [joint for joint in model.system.joints if joint.name not in of_lines and pattern.fullmatch(joint.name)]
+
+
+def _joint_names(model: Model) -> list[str]:
+    of_lines = {member for members in model.lines.values() for member in members}
+    return [joint.name for joint in model.system.joints if joint.name not in of_lines]
+
+
+def _require_key(name: str, key: str, known: Sequence[str]) -> None:
+    if key not in known:
+        raise EffectError(f'"{name}" is no number that can be calibrated there: give one of {", ".join(known)}')
+
+
+def _scaled(joint: Joint, key: str, factor: float) -> dict[str, float]:
+    (parameter,) = (item for item in joint.parameters if item.name == key)
+    return dict(zip(parameter.names(joint), (factor * value for value in parameter.values(joint)), strict=True))
+
+
+def _bounds(parameter: LawParameter, joints: Sequence[Joint]) -> tuple[float, float]:
+    """Factors that leave a number within the bounds of its law."""
+    lower, upper = JOINT_BOUNDS
+    for joint in joints:
+        for value in parameter.values(joint):
+            if value > 0 and np.isfinite(parameter.lower):
+                lower = max(lower, parameter.lower / value)
+            elif value < 0 and np.isfinite(parameter.lower):
+                upper = min(upper, parameter.lower / value)
+    return min(lower, 1.0), max(upper, 1.0)
+
+
+def _part_size(model: Model, part: str, key: str) -> float:
+    (found,) = (each for each in model.parts if each.name == part)
+    if key == "density":
+        return float(np.abs(found.mass).max())
+    if model.system.structural_damping is not None:
+        raise EffectError(
+            f'"{part}.E" cannot be calibrated beside structural damping, whose share of each part is not known: use E'
+        )
+    if any(isinstance(sensor, LoadCell) for sensor in model.sensors):
+        raise EffectError(f'"{part}.E" cannot be calibrated beside load cells, which read a stiffness: use E')
+    return float(np.abs(found.stiffness).max())

@@ -1,0 +1,63 @@
+"""A calibration parameter of one line, joint or part changes that one, and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from correlation.model import Part
+from diagnosis.candidate.contact_line import find_contacts
+from diagnosis.candidate.effect import EffectError
+from diagnosis.fit.scoped_parameter import find_joints, make_scoped_parameter
+from reduction.jointed_system import IwanJoint, JenkinsChain
+from study.case.setup import read_case
+from study.shipped_cases import BEAM
+
+MODEL = read_case(BEAM).setup.model
+ROW = np.eye(MODEL.system.n_dof)[0]
+CHAIN = JenkinsChain(name="chain", direction=ROW, tangential_stiffness=(1e3, 2e3), limit_force=(1.0, 3.0))
+IWAN = {"direction": ROW, "tangential_stiffness": 1e3, "limit_force": 2.0, "exponent": -0.4, "ratio": 0.0}
+JOINTS = [CHAIN, *(IwanJoint(name=f"lap {number}", **IWAN) for number in range(2))]
+WITH_JOINTS = MODEL.with_system(joints=[*MODEL.system.joints, *JOINTS])
+
+
+def test_the_friction_of_one_line() -> None:
+    changed = make_scoped_parameter(MODEL, "left.friction_coefficient", 0.1).apply(MODEL, [1.3])
+    for line, factor in (("left", 1.3), ("right", 1.0)):
+        for now, before in zip(find_contacts(changed, line), find_contacts(MODEL, line), strict=True):
+            assert now.friction_coefficient == pytest.approx(factor * before.friction_coefficient)
+            assert now.tangential_stiffness == before.tangential_stiffness
+
+
+def test_a_list_of_a_joint_and_joints_at_all_nodes_of_a_place() -> None:
+    changed = make_scoped_parameter(WITH_JOINTS, "chain.limit_force", 0.1).apply(WITH_JOINTS, [2.0])
+    (chain,) = find_joints(changed, "chain")
+    assert chain.with_values({}).parameter_values[:4] == (1e3, 2e3, 2.0, 6.0)
+    changed = make_scoped_parameter(WITH_JOINTS, "lap.limit_force", 0.1).apply(WITH_JOINTS, [0.5])
+    assert [dict(zip(each.parameter_names, each.parameter_values, strict=True))["limit_force"]
+            for each in find_joints(changed, "lap")] == [1.0, 1.0]  # fmt: skip
+
+
+def test_density_and_modulus_of_one_part() -> None:
+    system = MODEL.system
+    parts = tuple(Part(name=name, mass=share * system.mass, stiffness=share * system.stiffness)
+                  for name, share in (("one", 0.25), ("two", 0.75)))  # fmt: skip
+    model = replace(MODEL, parts=parts)
+    heavier = make_scoped_parameter(model, "one.density", 0.01).apply(model, [1.04])
+    np.testing.assert_allclose(heavier.system.mass, 1.01 * system.mass)
+    stiffer = make_scoped_parameter(model, "two.E", 0.01).apply(model, [1.04])
+    np.testing.assert_allclose(stiffer.system.stiffness, 1.03 * system.stiffness)
+
+
+def test_a_factor_stays_within_the_bounds_of_the_law() -> None:
+    (factor,) = make_scoped_parameter(WITH_JOINTS, "lap.exponent", 1.0).parameters
+    assert factor.upper == pytest.approx(0.99 / 0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("lap.ratio", "is zero"), ("left.preload", "give one of"), ("middle.E", "no line, joint or part")],
+)
+def test_what_has_no_factor_is_refused(name: str, words: str) -> None:
+    with pytest.raises(EffectError, match=words):
+        make_scoped_parameter(WITH_JOINTS, name, 0.1)
