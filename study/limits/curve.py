@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import ComputationFailed
 from hbsolve.errors import NoSteadyState
-from hbsolve.limits.loss_factor import LossFactor, paper_limits
+from hbsolve.limits.loss_factor import LossFactor, loss_factor_limits
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import response_limits
 from hbsolve.limits.result import ResponseLimits
@@ -127,8 +127,8 @@ def found_limits(
             return FoundLimits(limits=limits, amplitude=None)
         assert search.row is not None
         assert search.reach is not None
-        paper = paper_limits(
+        at_extremes = loss_factor_limits(
             problem.balance, OutputHarmonic(row=search.row, harmonic=search.harmonic, base=search.base),
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
-        return FoundLimits(limits=paper.loss_factor, amplitude=paper.amplitude)
+        return FoundLimits(limits=at_extremes.loss_factor, amplitude=at_extremes.amplitude)

@@ -13,7 +13,7 @@ from hbsolve.contact_motion import contact_motion
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.limits.loss_factor import LossFactor, paper_limits
+from hbsolve.limits.loss_factor import LossFactor, loss_factor_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import limit_problem, response_limits
@@ -188,7 +188,7 @@ def test_the_papers_limits_lie_within_those_of_the_amplitude(balance: HarmonicBa
     output = OutputHarmonic(row=0)
     reach = limit_problem(balance, output).box.reach
     amplitude = response_limits(limit_problem(balance, output), CURVE, [0.4], settings=QUICK)
-    paper = paper_limits(balance, output, CURVE, [0.4], reach=reach, settings=QUICK)
+    paper = loss_factor_limits(balance, output, CURVE, [0.4], reach=reach, settings=QUICK)
     assert (paper.loss_factor.lower <= paper.loss_factor.upper).all()
     assert (paper.amplitude <= amplitude.upper * 1.002).all()
     assert (paper.amplitude >= amplitude.lower * 0.998).all()
