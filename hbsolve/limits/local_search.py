@@ -95,8 +95,8 @@ def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
     gradient = gradient + np.tensordot(by_x, moved, 2)
     ends = []
     for instants, pressed, sign in (
-        (trial.cone.at_low[free], trial.cone.pressed_low[free], -1.0),
-        (trial.cone.at_high[free], trial.cone.pressed_high[free], 1.0),
+        (trial.intervals.at_low[free], trial.intervals.limit_slope_low[free], -1.0),
+        (trial.intervals.at_high[free], trial.intervals.limit_slope_high[free], 1.0),
     ):
         basis = point.balance.sampling.instants[instants]
         slide = np.einsum("ia,iak->ik", basis, moved[tangent])
@@ -137,7 +137,7 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
     """The linear programme at a steady state."""
     derivative = slider_derivative(point, trial)
     free, n = derivative.free, len(derivative.free)
-    low, high, w = trial.cone.low[free], trial.cone.high[free], trial.w[free]
+    low, high, w = trial.intervals.low[free], trial.intervals.high[free], trial.w[free]
     length = high - low
     length = np.maximum(length, NARROW * length.mean()) if n else length
     rows = np.vstack([derivative.low - np.eye(n), np.eye(n) - derivative.high]) * length

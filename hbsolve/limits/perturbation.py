@@ -60,7 +60,7 @@ def reverse_lines(table: SliderTable, nominal: Sliders, w: Sliders, random: np.r
 def _random_kick(point: LimitPoint, best: Best, key: Key, trial: TrialState, random: np.random.Generator) -> Sliders:
     """Sliders moved at random, or those of another optimum."""
     table, n = point.sliders, len(point.sliders.tangent)
-    length = np.abs(trial.cone.high - trial.cone.low)
+    length = np.abs(trial.intervals.high - trial.intervals.low)
     length = np.maximum(length, length.mean())
     kind = random.integers(4)
     if kind == 0:

@@ -6,7 +6,7 @@ import numpy as np
 
 from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.optimum import Best, Key, follow, improve, offer
-from hbsolve.limits.point import LimitPoint, Sliders, TrialState
+from hbsolve.limits.point import LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
 
@@ -22,7 +22,7 @@ def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sli
     # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
     up = swept_states(curve, numbers, starts)
     down = swept_states(curve, numbers[::-1], starts)
-    chosen: dict[Key, list[tuple[Real, Sliders]]] = {}
+    chosen: dict[Key, list[SearchStart]] = {}
     for at in numbers:
         box, count = curve.box, number_of_starts(curve, at)
         for side in LimitSide:
@@ -36,9 +36,7 @@ def number_of_starts(curve: LimitCurve, at: int) -> int:
     return N_BEST_AT_END if at in (0, len(curve.angular_frequency) - 1) else N_BEST
 
 
-def improved_along(
-    curve: LimitCurve, numbers: Sequence[int], chosen: Mapping[Key, Sequence[tuple[Real, Sliders]]]
-) -> Best:
+def improved_along(curve: LimitCurve, numbers: Sequence[int], chosen: Mapping[Key, Sequence[SearchStart]]) -> Best:
     """Limits at frequencies in order, from motions and sliders of each, and from the limit before."""
     best: Best = {}
     for at in numbers:

@@ -38,7 +38,7 @@ def limit_problem(
     balance
         The system; friction contacts with one tangent, or two with limits of their own.
     objective
-        `Output`, `ContactForce` or `LossFactor`.
+        `OutputHarmonic`, `ContactForceHarmonic` or `LossFactor`.
     nominal
         Centre of the box, shape (s,) [m]; by default where the static load leaves the sliders.
     reach

@@ -8,7 +8,7 @@ comes out the same with any number of workers.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import Certificate, certify
@@ -16,7 +16,7 @@ from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_l
 from hbsolve.limits.local_search import GAIN
 from hbsolve.limits.optimum import Best, Key, is_open
 from hbsolve.limits.perturbation import perturb
-from hbsolve.limits.point import Sliders
+from hbsolve.limits.point import SearchStart
 from hbsolve.limits.population import first_limits, improved_along
 from hbsolve.limits.random_histories import Audit, audit
 from hbsolve.limits.task import Runner, SearchTask
@@ -30,8 +30,6 @@ KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
 KICKS = len(KICKED_FROM)
 #: Rounds in which gaps between branches are tried.
 BRIDGES = 4
-#: Motions and sliders from which searches start.
-Starts: TypeAlias = Sequence[tuple[Real, Sliders]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,10 +110,12 @@ class StagedSearch:
             self._exchanged("after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)])
         return best, audits, self._certified(best)
 
-    def limits_from(self, chosen: Sequence[Mapping[Key, Starts]]) -> tuple[list[Best], list[dict[Key, Certificate]]]:
+    def limits_from(
+        self, chosen: Sequence[Mapping[Key, Sequence[SearchStart]]]
+    ) -> tuple[list[Best], list[dict[Key, Certificate]]]:
         """Optima and certificates of each level, searched for from motions and sliders at each frequency and side."""
 
-        def near(level: int, numbers: range) -> tuple[range, dict[Key, Starts]]:
+        def near(level: int, numbers: range) -> tuple[range, dict[Key, Sequence[SearchStart]]]:
             return numbers, {key: value for key, value in chosen[level].items() if key[0] in numbers}
 
         best = [_merged(parts) for parts in self._stage("population", improved_along, near)]

@@ -11,12 +11,13 @@ from hbsolve.errors import BalanceError
 from hbsolve.limits.companions import add_companions
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Key
+from hbsolve.limits.point import SearchStart
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
 from hbsolve.limits.response_limits import ascending, collect_limits, starts_by_level
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import LimitSettings, StagedSearch
-from hbsolve.limits.shared_histories import SharedStates, Start, share_histories
+from hbsolve.limits.shared_histories import SharedStates, share_histories
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
@@ -126,7 +127,7 @@ def _shared(
     return [[next(results) for _ in blocks] for _ in levels][::-1]
 
 
-def _starts(parts: Sequence[SharedStates], number: int) -> dict[Key, Sequence[Start]]:
+def _starts(parts: Sequence[SharedStates], number: int) -> dict[Key, Sequence[SearchStart]]:
     """Starts of one objective at one level."""
     return {key: states for part in parts for key, states in part.starts[number].items()}
 

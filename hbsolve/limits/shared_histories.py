@@ -17,22 +17,19 @@ from hbsolve.continuation.multiple_states import motions_along_the_level
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Key
-from hbsolve.limits.point import PATIENT, LimitPoint, Sliders, TrialState
+from hbsolve.limits.point import PATIENT, LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.population import SAME, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
 from hbsolve.state import slider_start
 from reduction.array_type import Real
 
-#: Motion and sliders of a state.
-Start = tuple[Real, Sliders]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SharedStates:
     """States at some frequencies of one level, seen by o objectives."""
 
-    starts: tuple[Mapping[Key, Sequence[Start]], ...]
+    starts: tuple[Mapping[Key, Sequence[SearchStart]], ...]
     """States furthest out, by objective, frequency and side."""
     sampled: Mapping[int, Float[Real, "2 o"]]
     """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
@@ -100,7 +97,7 @@ def share_histories(
     for row, _, trial in random_states(curve, swept, count, seed):
         if swept[row] in seen:
             look(swept[row], trial, is_random=True)
-    starts: list[dict[Key, Sequence[Start]]] = [{} for _ in objectives]
+    starts: list[dict[Key, Sequence[SearchStart]]] = [{} for _ in objectives]
     for at, states in seen.items():
         for number, chosen in enumerate(starts):
             for side in LimitSide:
@@ -124,7 +121,7 @@ def _branches(point: LimitPoint) -> Iterator[TrialState]:
             yield trial
 
 
-def _furthest(states: Sequence[_Seen], number: int, side: LimitSide, count: int) -> list[Start]:
+def _furthest(states: Sequence[_Seen], number: int, side: LimitSide, count: int) -> list[SearchStart]:
     """The states furthest out for one objective whose values differ."""
     result: list[_Seen] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):

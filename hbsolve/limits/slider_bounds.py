@@ -14,7 +14,7 @@ from jaxtyping import Float
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
-from hbsolve.limits.sliders import SliderTable, cone, slider_table
+from hbsolve.limits.sliders import SliderTable, compute_stick_intervals, slider_table
 from hbsolve.solution import solve_at
 from hbsolve.state import slider_start
 from reduction.array_input import real_array, real_number
@@ -97,10 +97,10 @@ def slider_box(
     """
     given = slider_start(balance, nominal)
     rest = solve_at(balance.at_level(0.0), condensed, None, given)
-    interval = cone(rest.motion, slider_table(balance), balance.sampling.evaluate)
-    radius = np.maximum(interval.high - interval.low, 0.0) / 2
+    intervals = compute_stick_intervals(rest.motion, slider_table(balance), balance.sampling.evaluate)
+    radius = np.maximum(intervals.high - intervals.low, 0.0) / 2
     centre = given.value if nominal is not None else rest.slider_at_start
-    middle = (interval.low + interval.high) / 2
+    middle = (intervals.low + intervals.high) / 2
     return SliderBox(nominal=np.array(centre), reach=_reach(reach, radius), radius=radius, middle=middle)
 
 

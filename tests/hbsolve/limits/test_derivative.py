@@ -33,8 +33,8 @@ def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPo
         trial = start and point.settle(start.x, start.w)
         if trial is None or not 0 < len(trial.free) < 4:
             continue
-        w, margin = trial.w.copy(), 0.2 * (trial.cone.high - trial.cone.low)
-        w[trial.free] = np.clip(w, trial.cone.low + margin, trial.cone.high - margin)[trial.free]
+        w, margin = trial.w.copy(), 0.2 * (trial.intervals.high - trial.intervals.low)
+        w[trial.free] = np.clip(w, trial.intervals.low + margin, trial.intervals.high - margin)[trial.free]
         inside = point.solve(trial.x, w)
         if inside is not None and 0 < len(inside.free) < 4 and not inside.dragged.any():
             return point, inside
@@ -61,7 +61,7 @@ def test_gradient_and_intervals_are_those_of_differences(wedge: JointedSystem, o
         # Newton's tolerance of 1e-9 over the step's effect, of some 1e-5 of the motion.
         scale = max(np.abs(derivative.gradient).max(), 1e-300)
         assert derivative.gradient[number] == pytest.approx(by_differences, abs=1e-3 * scale)
-        low = (ahead.cone.low - back.cone.low)[free] / (2 * step)
-        high = (ahead.cone.high - back.cone.high)[free] / (2 * step)
+        low = (ahead.intervals.low - back.intervals.low)[free] / (2 * step)
+        high = (ahead.intervals.high - back.intervals.high)[free] / (2 * step)
         np.testing.assert_allclose(derivative.low[:, number], low, atol=1e-3)
         np.testing.assert_allclose(derivative.high[:, number], high, atol=1e-3)
