@@ -23,7 +23,7 @@ from numpy.typing import NDArray  # noqa: E402
 from benchmarks.limits_full_space import race  # noqa: E402
 from benchmarks.rig_case import prepared  # noqa: E402
 from hbsolve.limits.local_search import LimitSide, local_search  # noqa: E402
-from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
+from hbsolve.limits.optimum import Optima, Optimum  # noqa: E402
 from hbsolve.limits.problem import LimitCurve, LimitProblem  # noqa: E402
 from hbsolve.limits.random_histories import (  # noqa: E402
     audit,
@@ -92,7 +92,7 @@ def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed
     value = limits.value.copy()
     numbers = range(len(limits.angular_frequency))
     for row, level in enumerate(limits.level):
-        best: Best = {
+        best: Optima = {
             (at, side): Optimum(
                 value=limits.value[k, row, at], x=limits.motion[k, row, at], w=limits.slider[k, row, at], residual=0.0
             )

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
-from hbsolve.limits.optimum import Best, Key, Optimum, follow
+from hbsolve.limits.optimum import LimitKey, Optima, Optimum, continue_optimum
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import multipliers
@@ -25,7 +25,7 @@ JUMP = 0.01
 Certificate: TypeAlias = dict[str, Any]
 
 
-def certify(curve: LimitCurve, numbers: Sequence[int], best: Best) -> dict[Key, Certificate]:
+def certify(curve: LimitCurve, numbers: Sequence[int], best: Optima) -> dict[LimitKey, Certificate]:
     """Certificates at the frequencies `numbers`; `best` also holds the neighbours of the first and the last."""
     result = {}
     for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in best):
@@ -68,7 +68,7 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
     }
 
 
-def _is_one(best: Best, at: int) -> bool:
+def _is_one(best: Optima, at: int) -> bool:
     """Whether both limits are the same to less than a jump."""
     if any((at, side) not in best for side in LimitSide):
         return False
@@ -76,11 +76,11 @@ def _is_one(best: Best, at: int) -> bool:
     return abs(upper - lower) <= JUMP * abs(upper)
 
 
-def _jumps(curve: LimitCurve, best: Best, key: Key, step: int) -> bool:
+def _jumps(curve: LimitCurve, best: Optima, key: LimitKey, step: int) -> bool:
     """Whether a neighbour's state does not become this one."""
     (at, side), optimum, point = key, best[key], curve.point(key[0])
     worse = JUMP * max(abs(optimum.value), point.measure.least)
     if side * (optimum.value - optimum.followed.get(step, -side * np.inf)) <= worse:
         return False
-    settled = follow(curve, side, best[at + step, side], at + step, at)
+    settled = continue_optimum(curve, side, best[at + step, side], at + step, at)
     return settled is None or side * (optimum.value - local_search(point, settled, side).value) > worse

@@ -40,12 +40,12 @@ class Optimum:
 
 
 #: Number of the frequency, and side.
-Key: TypeAlias = tuple[int, LimitSide]
+LimitKey: TypeAlias = tuple[int, LimitSide]
 #: Optima of one level.
-Best: TypeAlias = dict[Key, Optimum]
+Optima: TypeAlias = dict[LimitKey, Optimum]
 
 
-def offer(best: Best, key: Key, trial: TrialState | None, *, repaired: bool = False) -> float:
+def keep_if_better(best: Optima, key: LimitKey, trial: TrialState | None, *, repaired: bool = False) -> float:
     """Take a state where it is better than the optimum; returns the gain, relative to the optimum before."""
     if trial is None:
         return 0.0
@@ -63,17 +63,19 @@ def offer(best: Best, key: Key, trial: TrialState | None, *, repaired: bool = Fa
     return gain
 
 
-def improve(point: LimitPoint, best: Best, key: Key, x: Real, w: Sliders, *, repaired: bool = False) -> float:
-    """Settle a state, search from it and offer the result; returns the gain, relative to the optimum before.
+def improve(point: LimitPoint, best: Optima, key: LimitKey, x: Real, w: Sliders, *, repaired: bool = False) -> float:
+    """Settle a state, search from it and keep a better result; returns the gain, relative to the optimum before.
 
     `best` is changed in place; `repaired` says that the state comes from an audit.
     """
     settled = point.settle(x, w)
-    return offer(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)
+    return keep_if_better(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)
 
 
-def follow(curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, after: int) -> TrialState | None:
-    """Carry an optimum from one frequency to another; the state there is not yet improved.
+def continue_optimum(
+    curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, after: int
+) -> TrialState | None:
+    """The state that an optimum becomes at another frequency; not yet improved there.
 
     Branches end in folds: with its sliders a lower limit may not exist any more a little further on, while with others
     it does. So where one step does not arrive, or on another branch, sliders are improved on the way in smaller ones.
@@ -94,7 +96,7 @@ def follow(curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, af
     return trial if direct is None or side * (value - direct.value) > 0 else direct
 
 
-def is_open(best: Best, at: int) -> bool:
+def is_open(best: Optima, at: int) -> bool:
     """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
     here = [best[at, side] for side in LimitSide if (at, side) in best]
     values = np.concatenate([(optimum.value, *optimum.starts) for optimum in here])

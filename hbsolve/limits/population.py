@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hbsolve.limits.local_search import LimitSide, local_search
-from hbsolve.limits.optimum import Best, Key, follow, improve, offer
+from hbsolve.limits.optimum import LimitKey, Optima, continue_optimum, improve, keep_if_better
 from hbsolve.limits.point import LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from reduction.array_type import Real
@@ -17,12 +17,12 @@ N_BEST, N_BEST_AT_END = 2, 6
 SAME = 1e-4
 
 
-def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> Best:
+def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> Optima:
     """Limits at frequencies in order; `numbers` says which of all they are."""
     # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
     up = swept_states(curve, numbers, starts)
     down = swept_states(curve, numbers[::-1], starts)
-    chosen: dict[Key, list[SearchStart]] = {}
+    chosen: dict[LimitKey, list[SearchStart]] = {}
     for at in numbers:
         box, count = curve.box, number_of_starts(curve, at)
         for side in LimitSide:
@@ -36,17 +36,19 @@ def number_of_starts(curve: LimitCurve, at: int) -> int:
     return N_BEST_AT_END if at in (0, len(curve.angular_frequency) - 1) else N_BEST
 
 
-def improved_along(curve: LimitCurve, numbers: Sequence[int], chosen: Mapping[Key, Sequence[SearchStart]]) -> Best:
+def improved_along(
+    curve: LimitCurve, numbers: Sequence[int], chosen: Mapping[LimitKey, Sequence[SearchStart]]
+) -> Optima:
     """Limits at frequencies in order, from motions and sliders of each, and from the limit before."""
-    best: Best = {}
+    best: Optima = {}
     for at in numbers:
         point = curve.point(at)
         for side in LimitSide:
             for x, w in chosen.get((at, side), ()):
                 improve(point, best, (at, side), x, w)
             if (at - 1, side) in best:
-                settled = follow(curve, side, best[at - 1, side], at - 1, at)
-                offer(best, (at, side), settled and local_search(point, settled, side))
+                settled = continue_optimum(curve, side, best[at - 1, side], at - 1, at)
+                keep_if_better(best, (at, side), settled and local_search(point, settled, side))
     return best
 
 

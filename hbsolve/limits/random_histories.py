@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.limits.optimum import Best, Key, improve
+from hbsolve.limits.optimum import LimitKey, Optima, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.result import ResponseLimits
@@ -118,8 +118,8 @@ class Audit:
 
 
 def audit(
-    curve: LimitCurve, numbers: Sequence[int], best: Best, count: int, seed: Sequence[int]
-) -> tuple[Best, set[Key], dict[int, Audit]]:
+    curve: LimitCurve, numbers: Sequence[int], best: Optima, count: int, seed: Sequence[int]
+) -> tuple[Optima, set[LimitKey], dict[int, Audit]]:
     """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
     best, repaired = dict(best), set()
     swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))

@@ -12,9 +12,15 @@ from typing import Any
 
 from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import Certificate, certify
-from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_level
 from hbsolve.limits.local_search import GAIN
-from hbsolve.limits.optimum import Best, Key, is_open
+from hbsolve.limits.optimum import LimitKey, Optima, is_open
+from hbsolve.limits.optimum_continuation import (
+    FURTHEST,
+    continue_across_gaps,
+    continue_from_level,
+    continue_to_neighbours,
+    find_gaps,
+)
 from hbsolve.limits.perturbation import perturb
 from hbsolve.limits.point import SearchStart
 from hbsolve.limits.population import first_limits, improved_along
@@ -23,13 +29,13 @@ from hbsolve.limits.task import Runner, SearchTask
 from reduction.array_input import whole_number
 from reduction.array_type import Real
 
-#: Rounds in which blocks hand optima across their edges.
+#: Rounds in which optima are continued across the edges of blocks.
 ROUNDS = 8
-#: Kicks go to each fifth frequency, in each round from another of a block's first ones: neighbours hand on what gains.
-KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
-KICKS = len(KICKED_FROM)
-#: Rounds in which gaps between branches are tried.
-BRIDGES = 4
+#: Each fifth frequency is perturbed, in each round from another of a block's first: neighbours take over what gains.
+STRIDE, FIRST_PERTURBED = 5, (2, 4, 0)
+PERTURBATIONS = len(FIRST_PERTURBED)
+#: Rounds in which optima are continued across gaps between branches.
+GAP_ROUNDS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,12 +55,12 @@ class LimitSettings:
     block: int = 15
     """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
     seed: int = 0
-    """Of random starts, kicks and histories."""
-    kicks: int = KICKS
-    """Rounds of kicks after levels have handed on their optima, at most 3 [-]."""
+    """Of random starts, perturbations and histories."""
+    perturbations: int = PERTURBATIONS
+    """Rounds of perturbations after optima were continued from level to level, at most 3 [-]."""
     frequencies: int = 24
     """Least number of frequencies of a search: where fewer are asked for it adds some, as far as the next resonance
-    (`hbsolve.limits.companions`); 1 adds none [-]."""
+    (`hbsolve.limits.auxiliary_frequencies`); 1 adds none [-]."""
 
     def __post_init__(self) -> None:
         for name, least in (
@@ -62,14 +68,14 @@ class LimitSettings:
             ("sample", 0),
             ("block", 1),
             ("seed", 0),
-            ("kicks", 0),
+            ("perturbations", 0),
             ("frequencies", 1),
         ):
             value = whole_number(getattr(self, name), name, BalanceError)
             if value < least:
                 raise BalanceError(f"{name} = {value} must be {least} at least")
-        if self.kicks > KICKS:
-            raise BalanceError(f"kicks = {self.kicks} must be {KICKS} at most")
+        if self.perturbations > PERTURBATIONS:
+            raise BalanceError(f"perturbations = {self.perturbations} must be {PERTURBATIONS} at most")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,11 +98,11 @@ class StagedSearch:
         edges = [*range(0, count, self.settings.block), count]
         return [range(first, last) for first, last in pairwise(edges)]
 
-    def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
+    def limits(self) -> tuple[list[Optima], list[dict[int, Audit]], list[dict[LimitKey, Certificate]]]:
         """Optima, audits and certificates of each level."""
         result = self._stage("population", first_limits, lambda level, numbers: (numbers, self.starts[level]))
         best = [_merged(parts) for parts in result]
-        self._developed(best)
+        self._improve_all(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.settings.sample:
             parts = self._stage(
@@ -107,53 +113,57 @@ class StagedSearch:
                 ),
             )  # fmt: skip
             audits = [{at: result for part in item for at, result in part[2].items()} for item in parts]
-            self._exchanged("after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)])
-        return best, audits, self._certified(best)
+            self._continue_to_neighbours(
+                "after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)]
+            )
+        return best, audits, self._certify(best)
 
     def limits_from(
-        self, chosen: Sequence[Mapping[Key, Sequence[SearchStart]]]
-    ) -> tuple[list[Best], list[dict[Key, Certificate]]]:
+        self, chosen: Sequence[Mapping[LimitKey, Sequence[SearchStart]]]
+    ) -> tuple[list[Optima], list[dict[LimitKey, Certificate]]]:
         """Optima and certificates of each level, searched for from motions and sliders at each frequency and side."""
 
-        def near(level: int, numbers: range) -> tuple[range, dict[Key, Sequence[SearchStart]]]:
+        def near(level: int, numbers: range) -> tuple[range, dict[LimitKey, Sequence[SearchStart]]]:
             return numbers, {key: value for key, value in chosen[level].items() if key[0] in numbers}
 
         best = [_merged(parts) for parts in self._stage("population", improved_along, near)]
-        self._developed(best)
-        return best, self._certified(best)
+        self._improve_all(best)
+        return best, self._certify(best)
 
-    def _developed(self, best: list[Best]) -> None:
-        """Hand optima to neighbours and other levels, kick them, and carry them over gaps."""
-        self._exchanged("neighbours", best, [set(item) for item in best])
-        self._kicked(best, "first kicks", 1)
-        self._levels(best)
-        self._kicked(best, "kicks", self.settings.kicks)
-        self._bridged(best)
+    def _improve_all(self, best: list[Optima]) -> None:
+        """Continue optima to neighbours, other levels and across gaps, and perturb them."""
+        self._continue_to_neighbours("neighbours", best, [set(item) for item in best])
+        self._perturb(best, "first perturbations", 1)
+        self._continue_over_levels(best)
+        self._perturb(best, "perturbations", self.settings.perturbations)
+        self._cross_gaps(best)
 
-    def _certified(self, best: list[Best]) -> list[dict[Key, Certificate]]:
+    def _certify(self, best: list[Optima]) -> list[dict[LimitKey, Certificate]]:
         """What is known of each optimum, by level."""
         result = self._stage(
             "certificates", certify, lambda level, numbers: (numbers, self._near(best[level], numbers))
         )
         return [{key: value for part in item for key, value in part.items()} for item in result]
 
-    def _levels(self, best: list[Best]) -> None:
-        """Hand optima from each level to the next, down and up again."""
+    def _continue_over_levels(self, best: list[Optima]) -> None:
+        """Continue optima from each level to the next, down and up again."""
         order = [*reversed(range(len(best))), *range(1, len(best))]
         for number, (source, target) in enumerate(pairwise(order)):
             name = f"level {source} to {target}, {number}"
             tasks = [
                 self._task(
-                    name, target, from_level,
+                    name, target, continue_from_level,
                     (numbers, best[target], self.levels[source], best[source]), numbers,
                 )
                 for numbers in self.blocks
             ]  # fmt: skip
             gained = self._take(best, target, self.run("levels", tasks))
-            self._exchanged(f"after {name}", best, [gained if at == target else set() for at in range(len(best))])
+            self._continue_to_neighbours(
+                f"after {name}", best, [gained if at == target else set() for at in range(len(best))]
+            )
 
-    def _kicked(self, best: list[Best], name: str, rounds: int) -> None:
-        """Kick optima at some frequencies of each block; once more at others in levels where some gained.
+    def _perturb(self, best: list[Optima], name: str, rounds: int) -> None:
+        """Perturb optima at some frequencies of each block; once more at others in levels where some gained.
 
         Where both limits are one and searches from all starts have ended alike there is nothing to gain.
         """
@@ -162,44 +172,44 @@ class StagedSearch:
             jobs = []
             for level in reversed(levels):
                 for numbers in self.blocks:
-                    chosen = numbers[min(KICKED_FROM[number], len(numbers) - 1) :: KICK_STRIDE]
+                    chosen = numbers[min(FIRST_PERTURBED[number], len(numbers) - 1) :: STRIDE]
                     keys = [key for key in sorted(best[level]) if key[0] in chosen and is_open(best[level], key[0])]
                     seed = (self.settings.seed, level, numbers[0], 1, number, rounds)
                     if keys:
                         jobs.append((level, numbers, (self._near(best[level], numbers), keys, seed)))
-            gained = self._improved(best, f"{name}, round {number}", "kicks", perturb, jobs)
+            gained = self._improved(best, f"{name}, round {number}", "perturbations", perturb, jobs)
             levels = [level for level in levels if gained[level]]
 
-    def _bridged(self, best: list[Best]) -> None:
-        """Carry optima over gaps between branches, as long as some gain."""
-        fresh = [at_a_gap(item) for item in best]
-        for number in range(BRIDGES):
+    def _cross_gaps(self, best: list[Optima]) -> None:
+        """Continue optima across gaps between branches, as long as some gain."""
+        fresh = [find_gaps(item) for item in best]
+        for number in range(GAP_ROUNDS):
             jobs = [
                 (level, numbers, keys)
                 for level in reversed(range(len(best)))
                 for numbers in self.blocks
                 if (keys := sorted(key for key in fresh[level] if key[0] in numbers))
             ]
-            gained = self._improved(best, f"gaps, round {number}", "gaps", bridge, [
+            gained = self._improved(best, f"gaps, round {number}", "gaps", continue_across_gaps, [
                 (level, numbers, (self._near(best[level], numbers), keys)) for level, numbers, keys in jobs
             ])  # fmt: skip
             # Where nothing has changed there is nothing new to try.
             fresh = [
-                {key for key in at_a_gap(item) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
+                {key for key in find_gaps(item) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
                 for item, gain in zip(best, gained, strict=True)
             ]
 
     def _improved(
-        self, best: list[Best], name: str, stage: str, call: Callable[..., Any],
+        self, best: list[Optima], name: str, stage: str, call: Callable[..., Any],
         jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
-    ) -> list[set[Key]]:  # fmt: skip
-        """Run a call that returns optima and which of them improved, take them over and hand them on."""
+    ) -> list[set[LimitKey]]:  # fmt: skip
+        """Run a call that returns optima and which of them improved, take them over and continue them to neighbours."""
         tasks = [self._task(name, level, call, given, numbers) for level, numbers, given in jobs]
-        gained: list[set[Key]] = [set() for _ in best]
+        gained: list[set[LimitKey]] = [set() for _ in best]
         for (level, numbers, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
             best[level].update({key: value for key, value in result.items() if key[0] in numbers})
             gained[level] |= better
-        self._exchanged(f"after {name}", best, gained)
+        self._continue_to_neighbours(f"after {name}", best, gained)
         return gained
 
     def _stage(
@@ -225,22 +235,22 @@ class StagedSearch:
             arguments=arguments,
         )
 
-    def _near(self, best: Best, numbers: range) -> Best:
+    def _near(self, best: Optima, numbers: range) -> Optima:
         """Optima of a block and of its neighbours in frequency."""
         return {
             key: value for key, value in best.items() if numbers.start - FURTHEST <= key[0] < numbers.stop + FURTHEST
         }
 
-    def _take(self, best: list[Best], level: int, parts: Iterable[Any]) -> set[Key]:
+    def _take(self, best: list[Optima], level: int, parts: Iterable[Any]) -> set[LimitKey]:
         """Take over what blocks of a level return, first their own optima, then those of them that improved."""
-        gained: set[Key] = set()
+        gained: set[LimitKey] = set()
         for numbers, (result, better, *_) in zip(self.blocks, parts, strict=True):
             best[level].update({key: value for key, value in result.items() if key[0] in numbers})
             gained |= better
         return gained
 
-    def _exchanged(self, name: str, best: list[Best], fresh: list[set[Key]]) -> None:
-        """Hand optima to neighbours, within blocks and across their edges, until none improves."""
+    def _continue_to_neighbours(self, name: str, best: list[Optima], fresh: list[set[LimitKey]]) -> None:
+        """Continue optima to neighbours, within blocks and across their edges, until none improves."""
         for number in range(ROUNDS):
             jobs = []
             for level, keys in enumerate(fresh):
@@ -252,7 +262,7 @@ class StagedSearch:
                 return
             tasks = [
                 self._task(
-                    f"{name}, round {number}", level, exchange,
+                    f"{name}, round {number}", level, continue_to_neighbours,
                     (numbers, self._near(best[level], numbers), sorted(near)), numbers,
                 )
                 for level, numbers, near in jobs
@@ -268,5 +278,5 @@ class StagedSearch:
                         fresh[level].add(key)
 
 
-def _merged(parts: Iterable[Best]) -> Best:
+def _merged(parts: Iterable[Optima]) -> Optima:
     return {key: value for part in parts for key, value in part.items()}

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from hbsolve.continuation.multiple_states import motions_along_the_level
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
-from hbsolve.limits.optimum import Key
+from hbsolve.limits.optimum import LimitKey
 from hbsolve.limits.point import PATIENT, LimitPoint, SearchStart, Sliders, TrialState
 from hbsolve.limits.population import SAME, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
@@ -29,7 +29,7 @@ from reduction.array_type import Real
 class SharedStates:
     """States at some frequencies of one level, seen by o objectives."""
 
-    starts: tuple[Mapping[Key, Sequence[SearchStart]], ...]
+    starts: tuple[Mapping[LimitKey, Sequence[SearchStart]], ...]
     """States furthest out, by objective, frequency and side."""
     sampled: Mapping[int, Float[Real, "2 o"]]
     """Lowest and highest value of the random histories by frequency, shape (2, o); NaN without any."""
@@ -97,7 +97,7 @@ def share_histories(
     for row, _, trial in random_states(curve, swept, count, seed):
         if swept[row] in seen:
             look(swept[row], trial, is_random=True)
-    starts: list[dict[Key, Sequence[SearchStart]]] = [{} for _ in objectives]
+    starts: list[dict[LimitKey, Sequence[SearchStart]]] = [{} for _ in objectives]
     for at, states in seen.items():
         for number, chosen in enumerate(starts):
             for side in LimitSide:

@@ -20,10 +20,10 @@ from hbsolve.limits.task import StageProgress
 from pipeline.store import stage
 from study.limits.model import LimitSearch
 
-#: Where the stages end, as measured on the wedge damper with 100 histories: what is handed on between frequencies and
+#: Where the stages end, as measured on the wedge damper with 100 histories: what is continued between frequencies and
 #: levels has no number of tasks that is known beforehand, and so moves within its share.
 END = {
-    "population": 0.38, "neighbours": 0.4, "levels": 0.42, "kicks": 0.46, "gaps": 0.51, "audit": 0.98,
+    "population": 0.38, "neighbours": 0.4, "levels": 0.42, "perturbations": 0.46, "gaps": 0.51, "audit": 0.98,
     "certificates": 1.0,
 }  # fmt: skip
 #: Share of the way from which on it tells the time left: the first tasks also read what is compiled.

@@ -119,7 +119,14 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
             progress=stages.append,
         )  # fmt: skip
     same(found, limits)
-    assert {each.stage for each in stages} >= {"population", "neighbours", "levels", "kicks", "audit", "certificates"}
+    assert {each.stage for each in stages} >= {
+        "population",
+        "neighbours",
+        "levels",
+        "perturbations",
+        "audit",
+        "certificates",
+    }
     assert all(each.done <= each.total for each in stages)
 
 

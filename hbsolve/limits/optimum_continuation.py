@@ -1,17 +1,16 @@
-"""Optima that are handed on, to neighbours in frequency, over gaps between branches and to other levels.
+"""Continuation of optima: to neighbours in frequency, across gaps between branches and to other levels.
 
 A local search ends in the optimum of its basin. Neighbours often sit in a better one, and a state with all contacts
 stuck has no gradient to leave it by. Near a fold a limit's state may not exist at the next frequency with the sliders
 that it has, while that from two frequencies on does, or one to which the motion drags them. There neighbours further
-away are tried, and where no state is near theirs the solver tries all that it can: what costs a hundred times as much
-is worth it at these few points.
+away are tried, and where no state is near theirs the solver tries all that it can, at a hundred times the cost.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from hbsolve.limits.local_search import GAIN, LimitSide, local_search
-from hbsolve.limits.optimum import Best, Key, follow, improve, offer
+from hbsolve.limits.optimum import LimitKey, Optima, continue_optimum, improve, keep_if_better
 from hbsolve.limits.problem import LimitCurve
 
 #: A neighbour's state this share worse than the optimum is not improved.
@@ -20,12 +19,14 @@ HOPELESS = 0.3
 SWEEPS = 6
 #: A limit that is better than its neighbour's state followed here by this share is not of the same branch.
 APART = 5e-3
-#: Neighbours that are tried over a gap are so many frequencies away at most, and worse by this share at most.
+#: Neighbours that are tried across a gap are so many frequencies away at most, and worse by this share at most.
 FURTHEST, WORSE = 3, 0.1
 
 
-def exchange(curve: LimitCurve, numbers: Sequence[int], best: Best, fresh: Iterable[Key]) -> Best:
-    """Hand optima to neighbours until no limit improves; only those that are `fresh` are handed on at first.
+def continue_to_neighbours(
+    curve: LimitCurve, numbers: Sequence[int], best: Optima, fresh: Iterable[LimitKey]
+) -> Optima:
+    """Continue optima to neighbours until no limit improves; at first only those that are `fresh`.
 
     `best` also holds the neighbours of the first and the last frequency, which are not improved. Returns the optima at
     `numbers`.
@@ -34,37 +35,37 @@ def exchange(curve: LimitCurve, numbers: Sequence[int], best: Best, fresh: Itera
     waiting = set(fresh)
     for sweep in range(SWEEPS):
         step = 1 if sweep % 2 == 0 else -1
-        gained: set[Key] = set()
+        gained: set[LimitKey] = set()
         for at in sorted(own, reverse=step > 0):
             for side in LimitSide:
                 source = at + step, side
                 if source in best and source in waiting | gained and _take_over(curve, best, source, (at, side)) > GAIN:
                     gained.add((at, side))
-        # What the first sweep did not hand on forwards, the second one hands on backwards.
+        # What the first sweep did not continue forwards, the second one continues backwards.
         waiting = gained | (waiting if sweep == 0 else set())
         if not waiting:
             break
     return {key: value for key, value in best.items() if key[0] in own}
 
 
-def _take_over(curve: LimitCurve, best: Best, source: Key, key: Key) -> float:
+def _take_over(curve: LimitCurve, best: Optima, source: LimitKey, key: LimitKey) -> float:
     """Try a neighbour's optimum at a frequency; the gain."""
     (at, side), neighbour, present = key, best[source], best.get(key)
     point = curve.point(at)
-    trial = follow(curve, side, neighbour, source[0], at)
+    trial = continue_optimum(curve, side, neighbour, source[0], at)
     if trial is None:
         return 0.0
     gain = 0.0
     if present is None or side * point.gain(trial.value, present.value) > -HOPELESS:
         trial = local_search(point, trial, side)
-        gain = offer(best, key, trial, repaired=neighbour.repaired)
+        gain = keep_if_better(best, key, trial, repaired=neighbour.repaired)
     best[key] = replace(best[key], followed=best[key].followed | {source[0] - at: trial.value})
     return gain
 
 
-def from_level(
-    curve: LimitCurve, numbers: Sequence[int], best: Best, other: float, optima: Best
-) -> tuple[Best, set[Key]]:
+def continue_from_level(
+    curve: LimitCurve, numbers: Sequence[int], best: Optima, other: float, optima: Optima
+) -> tuple[Optima, set[LimitKey]]:
     """Try the optima of another level; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in optima):
@@ -85,8 +86,8 @@ def from_level(
     return best, gained
 
 
-def at_a_gap(best: Best) -> set[Key]:
-    """Limits on either side of a gap between branches."""
+def find_gaps(best: Optima) -> set[LimitKey]:
+    """Keys of the limits on either side of gaps between branches."""
     result = set()
     for (at, side), optimum in best.items():
         for step in (-1, 1):
@@ -98,7 +99,7 @@ def at_a_gap(best: Best) -> set[Key]:
     return result
 
 
-def bridge(curve: LimitCurve, best: Best, keys: Iterable[Key]) -> tuple[Best, set[Key]]:
+def continue_across_gaps(curve: LimitCurve, best: Optima, keys: Iterable[LimitKey]) -> tuple[Optima, set[LimitKey]]:
     """Try neighbours' optima at some frequencies once more; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     for at, side in keys:
