@@ -27,7 +27,7 @@ class SearchedFrequencies(NamedTuple):
     angular_frequency: Real
     """Ascending, shape (f,) [rad/s]."""
     requested: Int[Whole, " a"]
-    """Numbers of those that are requested, shape (a,)."""
+    """Indices of those that are requested, shape (a,)."""
 
 
 def add_auxiliary_frequencies(balance: HarmonicBalance, angular_frequency: Real, fewest: int) -> SearchedFrequencies:

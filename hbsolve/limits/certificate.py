@@ -25,10 +25,10 @@ JUMP = 0.01
 Certificate: TypeAlias = dict[str, Any]
 
 
-def certify(curve: LimitCurve, numbers: Sequence[int], best: Optima) -> dict[LimitKey, Certificate]:
-    """Certificates at the frequencies `numbers`; `best` also holds the neighbours of the first and the last."""
+def certify(curve: LimitCurve, indices: Sequence[int], best: Optima) -> dict[LimitKey, Certificate]:
+    """Certificates at the frequencies of these indices; `best` also holds the neighbours of the first and the last."""
     result = {}
-    for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in best):
+    for key in ((index, side) for index in indices for side in LimitSide if (index, side) in best):
         # One state alone has no branches to choose from.
         jump = not _is_one(best, key[0]) and any(
             _jumps(curve, best, key, step) for step in (-1, 1) if (key[0] + step, key[1]) in best
@@ -68,19 +68,19 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
     }
 
 
-def _is_one(best: Optima, at: int) -> bool:
+def _is_one(best: Optima, index: int) -> bool:
     """Whether both limits are the same to less than a jump."""
-    if any((at, side) not in best for side in LimitSide):
+    if any((index, side) not in best for side in LimitSide):
         return False
-    lower, upper = (best[at, side].value for side in LimitSide)
+    lower, upper = (best[index, side].value for side in LimitSide)
     return abs(upper - lower) <= JUMP * abs(upper)
 
 
 def _jumps(curve: LimitCurve, best: Optima, key: LimitKey, step: int) -> bool:
     """Whether a neighbour's state does not become this one."""
-    (at, side), optimum, point = key, best[key], curve.point(key[0])
+    (index, side), optimum, point = key, best[key], curve.point(key[0])
     worse = JUMP * max(abs(optimum.value), point.measure.least)
     if side * (optimum.value - optimum.followed.get(step, -side * np.inf)) <= worse:
         return False
-    settled = continue_optimum(curve, side, best[at + step, side], at + step, at)
+    settled = continue_optimum(curve, side, best[index + step, side], index + step, index)
     return settled is None or side * (optimum.value - local_search(point, settled, side).value) > worse

@@ -39,7 +39,7 @@ class Optimum:
     """Values that the neighbours' states have here, by the step to the neighbour, -1 or +1."""
 
 
-#: Number of the frequency, and side.
+#: Index of the frequency, and side.
 LimitKey: TypeAlias = tuple[int, LimitSide]
 #: Optima of one level.
 Optima: TypeAlias = dict[LimitKey, Optimum]
@@ -83,7 +83,7 @@ def continue_optimum(
     direct = curve.point(after).settle(optimum.x, optimum.w)
     if direct is not None and side * curve.point(after).gain(direct.value, optimum.value) > -WORSE:
         return direct
-    first, last = (float(curve.angular_frequency[at]) for at in (before, after))
+    first, last = (float(curve.angular_frequency[index]) for index in (before, after))
     x, w, value = optimum.x, optimum.w, optimum.value
     for number in range(1, STEPS + 1):
         there = curve.problem.at(first + number / STEPS * (last - first), curve.level)
@@ -96,8 +96,8 @@ def continue_optimum(
     return trial if direct is None or side * (value - direct.value) > 0 else direct
 
 
-def is_open(best: Optima, at: int) -> bool:
+def is_open(best: Optima, index: int) -> bool:
     """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
-    here = [best[at, side] for side in LimitSide if (at, side) in best]
+    here = [best[index, side] for side in LimitSide if (index, side) in best]
     values = np.concatenate([(optimum.value, *optimum.starts) for optimum in here])
     return bool(np.ptp(values) > CLOSED * np.abs(values).max())

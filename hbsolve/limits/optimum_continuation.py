@@ -24,23 +24,27 @@ FURTHEST, WORSE = 3, 0.1
 
 
 def continue_to_neighbours(
-    curve: LimitCurve, numbers: Sequence[int], best: Optima, fresh: Iterable[LimitKey]
+    curve: LimitCurve, indices: Sequence[int], best: Optima, fresh: Iterable[LimitKey]
 ) -> Optima:
     """Continue optima to neighbours until no limit improves; at first only those that are `fresh`.
 
     `best` also holds the neighbours of the first and the last frequency, which are not improved. Returns the optima at
-    `numbers`.
+    `indices`.
     """
-    best, own = dict(best), set(numbers)
+    best, own = dict(best), set(indices)
     waiting = set(fresh)
     for sweep in range(SWEEPS):
         step = 1 if sweep % 2 == 0 else -1
         gained: set[LimitKey] = set()
-        for at in sorted(own, reverse=step > 0):
+        for index in sorted(own, reverse=step > 0):
             for side in LimitSide:
-                source = at + step, side
-                if source in best and source in waiting | gained and _take_over(curve, best, source, (at, side)) > GAIN:
-                    gained.add((at, side))
+                source = index + step, side
+                if (
+                    source in best
+                    and source in waiting | gained
+                    and _take_over(curve, best, source, (index, side)) > GAIN
+                ):
+                    gained.add((index, side))
         # What the first sweep did not continue forwards, the second one continues backwards.
         waiting = gained | (waiting if sweep == 0 else set())
         if not waiting:
@@ -50,25 +54,25 @@ def continue_to_neighbours(
 
 def _take_over(curve: LimitCurve, best: Optima, source: LimitKey, key: LimitKey) -> float:
     """Try a neighbour's optimum at a frequency; the gain."""
-    (at, side), neighbour, present = key, best[source], best.get(key)
-    point = curve.point(at)
-    trial = continue_optimum(curve, side, neighbour, source[0], at)
+    (index, side), neighbour, present = key, best[source], best.get(key)
+    point = curve.point(index)
+    trial = continue_optimum(curve, side, neighbour, source[0], index)
     if trial is None:
         return 0.0
     gain = 0.0
     if present is None or side * point.gain(trial.value, present.value) > -HOPELESS:
         trial = local_search(point, trial, side)
         gain = keep_if_better(best, key, trial, repaired=neighbour.repaired)
-    best[key] = replace(best[key], followed=best[key].followed | {source[0] - at: trial.value})
+    best[key] = replace(best[key], followed=best[key].followed | {source[0] - index: trial.value})
     return gain
 
 
 def continue_from_level(
-    curve: LimitCurve, numbers: Sequence[int], best: Optima, other: float, optima: Optima
+    curve: LimitCurve, indices: Sequence[int], best: Optima, other: float, optima: Optima
 ) -> tuple[Optima, set[LimitKey]]:
     """Try the optima of another level; returns the limits and which of them improved."""
     best, gained = dict(best), set()
-    for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in optima):
+    for key in ((index, side) for index in indices for side in LimitSide if (index, side) in optima):
         point, source, present = curve.point(key[0]), optima[key], best.get(key)
         guess = source.x.copy()
         guess[:, 1:] *= curve.level / other
@@ -89,30 +93,30 @@ def continue_from_level(
 def find_gaps(best: Optima) -> set[LimitKey]:
     """Keys of the limits on either side of gaps between branches."""
     result = set()
-    for (at, side), optimum in best.items():
+    for (index, side), optimum in best.items():
         for step in (-1, 1):
-            if (at + step, side) not in best:
+            if (index + step, side) not in best:
                 continue
             followed = optimum.followed.get(step)
             if followed is None or side * (optimum.value - followed) > APART * abs(optimum.value):
-                result |= {(at, side), (at + step, side)}
+                result |= {(index, side), (index + step, side)}
     return result
 
 
 def continue_across_gaps(curve: LimitCurve, best: Optima, keys: Iterable[LimitKey]) -> tuple[Optima, set[LimitKey]]:
     """Try neighbours' optima at some frequencies once more; returns the limits and which of them improved."""
     best, gained = dict(best), set()
-    for at, side in keys:
-        point = curve.point(at)
+    for index, side in keys:
+        point = curve.point(index)
         for away in sorted(range(-FURTHEST, FURTHEST + 1), key=abs):
-            source = best.get((at + away, side))
+            source = best.get((index + away, side))
             if away == 0 or source is None:
                 continue
-            if side * point.gain(source.value, best[at, side].value) < -WORSE:
+            if side * point.gain(source.value, best[index, side].value) < -WORSE:
                 continue
             trial = point.settle(source.x, source.w) or point.from_anywhere(source.w)
-            if trial is None or side * point.gain(trial.value, best[at, side].value) < -HOPELESS:
+            if trial is None or side * point.gain(trial.value, best[index, side].value) < -HOPELESS:
                 continue
-            if improve(point, best, (at, side), trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
-                gained.add((at, side))
+            if improve(point, best, (index, side), trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
+                gained.add((index, side))
     return best, gained

@@ -139,24 +139,24 @@ def collect_limits(
 ) -> ResponseLimits:
     """Arrays of the optima, audits and certificates of each level, at the frequencies asked for."""
     balance, omega = problem.balance, searched.angular_frequency[searched.requested]
-    point = {int(number): at for at, number in enumerate(searched.requested)}
+    requested = {int(index): row for row, index in enumerate(searched.requested)}
     arrays = blank_arrays(
         side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,
         coefficient=2 * balance.n_harmonic - 1, slider_number=balance.n_slider,
     )  # fmt: skip
     for level in range(len(levels)):
-        for (number, side), optimum in best[level].items():
-            if (at := point.get(number)) is None:
+        for (index, side), optimum in best[level].items():
+            if (row := requested.get(index)) is None:
                 continue
             answer = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
-            for name, value in (answer | certificates[level][number, side]).items():
-                arrays[name][list(LimitSide).index(side), level, at] = value
-        for number, audit in audits[level].items():
-            if (at := point.get(number)) is None:
+            for name, value in (answer | certificates[level][index, side]).items():
+                arrays[name][list(LimitSide).index(side), level, row] = value
+        for index, audit in audits[level].items():
+            if (row := requested.get(index)) is None:
                 continue
-            arrays["n_sampled"][level, at] = audit.count
-            arrays["sampled"][:, level, at] = (audit.lowest, audit.highest) if audit.count else np.nan
-            arrays["n_outside"][:, level, at] = audit.below, audit.above
+            arrays["n_sampled"][level, row] = audit.count
+            arrays["sampled"][:, level, row] = (audit.lowest, audit.highest) if audit.count else np.nan
+            arrays["n_outside"][:, level, row] = audit.below, audit.above
     reach = np.array([problem.box_at(level).reach for level in levels.tolist()])
     given = {"angular_frequency": omega, "level": levels, "nominal": problem.box.nominal, "reach": reach}
     return ResponseLimits(**arrays | given)

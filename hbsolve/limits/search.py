@@ -93,26 +93,26 @@ class StagedSearch:
 
     @property
     def blocks(self) -> list[range]:
-        """Numbers of the frequencies of each block."""
+        """Indices of the frequencies of each block."""
         count = len(self.run.angular_frequency)
         edges = [*range(0, count, self.settings.block), count]
         return [range(first, last) for first, last in pairwise(edges)]
 
     def limits(self) -> tuple[list[Optima], list[dict[int, Audit]], list[dict[LimitKey, Certificate]]]:
         """Optima, audits and certificates of each level."""
-        result = self._stage("population", first_limits, lambda level, numbers: (numbers, self.starts[level]))
+        result = self._stage("population", first_limits, lambda level, block: (block, self.starts[level]))
         best = [_merged(parts) for parts in result]
         self._improve_all(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.settings.sample:
             parts = self._stage(
                 "audit", audit,
-                lambda level, numbers: (
-                    numbers, self._near(best[level], numbers), self.settings.sample,
-                    (self.settings.seed, level, numbers[0], 2),
+                lambda level, block: (
+                    block, self._near(best[level], block), self.settings.sample,
+                    (self.settings.seed, level, block[0], 2),
                 ),
             )  # fmt: skip
-            audits = [{at: result for part in item for at, result in part[2].items()} for item in parts]
+            audits = [{index: result for part in item for index, result in part[2].items()} for item in parts]
             self._continue_to_neighbours(
                 "after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)]
             )
@@ -123,8 +123,8 @@ class StagedSearch:
     ) -> tuple[list[Optima], list[dict[LimitKey, Certificate]]]:
         """Optima and certificates of each level, searched for from motions and sliders at each frequency and side."""
 
-        def near(level: int, numbers: range) -> tuple[range, dict[LimitKey, Sequence[SearchStart]]]:
-            return numbers, {key: value for key, value in chosen[level].items() if key[0] in numbers}
+        def near(level: int, block: range) -> tuple[range, dict[LimitKey, Sequence[SearchStart]]]:
+            return block, {key: value for key, value in chosen[level].items() if key[0] in block}
 
         best = [_merged(parts) for parts in self._stage("population", improved_along, near)]
         self._improve_all(best)
@@ -140,9 +140,7 @@ class StagedSearch:
 
     def _certify(self, best: list[Optima]) -> list[dict[LimitKey, Certificate]]:
         """What is known of each optimum, by level."""
-        result = self._stage(
-            "certificates", certify, lambda level, numbers: (numbers, self._near(best[level], numbers))
-        )
+        result = self._stage("certificates", certify, lambda level, block: (block, self._near(best[level], block)))
         return [{key: value for part in item for key, value in part.items()} for item in result]
 
     def _continue_over_levels(self, best: list[Optima]) -> None:
@@ -153,9 +151,9 @@ class StagedSearch:
             tasks = [
                 self._task(
                     name, target, continue_from_level,
-                    (numbers, best[target], self.levels[source], best[source]), numbers,
+                    (block, best[target], self.levels[source], best[source]), block,
                 )
-                for numbers in self.blocks
+                for block in self.blocks
             ]  # fmt: skip
             gained = self._take(best, target, self.run("levels", tasks))
             self._continue_to_neighbours(
@@ -171,12 +169,12 @@ class StagedSearch:
         for number in range(rounds):
             jobs = []
             for level in reversed(levels):
-                for numbers in self.blocks:
-                    chosen = numbers[min(FIRST_PERTURBED[number], len(numbers) - 1) :: STRIDE]
+                for block in self.blocks:
+                    chosen = block[min(FIRST_PERTURBED[number], len(block) - 1) :: STRIDE]
                     keys = [key for key in sorted(best[level]) if key[0] in chosen and is_open(best[level], key[0])]
-                    seed = (self.settings.seed, level, numbers[0], 1, number, rounds)
+                    seed = (self.settings.seed, level, block[0], 1, number, rounds)
                     if keys:
-                        jobs.append((level, numbers, (self._near(best[level], numbers), keys, seed)))
+                        jobs.append((level, block, (self._near(best[level], block), keys, seed)))
             gained = self._improved(best, f"{name}, round {number}", "perturbations", perturb, jobs)
             levels = [level for level in levels if gained[level]]
 
@@ -185,13 +183,13 @@ class StagedSearch:
         fresh = [find_gaps(item) for item in best]
         for number in range(GAP_ROUNDS):
             jobs = [
-                (level, numbers, keys)
+                (level, block, keys)
                 for level in reversed(range(len(best)))
-                for numbers in self.blocks
-                if (keys := sorted(key for key in fresh[level] if key[0] in numbers))
+                for block in self.blocks
+                if (keys := sorted(key for key in fresh[level] if key[0] in block))
             ]
             gained = self._improved(best, f"gaps, round {number}", "gaps", continue_across_gaps, [
-                (level, numbers, (self._near(best[level], numbers), keys)) for level, numbers, keys in jobs
+                (level, block, (self._near(best[level], block), keys)) for level, block, keys in jobs
             ])  # fmt: skip
             # Where nothing has changed there is nothing new to try.
             fresh = [
@@ -204,10 +202,10 @@ class StagedSearch:
         jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
     ) -> list[set[LimitKey]]:  # fmt: skip
         """Run a call that returns optima and which of them improved, take them over and continue them to neighbours."""
-        tasks = [self._task(name, level, call, given, numbers) for level, numbers, given in jobs]
+        tasks = [self._task(name, level, call, given, block) for level, block, given in jobs]
         gained: list[set[LimitKey]] = [set() for _ in best]
-        for (level, numbers, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
-            best[level].update({key: value for key, value in result.items() if key[0] in numbers})
+        for (level, block, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
+            best[level].update({key: value for key, value in result.items() if key[0] in block})
             gained[level] |= better
         self._continue_to_neighbours(f"after {name}", best, gained)
         return gained
@@ -217,35 +215,33 @@ class StagedSearch:
     ) -> list[list[Any]]:
         """Run a call for each level and block; results by level."""
         tasks = [
-            self._task(name, level, call, arguments(level, numbers), numbers)
+            self._task(name, level, call, arguments(level, block), block)
             for level in reversed(range(len(self.levels)))
-            for numbers in self.blocks
+            for block in self.blocks
         ]
         results = self.run(name, tasks)
         n = len(self.blocks)
         return [results[n * k : n * (k + 1)] for k in range(len(self.levels))][::-1]
 
     def _task(
-        self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], numbers: range
+        self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], block: range
     ) -> SearchTask:
         return SearchTask(
-            key=f"{name}; level {level}, frequencies {numbers.start} to {numbers.stop - 1}",
+            key=f"{name}; level {level}, frequencies {block.start} to {block.stop - 1}",
             call=call,
             level=self.levels[level],
             arguments=arguments,
         )
 
-    def _near(self, best: Optima, numbers: range) -> Optima:
+    def _near(self, best: Optima, block: range) -> Optima:
         """Optima of a block and of its neighbours in frequency."""
-        return {
-            key: value for key, value in best.items() if numbers.start - FURTHEST <= key[0] < numbers.stop + FURTHEST
-        }
+        return {key: value for key, value in best.items() if block.start - FURTHEST <= key[0] < block.stop + FURTHEST}
 
     def _take(self, best: list[Optima], level: int, parts: Iterable[Any]) -> set[LimitKey]:
         """Take over what blocks of a level return, first their own optima, then those of them that improved."""
         gained: set[LimitKey] = set()
-        for numbers, (result, better, *_) in zip(self.blocks, parts, strict=True):
-            best[level].update({key: value for key, value in result.items() if key[0] in numbers})
+        for block, (result, better, *_) in zip(self.blocks, parts, strict=True):
+            best[level].update({key: value for key, value in result.items() if key[0] in block})
             gained |= better
         return gained
 
@@ -254,25 +250,25 @@ class StagedSearch:
         for number in range(ROUNDS):
             jobs = []
             for level, keys in enumerate(fresh):
-                for numbers in self.blocks:
-                    near = {key for key in keys if numbers.start - 1 <= key[0] <= numbers.stop}
+                for block in self.blocks:
+                    near = {key for key in keys if block.start - 1 <= key[0] <= block.stop}
                     if near:
-                        jobs.append((level, numbers, near))
+                        jobs.append((level, block, near))
             if not jobs:
                 return
             tasks = [
                 self._task(
                     f"{name}, round {number}", level, continue_to_neighbours,
-                    (numbers, self._near(best[level], numbers), sorted(near)), numbers,
+                    (block, self._near(best[level], block), sorted(near)), block,
                 )
-                for level, numbers, near in jobs
+                for level, block, near in jobs
             ]  # fmt: skip
             fresh = [set() for _ in best]
-            for (level, numbers, _), result in zip(jobs, self.run("neighbours", tasks), strict=True):
+            for (level, block, _), result in zip(jobs, self.run("neighbours", tasks), strict=True):
                 for key, optimum in result.items():
                     before = best[level].get(key)
                     best[level][key] = optimum
-                    if key[0] in (numbers.start, numbers.stop - 1) and (
+                    if key[0] in (block.start, block.stop - 1) and (
                         before is None or key[1] * (optimum.value - before.value) > GAIN * abs(before.value)
                     ):
                         fresh[level].add(key)

@@ -136,7 +136,7 @@ def _audits(parts: Sequence[SharedStates], number: int) -> dict[int, Audit]:
     """What was sampled of one objective at one level, by frequency."""
     result = {}
     for part in parts:
-        for at, ends in part.sampled.items():
+        for index, ends in part.sampled.items():
             lowest, highest = ends[:, number].tolist()
-            result[at] = Audit(count=part.count[at], lowest=lowest, highest=highest, below=0, above=0)
+            result[index] = Audit(count=part.count[index], lowest=lowest, highest=highest, below=0, above=0)
     return result

@@ -51,7 +51,7 @@ class _Seen:
 
 def share_histories(
     curve: LimitCurve,
-    numbers: Sequence[int],
+    indices: Sequence[int],
     objectives: Sequence[Objective],
     population: Sequence[Sliders],
     count: int,
@@ -59,14 +59,14 @@ def share_histories(
     *,
     branches: bool = True,
 ) -> SharedStates:
-    """Continue a population and random histories along the frequencies `numbers`, up and down.
+    """Continue a population and random histories along the frequencies of these indices, up and down.
 
     Parameters
     ----------
     curve
         System, level and all frequencies; its own objective does not matter.
-    numbers
-        Which of the frequencies.
+    indices
+        Of the frequencies.
     objectives
         What is bounded.
     population
@@ -78,36 +78,40 @@ def share_histories(
     branches
         Whether an arc over the level looks for branches that no slider leads to, which takes longer than all else.
     """
-    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
-    seen: dict[int, list[_Seen]] = {at: [] for at in numbers}
+    swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
+    seen: dict[int, list[_Seen]] = {index: [] for index in indices}
     balance, box, level = curve.problem.balance, curve.box, curve.level
-    measures = {at: [item.measure(balance, curve.point(at).condensed) for item in objectives] for at in numbers}
+    measures = {
+        index: [item.measure(balance, curve.point(index).condensed) for item in objectives] for index in indices
+    }
 
-    def look(at: int, trial: TrialState, is_random: bool) -> None:
-        value = np.array([item.value(level, trial.x, trial.forces.coefficients) for item in measures[at]])
-        seen[at].append(_Seen(x=trial.x, w=box.clip(trial.carried), value=value, is_random=is_random))
+    def look(index: int, trial: TrialState, is_random: bool) -> None:
+        value = np.array([item.value(level, trial.x, trial.forces.coefficients) for item in measures[index]])
+        seen[index].append(_Seen(x=trial.x, w=box.clip(trial.carried), value=value, is_random=is_random))
 
-    for order in (numbers, numbers[::-1]):
-        for at, trials in swept_states(curve, order, population).items():
+    for order in (indices, indices[::-1]):
+        for index, trials in swept_states(curve, order, population).items():
             for trial in trials:
-                look(at, trial, is_random=False)
-    for at in numbers if branches else ():
-        for trial in _branches(curve.point(at)):
-            look(at, trial, is_random=False)
+                look(index, trial, is_random=False)
+    for index in indices if branches else ():
+        for trial in _branches(curve.point(index)):
+            look(index, trial, is_random=False)
     for row, _, trial in random_states(curve, swept, count, seed):
         if swept[row] in seen:
             look(swept[row], trial, is_random=True)
     starts: list[dict[LimitKey, Sequence[SearchStart]]] = [{} for _ in objectives]
-    for at, states in seen.items():
+    for index, states in seen.items():
         for number, chosen in enumerate(starts):
             for side in LimitSide:
-                chosen[at, side] = _furthest(states, number, side, number_of_starts(curve, at))
-    random = {at: np.array([item.value for item in states if item.is_random]) for at, states in seen.items()}
+                chosen[index, side] = _furthest(states, number, side, number_of_starts(curve, index))
+    random = {index: np.array([item.value for item in states if item.is_random]) for index, states in seen.items()}
     return SharedStates(
         starts=tuple(starts),
-        sampled={at: _ends(values, len(objectives)) for at, values in random.items()},
-        count={at: len(values) for at, values in random.items()},
-        reached={at: _ends(np.array([item.value for item in states]), len(objectives)) for at, states in seen.items()},
+        sampled={index: _ends(values, len(objectives)) for index, values in random.items()},
+        count={index: len(values) for index, values in random.items()},
+        reached={
+            index: _ends(np.array([item.value for item in states]), len(objectives)) for index, states in seen.items()
+        },
     )
 
 
