@@ -37,10 +37,10 @@ class FullSpace:
     """Objective and constraint over z = (motion, sliders), all in units of the box."""
 
     def __init__(self, point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> None:
-        self.point, self.shape, self.unit = point, trial.x.shape, float(point.box.reach.max())
+        self.point, self.shape, self.unit = point, trial.motion.shape, float(point.box.reach.max())
         self.began, self.seconds, self.wanted = time.process_time(), seconds, wanted
-        self.start = np.concatenate([trial.x.ravel(), trial.w]) / self.unit
-        self.n = trial.x.size
+        self.start = np.concatenate([trial.motion.ravel(), trial.initial_slider]) / self.unit
+        self.n = trial.motion.size
         self.best = (0.0, np.inf)
         nominal = point.box.nominal / self.unit
         free = np.full(self.n, np.inf)
@@ -222,7 +222,7 @@ def start_of_race(problem: LimitProblem, point: LimitPoint) -> TrialState | None
             return None
         w = problem.box.nominal + random.uniform(-1, 1, problem.box.nominal.shape) * problem.box.reach
         other = point.towards(w, rest)
-        other = other and point.settle(other.x, other.w)
+        other = other and point.settle(other.motion, other.initial_slider)
         if other and local_search(point, other, LimitSide.UPPER).value > (1 + GAIN) * other.value:
             return other
     return None

@@ -94,7 +94,10 @@ def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed
     for row, level in enumerate(limits.level):
         best: Optima = {
             (at, side): Optimum(
-                value=limits.value[k, row, at], x=limits.motion[k, row, at], w=limits.slider[k, row, at], residual=0.0
+                value=limits.value[k, row, at],
+                motion=limits.motion[k, row, at],
+                initial_slider=limits.initial_slider[k, row, at],
+                residual_norm=0.0,
             )
             for at in numbers
             for k, side in enumerate(LimitSide)

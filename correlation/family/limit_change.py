@@ -109,8 +109,8 @@ class Variant:
         """
         seen = self.like(balance)
         finer = seen.balance.at_level(self.factor * known.level)
-        near = refined.motion + in_harmonics_of(finer, own.x - known.motion)
-        return seen, find_state(finer, finer.at(known.angular_frequency), near, own.w, alone=alone)
+        near = refined.motion + in_harmonics_of(finer, own.motion - known.motion)
+        return seen, find_state(finer, finer.at(known.angular_frequency), near, own.initial_slider, alone=alone)
 
 
 class VariantScale(NamedTuple):

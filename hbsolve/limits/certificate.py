@@ -38,7 +38,7 @@ def certify(curve: LimitCurve, indices: Sequence[int], best: Optima) -> dict[Lim
 
 
 def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: bool) -> Certificate:
-    trial = point.trial(optimum.x, optimum.w, optimum.residual)
+    trial = point.trial(optimum.motion, optimum.initial_slider, optimum.residual_norm)
     linear = linear_step(point, trial, side)
     size = max(abs(trial.value), point.measure.least)
     predicted, realised = np.zeros(len(RADII)), np.zeros(len(RADII))
@@ -53,17 +53,17 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
         for joint, count in enumerate(np.diff(point.balance.table.slider)) if count
     ])  # fmt: skip
     return {
-        "residual": optimum.residual,
+        "residual_norm": optimum.residual_norm,
         "predicted": predicted,
         "realised": realised,
         "spread": float(np.ptp(ends)) / size if len(ends) else 0.0,
         "starts": len(ends),
-        "stuck": len(trial.free),
-        "drift": point.box.drift(trial.w),
-        "on_bound": point.box.active(trial.w),
+        "n_undetermined": len(trial.undetermined),
+        "drift": point.box.drift(trial.initial_slider),
+        "on_bound": point.box.active(trial.initial_slider),
         "repaired": optimum.repaired,
         "jump": jump,
-        "multiplier": multipliers(point.sliders, trial.x, trial.carried, point.balance.sampling.evaluate),
+        "multiplier": multipliers(point.sliders, trial.motion, trial.periodic_slider, point.balance.sampling.evaluate),
         "share": np.bincount(status.ravel(), minlength=3) / status.size,
     }
 

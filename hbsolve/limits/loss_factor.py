@@ -157,7 +157,7 @@ def loss_factor_limits(
         if np.isfinite(answer.value[at]):
             omega, level = float(answer.angular_frequency[at[2]]), float(answer.level[at[1]])
             point = problem.at(omega, level)
-            trial = point.trial(answer.motion[at], answer.slider[at], float(answer.residual[at]))
+            trial = point.trial(answer.motion[at], answer.initial_slider[at], float(answer.residual_norm[at]))
             measure = output.measure(balance, point.condensed)
-            amplitude[at] = measure.value(level, trial.x, trial.forces.coefficients)
+            amplitude[at] = measure.value(level, trial.motion, trial.forces.coefficients)
     return LossFactorLimits(loss_factor=answer, amplitude=amplitude[::-1])

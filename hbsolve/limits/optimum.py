@@ -26,10 +26,10 @@ class Optimum:
 
     value: float
     """Value of the objective."""
-    x: Float[Real, "d nh"]
-    w: Float[Real, " s"]
+    motion: Float[Real, "d nh"]
+    initial_slider: Float[Real, " s"]
     """Motion of the directions, shape (d, nh) [m], and slider positions, shape (s,) [m]."""
-    residual: float
+    residual_norm: float
     """|R| relative to the linear motion [-]."""
     repaired: bool = False
     """Whether it, or what it came from, was found from a sampled state that lay outside the limits before."""
@@ -57,8 +57,8 @@ def keep_if_better(best: Optima, key: LimitKey, trial: TrialState | None, *, rep
         best[key] = replace(before, starts=starts)
         return 0.0
     best[key] = Optimum(
-        value=trial.value, x=trial.x, w=trial.w, residual=trial.residual, repaired=repaired, starts=starts,
-        followed=before.followed if before else {},
+        value=trial.value, motion=trial.motion, initial_slider=trial.initial_slider, residual_norm=trial.residual_norm,
+        repaired=repaired, starts=starts, followed=before.followed if before else {},
     )  # fmt: skip
     return gain
 
@@ -80,11 +80,11 @@ def continue_optimum(
     Branches end in folds: with its sliders a lower limit may not exist any more a little further on, while with others
     it does. So where one step does not arrive, or on another branch, sliders are improved on the way in smaller ones.
     """
-    direct = curve.point(after).settle(optimum.x, optimum.w)
+    direct = curve.point(after).settle(optimum.motion, optimum.initial_slider)
     if direct is not None and side * curve.point(after).gain(direct.value, optimum.value) > -WORSE:
         return direct
     first, last = (float(curve.angular_frequency[index]) for index in (before, after))
-    x, w, value = optimum.x, optimum.w, optimum.value
+    x, w, value = optimum.motion, optimum.initial_slider, optimum.value
     for number in range(1, STEPS + 1):
         there = curve.problem.at(first + number / STEPS * (last - first), curve.level)
         trial = there.settle(x, w)
@@ -92,7 +92,7 @@ def continue_optimum(
             return direct
         if number < STEPS:
             trial = local_search(there, trial, side, SEARCH)
-        x, w, value = trial.x, trial.w, trial.value
+        x, w, value = trial.motion, trial.initial_slider, trial.value
     return trial if direct is None or side * (value - direct.value) > 0 else direct
 
 

@@ -74,18 +74,20 @@ def continue_from_level(
     best, gained = dict(best), set()
     for key in ((index, side) for index in indices for side in LimitSide if (index, side) in optima):
         point, source, present = curve.point(key[0]), optima[key], best.get(key)
-        guess = source.x.copy()
+        guess = source.motion.copy()
         guess[:, 1:] *= curve.level / other
-        trial = point.solve(guess, source.w)
+        trial = point.solve(guess, source.initial_slider)
         if trial is None and present is not None:
-            trial = point.towards(source.w, point.trial(present.x, present.w, present.residual))
+            trial = point.towards(
+                source.initial_slider, point.trial(present.motion, present.initial_slider, present.residual_norm)
+            )
         if trial is None:
             continue
         if present is not None:
             change = key[1] * point.gain(trial.value, present.value)
             if change < -HOPELESS or abs(change) < 0.1 * GAIN:
                 continue
-        if improve(point, best, key, trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
+        if improve(point, best, key, trial.motion, trial.initial_slider, repaired=source.repaired) > 10 * GAIN:
             gained.add(key)
     return best, gained
 
@@ -114,9 +116,12 @@ def continue_across_gaps(curve: LimitCurve, best: Optima, keys: Iterable[LimitKe
                 continue
             if side * point.gain(source.value, best[index, side].value) < -WORSE:
                 continue
-            trial = point.settle(source.x, source.w) or point.from_anywhere(source.w)
+            trial = point.settle(source.motion, source.initial_slider) or point.from_anywhere(source.initial_slider)
             if trial is None or side * point.gain(trial.value, best[index, side].value) < -HOPELESS:
                 continue
-            if improve(point, best, (index, side), trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
+            if (
+                improve(point, best, (index, side), trial.motion, trial.initial_slider, repaired=source.repaired)
+                > 10 * GAIN
+            ):
                 gained.add((index, side))
     return best, gained

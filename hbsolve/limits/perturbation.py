@@ -31,13 +31,13 @@ def perturb(
     random = np.random.default_rng(seed)
     for key in keys:
         point, optimum, side = curve.point(key[0]), best[key], key[1]
-        trial = point.trial(optimum.x, optimum.w, optimum.residual)
-        turned = reverse_lines(point.sliders, point.box.nominal, optimum.w, random)
+        trial = point.trial(optimum.motion, optimum.initial_slider, optimum.residual_norm)
+        turned = reverse_lines(point.sliders, point.box.nominal, optimum.initial_slider, random)
         for w in (*turned, *(_perturb_at_random(point, best, key, trial, random) for _ in range(N_RANDOM))):
             reached = point.towards(point.box.clip(w), trial, tries=8)
             if reached is None or side * point.gain(reached.value, trial.value) < -HOPELESS:
                 continue
-            if improve(point, best, key, reached.x, reached.w) > 10 * GAIN:
+            if improve(point, best, key, reached.motion, reached.initial_slider) > 10 * GAIN:
                 gained.add(key)
     return best, gained
 
@@ -69,11 +69,11 @@ def _perturb_at_random(
     kind = random.integers(4)
     if kind == 0:
         some = random.random(n) < 0.5
-        return np.asarray(trial.w + some * random.normal(size=n) * random.choice(SIZES) * length)
+        return np.asarray(trial.initial_slider + some * random.normal(size=n) * random.choice(SIZES) * length)
     if kind == 1:
-        return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.w)
+        return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.initial_slider)
     # A line of another optimum nearby, of either limit, or all of it.
     others = sorted(item for item in best if item != key)
-    other = best[others[random.integers(len(others))]].w if others else trial.w
+    other = best[others[random.integers(len(others))]].initial_slider if others else trial.initial_slider
     line = int(random.integers(int(table.line.max()) + 1))
-    return np.where(table.line == line, other, trial.w) if kind == 2 else other
+    return np.where(table.line == line, other, trial.initial_slider) if kind == 2 else other

@@ -42,13 +42,13 @@ TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
 class TrialState:
     """One steady state."""
 
-    x: Real
+    motion: Real
     """Motion of the directions, shape (d, nh) [m]."""
-    w: Sliders
+    initial_slider: Sliders
     """Slider positions at the first instant, shape (s,) [m]."""
     value: float
     """Of the objective."""
-    residual: float
+    residual_norm: float
     """|R| relative to the linear motion [-]."""
     forces: JointForces
     """Of the joints, with their Jacobian."""
@@ -63,16 +63,18 @@ class TrialState:
     @property
     def dragged(self) -> Bool[NDArray[np.bool_], " s"]:
         """Those of them whose start lies outside their interval."""
-        return self.sticking & ((self.w < self.intervals.low) | (self.w > self.intervals.high))
+        return self.sticking & (
+            (self.initial_slider < self.intervals.low) | (self.initial_slider > self.intervals.high)
+        )
 
     @property
-    def free(self) -> Whole:
-        """Sliders that keep memory: the response depends on where they start."""
+    def undetermined(self) -> Whole:
+        """Sliders that the motion leaves where they start, so that it depends on their history."""
         return np.flatnonzero((self.intervals.low < self.intervals.high) & ~self.dragged)
 
     @property
-    def carried(self) -> Sliders:
-        """Where the sliders are when the steady period begins."""
+    def periodic_slider(self) -> Sliders:
+        """Slider positions at the start of the steady period, shape (s,) [m]."""
         return np.asarray(self.forces.slider[:, -1])
 
 
@@ -92,19 +94,21 @@ class LimitPoint:
 
     scale: float = 0.0
 
-    def trial(self, x: Real, w: Sliders, residual: float) -> TrialState:
+    def trial(self, x: Real, w: Sliders, residual_norm: float) -> TrialState:
         """A motion that is known to be a steady state."""
         # Copied: compiled code takes read-only arrays, such as those of a result, for another type.
         x, w = np.array(x), np.array(w)
         forces = forces_at(self.balance, self.condensed.angular_frequency, x, _start(w), JACOBIAN)
         intervals = compute_stick_intervals(x, self.sliders, self.balance.sampling.evaluate)
-        return self._trial(x, w, residual, forces, intervals)
+        return self._trial(x, w, residual_norm, forces, intervals)
 
     def _trial(
-        self, x: Real, w: Sliders, residual: float, forces: JointForces, intervals: StickIntervals
+        self, x: Real, w: Sliders, residual_norm: float, forces: JointForces, intervals: StickIntervals
     ) -> TrialState:
         value = self.measure.value(self.balance.level, x, forces.coefficients)
-        return TrialState(x=x, w=w, value=value, residual=residual, forces=forces, intervals=intervals)
+        return TrialState(
+            motion=x, initial_slider=w, value=value, residual_norm=residual_norm, forces=forces, intervals=intervals
+        )
 
     def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> TrialState | None:
         """Newton's method from a motion nearby; none where it fails."""
@@ -120,18 +124,18 @@ class LimitPoint:
     def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> TrialState | None:
         """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.
 
-        Afterwards each slider is free, or slips, or is dragged from a bound of the box.
+        Afterwards each slider is undetermined, or slips, or is dragged from a bound of the box.
         """
         trial = self.solve(x, self.box.clip(w), hopeless)
         for _ in range(ROUNDS):
             if trial is None or not trial.dragged.any():
                 break
             margin = INSIDE * (trial.intervals.high - trial.intervals.low)
-            ended = np.clip(trial.w, trial.intervals.low + margin, trial.intervals.high - margin)
-            moved = self.box.clip(np.where(trial.dragged, ended, trial.w))
-            if np.array_equal(moved, trial.w):
+            ended = np.clip(trial.initial_slider, trial.intervals.low + margin, trial.intervals.high - margin)
+            moved = self.box.clip(np.where(trial.dragged, ended, trial.initial_slider))
+            if np.array_equal(moved, trial.initial_slider):
                 break
-            trial = self.solve(trial.x, moved, hopeless)
+            trial = self.solve(trial.motion, moved, hopeless)
         return trial
 
     def towards(self, w: Sliders, known: TrialState, tries: int = TRIES) -> TrialState | None:
@@ -140,7 +144,7 @@ class LimitPoint:
         while share < 1 and tries and step > LEAST_SHARE:
             tries -= 1
             target = min(1.0, share + step)
-            trial = self.solve(reached.x, known.w + target * (w - known.w))
+            trial = self.solve(reached.motion, known.initial_slider + target * (w - known.initial_slider))
             if trial is None:
                 step *= SHORTER
             else:

@@ -27,7 +27,7 @@ def first_limits(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sli
         box, count = curve.box, number_of_starts(curve, index)
         for side in LimitSide:
             states = _distinct([*up[index], *down[index]], side, count)
-            chosen[index, side] = [(trial.x, box.clip(trial.carried)) for trial in states]
+            chosen[index, side] = [(trial.motion, box.clip(trial.periodic_slider)) for trial in states]
     return improved_along(curve, indices, chosen)
 
 
@@ -64,10 +64,10 @@ def swept_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sli
             motion = motions[number]
             trial = None if motion is None else point.solve(motion, w)
             trial = trial or _from_others(point, w, result[index])
-            motions[number] = None if trial is None else trial.x
+            motions[number] = None if trial is None else trial.motion
             if trial is not None:
                 # On the way to a member another one may be all that was reached.
-                members[number] = trial.w
+                members[number] = trial.initial_slider
                 result[index].append(trial)
     return result
 
@@ -75,7 +75,7 @@ def swept_states(curve: LimitCurve, indices: Sequence[int], starts: Sequence[Sli
 def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) -> TrialState | None:
     """From a member that is solved, else from rest."""
     if solved:
-        nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.w - w)))
+        nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.initial_slider - w)))
         return point.towards(w, nearest)
     return point.from_rest(w) or point.from_anywhere(w)
 

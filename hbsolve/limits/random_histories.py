@@ -56,7 +56,7 @@ def sampled_states(curve: LimitCurve, indices: Sequence[int], count: int, seed: 
             if key not in extreme or side * (trial.value - extreme[key].value) > 0:
                 extreme[key] = trial
     return SampledStates(
-        value=value, extreme={key: (trial.x, box.clip(trial.carried)) for key, trial in extreme.items()}
+        value=value, extreme={key: (trial.motion, box.clip(trial.periodic_slider)) for key, trial in extreme.items()}
     )
 
 
@@ -78,7 +78,7 @@ def random_states(
                 if trial is None:
                     carried.pop(number, None)
                     continue
-                waiting[number] = box.clip(trial.carried)
+                waiting[number] = box.clip(trial.periodic_slider)
                 carried[number] = last = trial
                 yield row, number, trial
 
@@ -88,14 +88,14 @@ def _next(
     random: np.random.Generator,
 ) -> TrialState | None:  # fmt: skip
     """The state of one history at its next frequency."""
-    trial = None if before is None else point.solve(before.x, w)
+    trial = None if before is None else point.solve(before.motion, w)
     if before is not None and random.random() < EVENT:
         kind = int(random.integers(N_KIND))
         known = trial or last
         if kind >= 6 and trial is not None:
-            passed = over.solve(trial.x, w)
+            passed = over.solve(trial.motion, w)
             if passed is not None:
-                trial = point.solve(trial.x, point.box.clip(passed.carried)) or trial
+                trial = point.solve(trial.motion, point.box.clip(passed.periodic_slider)) or trial
         elif kind < 6 and known is not None:
             trial = point.towards(random_sliders(point.sliders, point.box, random, kind), known) or trial
     if trial is not None:

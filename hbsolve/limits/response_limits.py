@@ -148,7 +148,7 @@ def collect_limits(
         for (index, side), optimum in best[level].items():
             if (row := requested.get(index)) is None:
                 continue
-            answer = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
+            answer = {"value": optimum.value, "motion": optimum.motion, "initial_slider": optimum.initial_slider}
             for name, value in (answer | certificates[level][index, side]).items():
                 arrays[name][list(LimitSide).index(side), level, row] = value
         for index, audit in audits[level].items():

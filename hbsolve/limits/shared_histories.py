@@ -27,7 +27,7 @@ from reduction.array_type import Real
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SharedStates:
-    """States at some frequencies of one level, seen by o objectives."""
+    """States at some frequencies of one level, evaluated by o objectives."""
 
     starts: tuple[Mapping[LimitKey, Sequence[SearchStart]], ...]
     """States furthest out, by objective, frequency and side."""
@@ -40,11 +40,10 @@ class SharedStates:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Seen:
-    """One state, and whether it belongs to a random history."""
+class _EvaluatedState:
+    """One state by the o objectives, and whether it belongs to a random history."""
 
-    x: Real
-    w: Sliders
+    start: SearchStart
     value: Float[Real, " o"]
     is_random: bool
 
@@ -79,38 +78,41 @@ def share_histories(
         Whether an arc over the level looks for branches that no slider leads to, which takes longer than all else.
     """
     swept = range(max(indices[0] - RUN_IN, 0), min(indices[-1] + RUN_IN + 1, len(curve.angular_frequency)))
-    seen: dict[int, list[_Seen]] = {index: [] for index in indices}
+    evaluated: dict[int, list[_EvaluatedState]] = {index: [] for index in indices}
     balance, box, level = curve.problem.balance, curve.box, curve.level
     measures = {
         index: [item.measure(balance, curve.point(index).condensed) for item in objectives] for index in indices
     }
 
-    def look(index: int, trial: TrialState, is_random: bool) -> None:
-        value = np.array([item.value(level, trial.x, trial.forces.coefficients) for item in measures[index]])
-        seen[index].append(_Seen(x=trial.x, w=box.clip(trial.carried), value=value, is_random=is_random))
+    def evaluate(index: int, trial: TrialState, is_random: bool) -> None:
+        value = np.array([item.value(level, trial.motion, trial.forces.coefficients) for item in measures[index]])
+        evaluated[index].append(
+            _EvaluatedState(start=(trial.motion, box.clip(trial.periodic_slider)), value=value, is_random=is_random)
+        )
 
     for order in (indices, indices[::-1]):
         for index, trials in swept_states(curve, order, population).items():
             for trial in trials:
-                look(index, trial, is_random=False)
+                evaluate(index, trial, is_random=False)
     for index in indices if branches else ():
         for trial in _branches(curve.point(index)):
-            look(index, trial, is_random=False)
+            evaluate(index, trial, is_random=False)
     for row, _, trial in random_states(curve, swept, count, seed):
-        if swept[row] in seen:
-            look(swept[row], trial, is_random=True)
+        if swept[row] in evaluated:
+            evaluate(swept[row], trial, is_random=True)
     starts: list[dict[LimitKey, Sequence[SearchStart]]] = [{} for _ in objectives]
-    for index, states in seen.items():
+    for index, states in evaluated.items():
         for number, chosen in enumerate(starts):
             for side in LimitSide:
                 chosen[index, side] = _furthest(states, number, side, number_of_starts(curve, index))
-    random = {index: np.array([item.value for item in states if item.is_random]) for index, states in seen.items()}
+    random = {index: np.array([item.value for item in states if item.is_random]) for index, states in evaluated.items()}
     return SharedStates(
         starts=tuple(starts),
         sampled={index: _ends(values, len(objectives)) for index, values in random.items()},
         count={index: len(values) for index, values in random.items()},
         reached={
-            index: _ends(np.array([item.value for item in states]), len(objectives)) for index, states in seen.items()
+            index: _ends(np.array([item.value for item in states]), len(objectives))
+            for index, states in evaluated.items()
         },
     )
 
@@ -125,16 +127,16 @@ def _branches(point: LimitPoint) -> Iterator[TrialState]:
             yield trial
 
 
-def _furthest(states: Sequence[_Seen], number: int, side: LimitSide, count: int) -> list[SearchStart]:
+def _furthest(states: Sequence[_EvaluatedState], number: int, side: LimitSide, count: int) -> list[SearchStart]:
     """The states furthest out for one objective whose values differ."""
-    result: list[_Seen] = []
+    result: list[_EvaluatedState] = []
     for state in sorted(states, key=lambda item: -side * float(item.value[number])):
         value = state.value[number]
         if all(abs(value - other.value[number]) > SAME * abs(other.value[number]) for other in result):
             result.append(state)
         if len(result) == count:
             break
-    return [(state.x, state.w) for state in result]
+    return [state.start for state in result]
 
 
 def _ends(values: Real, n_objective: int) -> Float[Real, "2 o"]:

@@ -24,7 +24,7 @@ def table(lines: list[int]) -> SliderTable:
 
 def optimum(value: float, **followed: float) -> Optimum:
     known = {{"before": -1, "after": 1}[name]: each for name, each in followed.items()}
-    return Optimum(value=value, x=np.zeros((1, 1)), w=np.zeros(1), residual=0.0, followed=known)
+    return Optimum(value=value, motion=np.zeros((1, 1)), initial_slider=np.zeros(1), residual_norm=0.0, followed=known)
 
 
 def test_lines_are_turned_about_their_nominal_place_in_all_combinations() -> None:
@@ -44,10 +44,14 @@ def test_a_perturbation_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSys
     rest = point.from_rest(problem.box.nominal)
     assert rest is not None
     reached = point.towards(problem.box.nominal + 8e-6 * np.array([1, -1, -1, -1]), rest)
-    settled = reached and point.settle(reached.x, reached.w)
+    settled = reached and point.settle(reached.motion, reached.initial_slider)
     assert settled
     end = local_search(point, settled, LimitSide.UPPER)
-    best: Optima = {(0, LimitSide.UPPER): Optimum(value=end.value, x=end.x, w=end.w, residual=0.0)}
+    best: Optima = {
+        (0, LimitSide.UPPER): Optimum(
+            value=end.value, motion=end.motion, initial_slider=end.initial_slider, residual_norm=0.0
+        )
+    }
     curve = LimitCurve(problem=problem, level=level, angular_frequency=np.array([omega]))
     found, gained = perturb(curve, best, sorted(best), (0,))
     assert gained == {(0, LimitSide.UPPER)}
@@ -79,9 +83,13 @@ def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
         trial = problem.at(float(each), level).from_rest(problem.box.nominal)
         assert trial is not None
         for side in LimitSide:
-            best[at, side] = Optimum(value=trial.value, x=trial.x, w=trial.w, residual=0.0)
+            best[at, side] = Optimum(
+                value=trial.value, motion=trial.motion, initial_slider=trial.initial_slider, residual_norm=0.0
+            )
     # A neighbour whose state comes from elsewhere: followed, it is far off.
-    best[1, LimitSide.UPPER] = replace(best[1, LimitSide.UPPER], w=best[1, LimitSide.UPPER].w + 3e-5)
+    best[1, LimitSide.UPPER] = replace(
+        best[1, LimitSide.UPPER], initial_slider=best[1, LimitSide.UPPER].initial_slider + 3e-5
+    )
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     assert not is_open(best, 0)
     assert not any(each["jump"] for each in certify(curve, [0], best).values())

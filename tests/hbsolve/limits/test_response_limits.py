@@ -47,8 +47,8 @@ def same(one: ResponseLimits, other: ResponseLimits) -> None:
 
 
 def test_every_limit_is_a_steady_state_in_the_box(balance: HarmonicBalance, limits: ResponseLimits) -> None:
-    assert (limits.residual <= 1e-9).all()
-    assert (np.abs(limits.slider - limits.nominal) <= limits.reach[:, None] * (1 + 1e-12)).all()
+    assert (limits.residual_norm <= 1e-9).all()
+    assert (np.abs(limits.initial_slider - limits.nominal) <= limits.reach[:, None] * (1 + 1e-12)).all()
     assert (np.abs(limits.multiplier) <= 1).all()
     for side in LimitSide:
         state = limits.state(balance, side, 1, 3)
@@ -84,7 +84,7 @@ def test_certified_steps_gain_next_to_nothing(limits: ResponseLimits) -> None:
     # A vertex that the linear programme can still improve would have been improved by the search: 1e-4 and a tenth.
     assert (limits.realised <= 1e-3).all()
     assert (limits.starts >= 1).all()
-    assert (limits.stuck <= 4).all()
+    assert (limits.n_undetermined <= 4).all()
 
 
 def test_stopped_search_goes_on_where_it_stopped(balance: HarmonicBalance, limits: ResponseLimits) -> None:
