@@ -14,7 +14,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.continuation.continuation_parameter import spread
 from hbsolve.joint_law.registry import FORCE, PARAMETERS
 from hbsolve.limits.local_search import LimitSide, local_search
@@ -50,9 +50,9 @@ class FullSpace:
     def spent(self) -> float:
         return time.process_time() - self.began
 
-    def _state(self, z: Real) -> tuple[Real, Start]:
+    def _state(self, z: Real) -> tuple[Real, InitialSliders]:
         x, w = z[: self.n].reshape(self.shape) * self.unit, z[self.n :] * self.unit
-        return np.ascontiguousarray(x), Start(np.ascontiguousarray(w), np.zeros(len(w), dtype=np.int64))
+        return np.ascontiguousarray(x), InitialSliders(np.ascontiguousarray(w), np.zeros(len(w), dtype=np.int64))
 
     def balance(self, z: Real) -> Real:
         x, start = self._state(z)

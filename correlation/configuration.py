@@ -19,7 +19,7 @@ from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import Seen, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
-from hbsolve.state import SteadyState, slider_start
+from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.steady_state import rescue
 
 #: Motions of two sweeps whose relative difference is larger are of two branches; Newton's method ends at 1e-9 [-].
@@ -154,7 +154,7 @@ class Configuration:
         It is sought `near` the first guess alone, or in all ways.
         """
         condensed, balance = self.at(frequency), self._at_level(self.forced(level, frequency))
-        sliders = slider_start(balance, slider)
+        sliders = make_initial_sliders(balance, slider)
         shape = (balance.n_direction, 2 * balance.n_harmonic - 1)
         motions = [each.motion if isinstance(each, SteadyState) else each for each in guesses if each is not None]
         starts = [motion for motion in motions if motion.shape == shape]
@@ -245,14 +245,14 @@ class Configuration:
     ) -> NDArray[np.float64]:
         """Write a state into a track that Newton's method alone did not find, and return the sliders that go on."""
         before = track.motion[number - 1] if number and np.isfinite(track.norm[number - 1]) else None
-        state = self.solve(level, frequency, track.start[number], [before, guess])
+        state = self.solve(level, frequency, track.initial_slider[number], [before, guess])
         if state is None:
-            return np.array(track.start[number]) if carried else slider
-        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.start, want=0)
+            return np.array(track.initial_slider[number]) if carried else slider
+        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.sliders, want=0)
         track.motion[number], track.force[number] = state.motion, forces.coefficients
-        track.end[number], track.norm[number] = state.slider_at_start, state.residual_norm
+        track.periodic_slider[number], track.norm[number] = state.periodic_slider, state.residual_norm
         track.iterations[number] = state.iterations
-        return np.array(state.slider_at_start) if carried else slider
+        return np.array(state.periodic_slider) if carried else slider
 
     def write(
         self, level: float, track: Track, numbers: Int[NDArray[np.int64], " n"], states: Sequence[SteadyState | None]
@@ -263,9 +263,9 @@ class Configuration:
             track.norm[number] = np.nan
             if state is None:
                 continue
-            forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0)
+            forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=0)
             track.motion[number], track.force[number] = state.motion, forces.coefficients
-            track.start[number], track.end[number] = state.slider, state.slider_at_start
+            track.initial_slider[number], track.periodic_slider[number] = state.initial_slider, state.periodic_slider
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
 
     def state(self, level: float, frequency: float, track: Track, number: int, *, alone: bool = False) -> SteadyState:
@@ -278,9 +278,9 @@ class Configuration:
             level=force,
             displacement=complex_from_real(track.motion[number]),
             coefficients=balance.response(condensed, track.force[number], recovery),
-            slider=track.start[number].copy(),
+            initial_slider=track.initial_slider[number].copy(),
             multiplier=False,
-            slider_at_start=track.end[number].copy(),
+            periodic_slider=track.periodic_slider[number].copy(),
             residual_norm=float(track.norm[number]),
             iterations=int(track.iterations[number]),
         )
@@ -434,7 +434,7 @@ class Configuration:
     def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
         """Coefficients of all joint forces f = g + D x."""
         balance = self._at_level(state.level)
-        g = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0).coefficients
+        g = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=0).coefficients
         return complex_from_real(g) + balance.table.reference * state.displacement
 
     def _at_level(self, level: float) -> HarmonicBalance:

@@ -86,7 +86,7 @@ class SweepPath:
             if known is not None and state is not first and is_same(known, state):
                 state = known
             states[number], last = state, number
-            self._sliders = state.slider_at_start
+            self._sliders = state.periodic_slider
         for frequency, state in zip(frequencies, states, strict=True):
             if state is not None:
                 self._first.setdefault(frequency, state)
@@ -94,11 +94,13 @@ class SweepPath:
 
     def _leads_on(self, here: SteadyState | None, last: SteadyState | None, found: SteadyState | None) -> bool:
         """Whether the way leads to the next state that was found: it is at the last one, with the same sliders."""
-        return found is not None and (here is None or here is last) and np.array_equal(found.slider, self._sliders)
+        return (
+            found is not None and (here is None or here is last) and np.array_equal(found.initial_slider, self._sliders)
+        )
 
     def _on_first(self, here: SteadyState | None, before: float | None, frequency: float, first: SteadyState) -> bool:
         """Whether the way back is that of the first sweep: with its sliders, and no jump in between."""
-        if not np.array_equal(first.slider, self._sliders):
+        if not np.array_equal(first.initial_slider, self._sliders):
             return False
         if before is None:
             return True
@@ -183,7 +185,7 @@ def is_same(first: SteadyState | None, state: SteadyState | None) -> bool:
     """Whether two states are one: with the same sliders at first, and motions that differ by less than `SAME`."""
     if first is None or state is None:
         return first is state
-    if not np.array_equal(first.slider, state.slider):
+    if not np.array_equal(first.initial_slider, state.initial_slider):
         return False
     apart = np.abs(first.displacement - state.displacement).max(initial=0.0)
     return bool(apart <= SAME * np.abs(first.displacement).max(initial=0.0))

@@ -40,7 +40,7 @@ def warm() -> None:
     stability(balance, state)
     frequency_response(balance, 0.7, 0.8)
     condensed = balance.at(0.7)
-    follow_one(balance, condensed, state.slider, balance.linear(condensed), TOLERANCE, MAX_ITERATION)
+    follow_one(balance, condensed, state.initial_slider, balance.linear(condensed), TOLERANCE, MAX_ITERATION)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from fe.compiled import compiled
-from hbsolve.aft import Start, joint_forces
+from hbsolve.aft import InitialSliders, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.joint_law.registry import FORCE
@@ -42,9 +42,9 @@ class Track(NamedTuple):
     """Shape (n, d, nh) [m]."""
     force: Float[Real, "n d nh"]
     """Joint force beyond D x, shape (n, d, nh) [N]."""
-    start: Float[Real, "n s"]
+    initial_slider: Float[Real, "n s"]
     """Slider positions that each state begins with, shape (n, s) [m]."""
-    end: Float[Real, "n s"]
+    periodic_slider: Float[Real, "n s"]
     """Slider positions at the start of the steady period, shape (n, s) [m]."""
     norm: Float[Real, " n"]
     """|R| relative to the linear motion; NaN where there is no state, shape (n,) [-]."""
@@ -99,11 +99,15 @@ def follow(
         before = i - 1
         neighboured = before >= 0 and np.isfinite(track.norm[before])
         if carried and neighboured:
-            value = track.end[before].copy()
-        track.start[i] = value
+            value = track.periodic_slider[before].copy()
+        track.initial_slider[i] = value
         twin = way.twin[i]
-        if twin >= 0 and np.isfinite(track.norm[twin]) and np.all(track.start[twin] == value):
-            track.motion[i], track.force[i], track.end[i] = track.motion[twin], track.force[twin], track.end[twin]
+        if twin >= 0 and np.isfinite(track.norm[twin]) and np.all(track.initial_slider[twin] == value):
+            track.motion[i], track.force[i], track.periodic_slider[i] = (
+                track.motion[twin],
+                track.force[twin],
+                track.periodic_slider[twin],
+            )
             track.norm[i], track.iterations[i] = track.norm[twin], 0
             continue
         linear = way.linear[at]
@@ -121,7 +125,7 @@ def follow(
             x = way.guess[i].copy()
         else:
             x = linear.copy()
-        omega, columns, start = way.angular_frequency[at], way.columns[at], Start(value, by_multiplier)
+        omega, columns, start = way.angular_frequency[at], way.columns[at], InitialSliders(value, by_multiplier)
         norm, iteration = np.inf, 0
         if near and (not neighboured or track.iterations[before] == 0):
             # Many states are as the guess says, and stay so: nothing has to be derived for them.
@@ -136,7 +140,7 @@ def follow(
             return i
         track.motion[i], track.force[i] = x, forces.coefficients
         # The last instant of one period precedes the first of the next.
-        track.end[i] = forces.slider[:, -1]
+        track.periodic_slider[i] = forces.slider[:, -1]
         track.norm[i], track.iterations[i] = norm / scale, iteration
     return n
 

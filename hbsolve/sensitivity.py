@@ -136,7 +136,7 @@ def sensitivity(
     check_state(balance, state)
     at_level = balance.at_level(state.level)
     condensed = at_level.at(state.angular_frequency)
-    forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
+    forces = forces_at(at_level, state.angular_frequency, state.motion, state.sliders, want=PARAMETERS)
     loads = np.zeros((len(parameters), *state.coefficients.shape), dtype=np.complex128)
     g = np.zeros((len(parameters), *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
@@ -190,7 +190,7 @@ def derivatives(
     seen
         What is read.
     """
-    forces = forces_at(balance, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
+    forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=PARAMETERS)
     loads, g = rates.loads(state), complex_from_real(rates.forces(balance, forces.by_parameter))
     n_harmonic, A = len(condensed.static), condensed.receptance
     # A force of the joints moves them, too: dx = B alpha df - A dg.

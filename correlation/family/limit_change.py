@@ -28,7 +28,7 @@ from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.slider_bounds import SliderBox, slider_box
 from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import newton_from, solve_at
-from hbsolve.state import SteadyState, in_harmonics_of, slider_start
+from hbsolve.state import SteadyState, in_harmonics_of, make_initial_sliders
 from hbsolve.steady_state import FEW_STARTS, from_many_starts
 from reduction.array_type import Real
 
@@ -86,9 +86,9 @@ class Variant:
             balance=own, condensed=condensed, linear=own.linear(condensed), measure=objective.measure(own, condensed),
             sliders=slider_table(own), box=self.box,
         )  # fmt: skip
-        settled = point.settle(known.motion, known.slider)
-        if settled is None and (near := find_state(own, condensed, known.motion, known.slider)) is not None:
-            settled = point.settle(near.motion, near.slider)
+        settled = point.settle(known.motion, known.initial_slider)
+        if settled is None and (near := find_state(own, condensed, known.motion, known.initial_slider)) is not None:
+            settled = point.settle(near.motion, near.initial_slider)
         return settled and local_search(point, settled, side)
 
     def refined(
@@ -179,7 +179,7 @@ def find_state(
         Whether Newton's method is all that is tried: where a state is known in nearly as many harmonics it does, and
         further starts take minutes.
     """
-    start, sliders = in_harmonics_of(balance, motion), slider_start(balance, slider)
+    start, sliders = in_harmonics_of(balance, motion), make_initial_sliders(balance, slider)
     if alone:
         return newton_from(balance, condensed, start, sliders)
     try:

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
@@ -215,5 +215,5 @@ def newton_near(
     return x, norm, forces, compute_stick_intervals(x, sliders, sampling.evaluate)
 
 
-def _start(w: Sliders) -> Start:
-    return Start(np.array(w), np.zeros(len(w), dtype=np.int64))
+def _start(w: Sliders) -> InitialSliders:
+    return InitialSliders(np.array(w), np.zeros(len(w), dtype=np.int64))

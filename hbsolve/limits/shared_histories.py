@@ -21,7 +21,7 @@ from hbsolve.limits.point import PATIENT, LimitPoint, SearchStart, Sliders, Tria
 from hbsolve.limits.population import SAME, number_of_starts, swept_states
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.random_histories import RUN_IN, random_states
-from hbsolve.state import slider_start
+from hbsolve.state import make_initial_sliders
 from reduction.array_type import Real
 
 
@@ -120,7 +120,7 @@ def share_histories(
 def _branches(point: LimitPoint) -> Iterator[TrialState]:
     """States of the sliders at rest on an arc over the level."""
     w = point.box.nominal
-    start = slider_start(point.balance, w)
+    start = make_initial_sliders(point.balance, w)
     for x in motions_along_the_level(point.balance, point.condensed.angular_frequency, start):
         trial = point.solve(x, w, PATIENT)
         if trial is not None:

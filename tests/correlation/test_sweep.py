@@ -28,7 +28,7 @@ def test_each_point_begins_where_the_last_one_left_the_sliders(small: Model, poi
     for way in (1, -1):
         for frequency in grid[::way]:
             state = steady_state(balance, 2 * np.pi * frequency, slider=slider)
-            slider = state.slider_at_start
+            slider = state.periodic_slider
             tip.setdefault(frequency, []).append(state.coefficients[1, 2])
     for frequency, (up, down) in tip.items():
         here = (points.frequency == frequency) & (points.sensor == "tip") & (points.harmonic == 1)

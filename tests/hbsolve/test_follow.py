@@ -39,11 +39,11 @@ def test_a_followed_sweep_is_that_of_single_solves(seed: int) -> None:
     sliders, before = problem.slider, None
     for number in range(done):
         before = steady_state(balance, float(omega[place[number]]), start=before, slider=sliders)
-        sliders = before.slider_at_start
+        sliders = before.periodic_slider
         scale = np.abs(before.motion).max()
         # Both are solutions to 1e-9 of the linear motion, which is up to a hundred times as large near a resonance.
         np.testing.assert_allclose(track.motion[number], before.motion, rtol=0, atol=1e-6 * scale)
-        np.testing.assert_allclose(track.end[number], sliders, rtol=0, atol=1e-6 * scale)
+        np.testing.assert_allclose(track.periodic_slider[number], sliders, rtol=0, atol=1e-6 * scale)
     assert done > N // 2
 
 

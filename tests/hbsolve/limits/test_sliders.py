@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hbsolve.aft import Start
+from hbsolve.aft import InitialSliders
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.joint_law.registry import FORCE
@@ -44,7 +44,7 @@ def test_a_slider_inside_its_interval_stays_and_one_outside_is_dragged_to_its_en
     intervals = compute_stick_intervals(x, table, evaluate)
     sticks = intervals.low <= intervals.high
     for start in (0.5 * (intervals.low + intervals.high), intervals.low - 1e-5, intervals.high + 1e-5):
-        sliders = Start(start, np.zeros(3, dtype=np.int64))
+        sliders = InitialSliders(start, np.zeros(3, dtype=np.int64))
         marched = forces_at(balance, OMEGA, x, sliders, FORCE).slider
         expected = np.clip(start, intervals.low, intervals.high)
         # The same numbers in another order of operations.
