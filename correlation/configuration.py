@@ -14,12 +14,12 @@ from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
-from hbsolve.follow import Track, Way, empty_track, follow, follow_one
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import Seen, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
+from hbsolve.state_sequence import StateSequence, Track, empty_track, follow, follow_one
 from hbsolve.steady_state import rescue
 
 #: Motions of two sweeps whose relative difference is larger are of two branches; Newton's method ends at 1e-9 [-].
@@ -203,9 +203,9 @@ class Configuration:
             Whether each starts from its guess, and not from the one before.
         """
         balance, linear = self._at_level(level), self.linear.stacked(tuple(sorted(set(frequencies))))
-        place = {frequency: number for number, frequency in enumerate(sorted(set(frequencies)))}
+        indices = {frequency: index for index, frequency in enumerate(sorted(set(frequencies)))}
         d, nh, n = balance.n_direction, 2 * balance.n_harmonic - 1, len(frequencies)
-        guess, twin, seen = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
+        guess, earlier_state, firsts = np.full((n, d, nh), np.nan), np.full(n, -1), dict[float, int]()
         known = [None if state is None else state.displacement for state in guesses]
         own = [
             number for number, each in enumerate(known) if each is not None and each.shape == (balance.n_harmonic, d)
@@ -213,19 +213,19 @@ class Configuration:
         guess[own] = real_from_complex(
             np.array([known[number] for number in own]).reshape(len(own), balance.n_harmonic, d)
         )
-        first = np.array([seen.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
+        first = np.array([firsts.setdefault(each, number) for number, each in enumerate(frequencies)], dtype=np.int64)
         # Where two sweeps are, or may be, on two branches the way back is no copy of the first.
         again = np.flatnonzero((first < np.arange(n)) & (_are_one(guess[first], guess) if near else True))
         if carried:
-            twin[again] = first[again]
-        at = np.array([place[frequency] for frequency in frequencies], dtype=np.int64)
-        stuck = real_from_complex(linear.static + self._forced_all(level, list(place)) * linear.dynamic)
-        way = Way(at, twin, linear.angular_frequency, stuck, linear.columns, guess)
+            earlier_state[again] = first[again]
+        index = np.array([indices[frequency] for frequency in frequencies], dtype=np.int64)
+        stuck = real_from_complex(linear.static + self._forced_all(level, list(indices)) * linear.dynamic)
+        sequence = StateSequence(index, earlier_state, linear.angular_frequency, stuck, linear.columns, guess)
         track, slider, number = empty_track(n, d, nh, balance.n_slider), self.slider.astype(float), 0
         begin, count = balance.joint_of_direction
         while number < n:
             number = int(follow(
-                number, carried, near, way, balance.table, begin, count, slider, balance.sampling, tolerance,
+                number, carried, near, sequence, balance.table, begin, count, slider, balance.sampling, tolerance,
                 MAX_ITERATION, track,
             ))  # fmt: skip
             if number < n:

@@ -27,9 +27,9 @@ from correlation.row_table import RowTable
 from correlation.sweep_path import SweepPath, has_wide_steps, is_same
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
-from hbsolve.follow import Track
 from hbsolve.solution import TOLERANCE
 from hbsolve.state import SteadyState
+from hbsolve.state_sequence import Track
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,9 +9,9 @@ from jaxtyping import Bool, Complex
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration
-from hbsolve.follow import Track
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState
+from hbsolve.state_sequence import Track
 
 #: Change of the motion between two states, of the larger, beyond which smaller steps look for what is between [-].
 FAR = 0.5

@@ -5,9 +5,9 @@ import numpy as np
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.response import frequency_response
-from hbsolve.follow import follow_one
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
 from hbsolve.stability.stability import stability
+from hbsolve.state_sequence import follow_one
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 

@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.random_systems import random_problem
 from hbsolve.balance import HarmonicBalance
-from hbsolve.follow import Way, empty_track, follow
 from hbsolve.sampling import real_from_complex
 from hbsolve.solution import MAX_ITERATION, TOLERANCE
+from hbsolve.state_sequence import StateSequence, empty_track, follow
 from hbsolve.steady_state import steady_state
 
 N = 12
@@ -18,15 +18,15 @@ N = 12
 def track_of(balance: HarmonicBalance, omega: np.ndarray, slider: np.ndarray, guess: np.ndarray, *, near: bool):
     condensed = [balance.at(float(item)) for item in omega]
     linear = real_from_complex(np.array([item.static + balance.level * item.dynamic for item in condensed]))
-    place = np.array([*range(len(omega)), *range(len(omega) - 1, -1, -1)])
-    twin = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
-    way = Way(place, twin, omega, linear, np.array([item.columns for item in condensed]), guess)
-    track = empty_track(len(place), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
+    index = np.array([*range(len(omega)), *range(len(omega) - 1, -1, -1)])
+    earlier_state = np.array([-1] * len(omega) + list(range(len(omega) - 1, -1, -1)))
+    sequence = StateSequence(index, earlier_state, omega, linear, np.array([item.columns for item in condensed]), guess)
+    track = empty_track(len(index), balance.n_direction, 2 * balance.n_harmonic - 1, balance.n_slider)
     first, count = balance.joint_of_direction
     done = follow(
-        0, True, near, way, balance.table, first, count, slider, balance.sampling, TOLERANCE, MAX_ITERATION, track
+        0, True, near, sequence, balance.table, first, count, slider, balance.sampling, TOLERANCE, MAX_ITERATION, track
     )
-    return done, track, place
+    return done, track, index
 
 
 @pytest.mark.parametrize("seed", [3, 7, 12])
@@ -35,10 +35,10 @@ def test_a_followed_sweep_is_that_of_single_solves(seed: int) -> None:
     balance = HarmonicBalance(system=problem.system, n_harmonic=6, n_sample=128)
     omega = np.sort(problem.angular_frequency)[:N].copy()
     guess = np.full((2 * N, balance.n_direction, 2 * balance.n_harmonic - 1), np.nan)
-    done, track, place = track_of(balance, omega, problem.slider, guess, near=False)
+    done, track, index = track_of(balance, omega, problem.slider, guess, near=False)
     sliders, before = problem.slider, None
     for number in range(done):
-        before = steady_state(balance, float(omega[place[number]]), start=before, slider=sliders)
+        before = steady_state(balance, float(omega[index[number]]), start=before, slider=sliders)
         sliders = before.periodic_slider
         scale = np.abs(before.motion).max()
         # Both are solutions to 1e-9 of the linear motion, which is up to a hundred times as large near a resonance.
