@@ -16,7 +16,7 @@ from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.sensitivity import Seen, derivatives
+from hbsolve.sensitivity import ReadingResponse, derivatives
 from hbsolve.solution import MAX_ITERATION, STEP_ITERATION, TOLERANCE, forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, make_initial_sliders
 from hbsolve.state_sequence import StateSequence, Track, empty_track, follow, follow_one
@@ -114,15 +114,15 @@ class Configuration:
         near
             The same configuration of another model, whose linear structure serves this one too if it is the same.
         """
-        seen = model.free() if free else model
-        balance = None if near is None else near.linear.balance_of(seen.system, model.n_harmonic, model.n_sample)
+        own = model.free() if free else model
+        balance = None if near is None else near.linear.balance_of(own.system, model.n_harmonic, model.n_sample)
         if balance is None:
-            balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+            balance = HarmonicBalance(system=own.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
             near = None
         shift = model.shift.get("free" if free else "jointed", 0.0)
         linear = LinearStructure.of(balance, shift, None if near is None else near.linear)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, linear=linear, levels={}, slider=start)
+        return cls(free=free, model=own, balance=balance, linear=linear, levels={}, slider=start)
 
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""
@@ -319,8 +319,8 @@ class Configuration:
         base = self.model.base_acceleration
         if base is None:
             return np.zeros((2, len(self.model.sensors)), dtype=np.complex128)
-        seen = [isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
-        return np.where(seen, base @ self.rows[0].T, 0.0)
+        absolute = [isinstance(each, Sensor) and not each.relative for each in self.model.sensors]
+        return np.where(absolute, base @ self.rows[0].T, 0.0)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
@@ -359,14 +359,14 @@ class Configuration:
         which, inverse = np.unique(np.column_stack([numbers, harmonics]), axis=0, return_inverse=True)
         condensed, contact = self.at(frequency), self.linear.reciprocal.contact(frequency)
         values = derivatives(
-            self._at_level(state.level), state, rates.system, condensed, contact, self._seen(frequency, *which.T)
+            self._at_level(state.level), state, rates.system, condensed, contact, self._respond(frequency, *which.T)
         )[inverse.ravel()]
         read, turn = self.read(state, names, harmonics), 1j * harmonics[:, None] * state.angular_frequency
         late = turn * (rates.delay[numbers] + self.delay[numbers, None] * rates.shift)
         return np.asarray(values + read[:, None] * (rates.gain[numbers] + order[numbers, None] * rates.shift - late))
 
-    def _seen(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> Seen:
-        """What sensors see at a frequency, by their numbers and one harmonic each; by reciprocity what moves them."""
+    def _respond(self, frequency: float, numbers: NDArray[np.int64], harmonics: NDArray[np.int64]) -> ReadingResponse:
+        """Responses of sensors at a frequency, by their numbers and one harmonic each; by reciprocity."""
         motion, force, order = self.rows
         reciprocal = self.linear.reciprocal
         if frequency not in self.by_load:
@@ -380,7 +380,9 @@ class Configuration:
         turned, late = times ** order[numbers], np.exp(-times * self.delay[numbers])[:, None]
         load = turned[:, None] * self.by_load[frequency][harmonics, :, numbers]
         reaction = force[numbers] - turned[:, None] * contact[harmonics, numbers]
-        return Seen(harmonics, late * load, late * reaction, late * force[numbers] * self.balance.table.reference)
+        return ReadingResponse(
+            harmonics, late * load, late * reaction, late * force[numbers] * self.balance.table.reference
+        )
 
     def numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
         """Indices of sensors by their names."""
@@ -445,12 +447,12 @@ class Configuration:
     def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
         """Which joint directions a line sensor sums."""
         members = self.model.lines[line]
-        seen = np.zeros(self.balance.n_direction)
+        row = np.zeros(self.balance.n_direction)
         for number, joint in enumerate(self.model.system.joints):
             if joint.name in members:
                 first, last = self.balance.table.direction[number : number + 2]
-                seen[last - 1 if component == "normal" else first] = 1.0
-        return seen
+                row[last - 1 if component == "normal" else first] = 1.0
+        return row
 
 
 def _are_one(one: NDArray[np.float64], other: NDArray[np.float64]) -> Bool[NDArray[np.bool_], " n"]:

@@ -232,7 +232,7 @@ def _refined_readings(
         vibration = 0.0 if states.harmonic else configuration.read(state, np.array([states.sensor]), np.array([1]))[0]
         error = SEARCH_ERROR * float(abs(readings[-1]) + abs(vibration))
         if len(readings) > 1:
-            now = _seen(check, state)
+            now = _read_checks(check, state)
             if before is not None and abs(readings[-1] - readings[-2]) <= error and _stands_still(before, now):
                 return _Refined(readings, error, True, state, reached)
             before = now
@@ -276,7 +276,7 @@ def _with_check_sensors(model: Model) -> Model:
     )
 
 
-def _seen(check: Configuration, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
+def _read_checks(check: Configuration, state: SteadyState) -> Complex[NDArray[np.complex128], "2 k"]:
     """Mean and fundamental of the check sensors; motions have no mean that counts."""
     sensors = check.model.sensors
     names = np.array([item.name for item in sensors])
