@@ -14,6 +14,7 @@ from correlation.model import DERIVATIVE, LoadCell, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import NoSteadyState
+from hbsolve.joint_law.registry import FORCE
 from hbsolve.model_rates import ModelParameter, ModelRates
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.sensitivity import ReadingResponse, derivatives
@@ -248,7 +249,7 @@ class Configuration:
         state = self.solve(level, frequency, track.initial_slider[number], [before, guess])
         if state is None:
             return np.array(track.initial_slider[number]) if carried else slider
-        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.sliders, want=0)
+        forces = forces_at(self._at_level(level), state.angular_frequency, state.motion, state.sliders, FORCE)
         track.motion[number], track.force[number] = state.motion, forces.coefficients
         track.periodic_slider[number], track.norm[number] = state.periodic_slider, state.residual_norm
         track.iterations[number] = state.iterations
@@ -263,7 +264,7 @@ class Configuration:
             track.norm[number] = np.nan
             if state is None:
                 continue
-            forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=0)
+            forces = forces_at(balance, state.angular_frequency, state.motion, state.sliders, FORCE)
             track.motion[number], track.force[number] = state.motion, forces.coefficients
             track.initial_slider[number], track.periodic_slider[number] = state.initial_slider, state.periodic_slider
             track.norm[number], track.iterations[number] = state.residual_norm, state.iterations
@@ -436,7 +437,7 @@ class Configuration:
     def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
         """Coefficients of all joint forces f = g + D x."""
         balance = self._at_level(state.level)
-        g = forces_at(balance, state.angular_frequency, state.motion, state.sliders, want=0).coefficients
+        g = forces_at(balance, state.angular_frequency, state.motion, state.sliders, FORCE).coefficients
         return complex_from_real(g) + balance.table.reference * state.displacement
 
     def _at_level(self, level: float) -> HarmonicBalance:

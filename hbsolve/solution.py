@@ -6,7 +6,7 @@ from hbsolve.aft import InitialSliders, JointForces, joint_forces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.errors import BalanceError, Failure, NoSteadyState
-from hbsolve.joint_law.registry import JACOBIAN
+from hbsolve.joint_law.registry import FORCE, JACOBIAN
 from hbsolve.newton import apply_receptance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, start_motion
@@ -145,7 +145,7 @@ def recover_state(
     recovery: Recovery | None = None,
 ) -> SteadyState:
     """A solution with the full response recovered."""
-    forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=0)
+    forces = forces_at(balance, condensed.angular_frequency, x, sliders, FORCE)
     return SteadyState(
         angular_frequency=condensed.angular_frequency,
         level=balance.level,
